@@ -1,0 +1,126 @@
+"""The derivation's data: read from what Maxima wrote, checked, every expression canonical."""
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from .expressions import FUNCTIONS, Canonical, Order, to_json
+from .programs import (
+    Array,
+    ContractError,
+    Function,
+    array_to_json,
+    function_to_json,
+    read_array,
+    read_function,
+)
+
+FORMAT = 1
+PARTS = ("symbols", "effects", "sets", "functions", "equations", "proofs", "bounds", "formulas")
+OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
+
+
+@dataclass(frozen=True)
+class EffectSet:
+    """One kernel: a set of effects, with its model and its functions."""
+
+    name: str
+    effects: tuple[str, ...]
+    meaning: str
+    fields: tuple[Array, ...]
+    functions: tuple[Function, ...]
+
+    def function(self, name: str) -> Function | None:
+        return next((f for f in self.functions if f.name == name), None)
+
+
+class Derivation:
+    """data: the parts of the JSON object, by name."""
+
+    def __init__(self, data: dict):
+        if not isinstance(data, dict) or data.get("format") != FORMAT:
+            raise ContractError(f"the data is not of format {FORMAT}")
+        missing = [part for part in PARTS if part not in data]
+        if missing:
+            raise ContractError(f"parts missing: {', '.join(missing)}")
+        self.data = data
+        self.canonical = Canonical(Order(data["symbols"]))
+
+    @classmethod
+    def load(cls, path: Path) -> "Derivation":
+        try:
+            data = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ContractError(f"{path.name} was not written") from None
+        except ValueError as problem:
+            raise ContractError(f"{path.name} is not complete JSON: {problem}") from problem
+        try:
+            return cls(data)
+        except ContractError as problem:
+            raise ContractError(f"{path.name}: {problem}") from None
+
+    @cached_property
+    def sets(self) -> tuple[EffectSet, ...]:
+        known = {s["name"] for s in self.data["sets"]}
+        stray = sorted({f["set"] for f in self.data["functions"]} - known)
+        if stray:
+            raise ContractError(f"functions of unknown sets: {', '.join(stray)}")
+        return tuple(map(self._set, self.data["sets"]))
+
+    def _set(self, data: dict) -> EffectSet:
+        fields = tuple(read_array(f, "field") for f in data["model"])
+        functions = tuple(
+            read_function(f, fields) for f in self.data["functions"] if f["set"] == data["name"]
+        )
+        names = [f.name for f in functions]
+        if len(set(names)) < len(names):
+            raise ContractError(f"{data['name']}: a function stands twice")
+        return EffectSet(data["name"], tuple(data["effects"]), data.get("meaning", ""), fields, functions)
+
+    def part(self, name: str) -> object:
+        """A part of the data with canonical expressions; not for sets and functions."""
+        return self.with_canonical_expressions(self.data[name])
+
+    def with_canonical_expressions(self, data: object) -> object:
+        """The same data, every list that reads as an expression replaced by its canonical form."""
+        match data:
+            case dict():
+                return {key: self.with_canonical_expressions(value) for key, value in data.items()}
+            case [str(head), *_] if head in OPERATORS:
+                return to_json(self.canonical.read(data))
+            case list():
+                return [self.with_canonical_expressions(value) for value in data]
+        return data
+
+
+def set_to_json(effects: EffectSet) -> dict:
+    return {
+        "name": effects.name,
+        "effects": list(effects.effects),
+        "meaning": effects.meaning,
+        "model": [array_to_json(f) for f in effects.fields],
+    }
+
+
+def kernel_to_json(function: Function, operations: dict, intermediates: int) -> dict:
+    """A function as data: its own steps, before sharing, and the work that is left after it."""
+    return function_to_json(function) | {"operations": operations, "intermediates": intermediates}
+
+
+def json_text(data: object, indent: int = 0, before: int = 0, width: int = 110) -> str:
+    """JSON, on one line where that fits, so that an expression reads as one. before: characters on the line
+    so far.
+    """
+    short = json.dumps(data)
+    if len(short) + before < width or not data or not isinstance(data, dict | list):
+        return short
+    inner = " " * (indent + 1)
+    heads = [json.dumps(key) + ": " for key in data] if isinstance(data, dict) else [""] * len(data)
+    values = data.values() if isinstance(data, dict) else data
+    items = [
+        inner + head + json_text(value, indent + 1, len(inner + head), width)
+        for head, value in zip(heads, values, strict=True)
+    ]
+    opening, closing = "{}" if isinstance(data, dict) else "[]"
+    return opening + "\n" + ",\n".join(items) + "\n" + " " * indent + closing

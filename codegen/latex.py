@@ -1,0 +1,136 @@
+"""LaTeX of equations."""
+
+import re
+from dataclasses import dataclass
+
+from .expressions import (
+    ONE,
+    Call,
+    Expression,
+    Number,
+    Power,
+    Sum,
+    Symbol,
+    negated,
+    split_coefficient,
+    with_coefficient,
+)
+from .infix import has_negative_term, is_negative
+
+TERMS_IN_A_LINE = 4
+
+
+@dataclass
+class Latex:
+    """names: LaTeX of the symbols; a symbol that is not there keeps its name, with what follows _ as its
+    index.
+    """
+
+    names: dict[str, str]
+
+    def expression(self, e: Expression) -> str:
+        match e:
+            case Number(value):
+                return self.fraction([str(abs(value.numerator))], self.side(value.denominator, []), value < 0)
+            case Symbol(name):
+                return self.symbol(name)
+            case Call("sqrt", argument):
+                return rf"\sqrt{{{self.expression(argument)}}}"
+            case Call(function, argument):
+                return rf"\{function} {self.argument(argument)}"
+            case Sum(terms):
+                return self.sum(terms)
+            case Power(base, exponent) if exponent > 0:
+                return self.power(base, exponent)
+            case _:
+                return self.product(e)
+
+    def symbol(self, name: str) -> str:
+        if name in self.names:
+            return self.names[name]
+        stem, *indices = name.split("_")
+        stem = stem if len(stem) == 1 or stem.isdigit() else rf"\mathrm{{{stem}}}"
+        return f"{stem}_{{{','.join(indices)}}}" if indices else stem
+
+    def argument(self, e: Expression) -> str:
+        return self.symbol(e.name) if isinstance(e, Symbol) else rf"\left({self.expression(e)}\right)"
+
+    def sum(self, terms: tuple[Expression, ...]) -> str:
+        first = next((term for term in terms if not is_negative(term)), terms[0])
+        rest = [(is_negative(t), negated(t) if is_negative(t) else t) for t in terms if t is not first]
+        return self.expression(first) + "".join(f" {'-' if m else '+'} {self.term(t)}" for m, t in rest)
+
+    def term(self, e: Expression) -> str:
+        return rf"\left({self.expression(e)}\right)" if isinstance(e, Sum) else self.expression(e)
+
+    def product(self, e: Expression) -> str:
+        value, factors = split_coefficient(e)
+        above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
+        turned = next((place for place, f in enumerate(above) if value < 0 and has_negative_term(f)), None)
+        if turned is not None:  # -a (b - c) as a (c - b)
+            value, above[turned] = -value, Sum(tuple(map(negated, above[turned].terms)))
+        below = [raised(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
+        top, bottom = self.side(abs(value.numerator), above), self.side(value.denominator, below)
+        if bottom and len(above) == len(top) == 1:
+            top = [self.expression(above[0])]
+        if len(below) == len(bottom) == 1:
+            bottom = [self.expression(below[0])]
+        return self.fraction(top or ["1"], bottom, value < 0)
+
+    def side(self, value: int, factors: list[Expression]) -> list[str]:
+        """The factors on one side of the stroke, without a factor 1."""
+        return [str(value)] * (value != 1) + [self.factor(f) for f in factors]
+
+    def factor(self, e: Expression) -> str:
+        match e:
+            case Power():
+                return self.power(e.base, e.exponent)
+            case Sum():
+                return rf"\left({self.expression(e)}\right)"
+        return self.expression(e)
+
+    def power(self, base: Expression, exponent: int) -> str:
+        match base:
+            case Symbol(name):
+                return f"{{{self.symbol(name)}}}^{{{exponent}}}"
+            case Call("sin" | "cos" as function, argument):
+                return rf"\{function}^{{{exponent}}} {self.argument(argument)}"
+        return rf"\left({self.expression(base)}\right)^{{{exponent}}}"
+
+    def fraction(self, above: list[str], below: list[str], negative: bool) -> str:
+        text = rf"\frac{{{joined(above)}}}{{{joined(below)}}}" if below else joined(above)
+        return f"-{text}" if negative else text
+
+    def lines(self, e: Expression) -> list[str]:
+        """A long sum, or a product with one, in lines of a few terms."""
+        value, factors = split_coefficient(e)
+        long = [f for f in factors if isinstance(f, Sum) and len(f.terms) > TERMS_IN_A_LINE]
+        if not long:
+            return [self.expression(e)]
+        terms = long[0].terms if value > 0 else tuple(map(negated, long[0].terms))
+        others = with_coefficient(abs(value), [f for f in factors if f is not long[0]])
+        first, *rest = (terms[k : k + TERMS_IN_A_LINE] for k in range(0, len(terms), TERMS_IN_A_LINE))
+        lines = [self.sum(first), *map(self.continued, rest)]
+        if others == ONE:
+            return lines
+        return [rf"{self.expression(others)} \Bigl( {lines[0]}", *lines[1:-1], rf"{lines[-1]} \Bigr)"]
+
+    def continued(self, terms: tuple[Expression, ...]) -> str:
+        return "".join(
+            f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}"
+            for t in terms
+        ).strip()
+
+
+def raised(base: Expression, exponent: int) -> Expression:
+    return base if exponent == 1 else Power(base, exponent)
+
+
+def joined(factors: list[str]) -> str:
+    return r" \, ".join(factors)
+
+
+def escaped(text: str) -> str:
+    """Plain text for LaTeX."""
+    text = re.sub(r"([&%$#_{}])", r"\\\1", text.replace("\\", r"\textbackslash "))
+    return text.replace("~", r"\textasciitilde ").replace("^", r"\textasciicircum ")

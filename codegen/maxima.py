@@ -1,0 +1,226 @@
+"""Finds or installs Maxima, and runs the derivation with it.
+
+In this order: $MAXIMA, `maxima` on PATH, and the pinned pair of maxima-requirements.txt, installed once into
+an environment of its own in the user's cache folder.
+"""
+
+import fcntl
+import hashlib
+import os
+import platform
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import venv
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+REQUIREMENTS = Path(__file__).with_name("maxima-requirements.txt")
+BEGIN, END = "omniroll: begin", "omniroll: end"
+TIMEOUT = 600.0  # seconds
+FAILED_CLAIM = "identity is not zero:"
+LINES_OF_A_FAILURE = 12
+Report = Callable[[str], None]
+
+
+class MaximaError(RuntimeError):
+    """Maxima could not be had, or the derivation stopped. The message ends with what Maxima said last."""
+
+
+@dataclass(frozen=True)
+class Maxima:
+    program: Path
+    version: str
+
+    @classmethod
+    def find(cls, report: Report = print) -> "Maxima":
+        """The Maxima to use; installs one where there is none."""
+        named = os.environ.get("MAXIMA")
+        program = shutil.which(named) if named else shutil.which("maxima")
+        if named and program is None:
+            raise MaximaError(f"$MAXIMA is {named}, which is no program")
+        path = Path(program) if program else installed(report)
+        answer = subprocess.run(
+            [path, "--version"],
+            env=environment(path),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+        version = re.search(r"Maxima (\S+)", answer.stdout)
+        if answer.returncode != 0 or version is None:
+            raise MaximaError(f"{path} does not run:\n{answer.stdout}{answer.stderr}".rstrip())
+        return cls(path, version[1])
+
+    def derive(self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT) -> None:
+        """Run `script` in its own folder with output_file set to `output`; lines that it prints go to
+        `report`.
+
+        MaximaError where a claim is not proved, the script stops early or writes nothing, or the time is
+        over.
+        """
+        output.unlink(missing_ok=True)
+        # One statement: an error in the script ends it, so that END is printed by a complete run only.
+        batch = (
+            f'(print("{BEGIN}"), display2d: false, output_file: {quoted(output)}, '
+            f'load({quoted("./" + script.name)}), print("{END}"))$'
+        )
+        with tempfile.TemporaryDirectory(prefix="omniroll-home-") as home:
+            said, is_late = self._run(batch, script.parent, Path(home), report, timeout)
+        if is_late:
+            raise MaximaError(f"{script.name}: stopped after {timeout:g} s; Maxima said last:\n{last(said)}")
+        if END not in said:
+            raise MaximaError(f"{script.name}: the derivation stopped; Maxima said last:\n{last(said)}")
+        if not output.is_file():
+            raise MaximaError(f"{script.name}: the derivation wrote no data")
+
+    def _run(
+        self, batch: str, folder: Path, home: Path, report: Report, timeout: float
+    ) -> tuple[list[str], bool]:
+        """(what Maxima said after BEGIN, whether it ran out of time)."""
+        # An init file that does not exist: Maxima looks for one in the current folder too.
+        command = [self.program, "--very-quiet", "--init=omniroll-no-init", f"--batch-string={batch}"]
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=environment(self.program, home),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
+        late = threading.Event()
+        timer = threading.Timer(timeout, lambda: (late.set(), stop(process)))
+        timer.start()
+        said: list[str] = []
+        try:
+            has_begun = has_failed = False
+            assert process.stdout is not None
+            for line in map(str.strip, process.stdout):
+                if has_begun and line:
+                    said.append(line)
+                    has_failed = has_failed or line.startswith(FAILED_CLAIM)
+                    if line != END and not has_failed:
+                        report(line)
+                has_begun = has_begun or line == BEGIN
+            process.wait()
+        finally:
+            timer.cancel()
+            if process.poll() is None:
+                stop(process)
+        return said, late.is_set()
+
+
+def stop(process: subprocess.Popen) -> None:
+    """End a process and those that it started."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    process.wait()
+
+
+def last(said: list[str]) -> str:
+    """What Maxima said last: from the claim that failed on, where there is one."""
+    kept = [line for line in said if not line.startswith("-- an error. To debug")]
+    failed = [place for place, line in enumerate(kept) if line.startswith(FAILED_CLAIM)]
+    start = failed[-1] if failed else max(0, len(kept) - LINES_OF_A_FAILURE)
+    return "\n".join(f"  {line}" for line in kept[start:][:LINES_OF_A_FAILURE]) or "  nothing"
+
+
+def quoted(text: object) -> str:
+    """A Maxima string."""
+    return '"' + re.sub(r'(["\\])', r"\\\1", str(text)) + '"'
+
+
+def environment(program: Path, home: Path | None = None) -> dict[str, str]:
+    """The user's environment without what changes Maxima's text, its files or its prefix."""
+    dropped = ("MAXIMA", "LC_", "LANG", "ECL", "GCL", "SBCL")
+    kept = {key: value for key, value in os.environ.items() if not key.startswith(dropped)}
+    kept["LC_ALL"] = "C"
+    if home is not None:
+        kept |= {"HOME": str(home), "MAXIMA_USERDIR": str(home), "MAXIMA_TEMPDIR": str(home)}
+    prefix = program.resolve().parent.parent
+    if prefix.name == "sage_wheels":  # a wheel's Maxima does not know where it was installed
+        kept["MAXIMA_PREFIX"] = str(prefix)
+        for folder in prefix.glob("lib/ecl-*"):
+            kept["ECLDIR"] = f"{folder}/"
+    return kept
+
+
+# The Maxima of the wheels
+
+
+def cache_folder() -> Path:
+    given = os.environ.get("XDG_CACHE_HOME", "")
+    return (Path(given) if Path(given).is_absolute() else Path.home() / ".cache") / "omniroll"
+
+
+def installed(report: Report = print) -> Path:
+    """The pinned Maxima's program, from the cache; installed there first where it is not.
+
+    An installation is built beside its place and renamed, under a lock: it is there whole or not at all.
+    """
+    key = REQUIREMENTS.read_bytes() + repr((sys.version_info[:2], sys.platform, platform.machine())).encode()
+    place = cache_folder() / f"maxima-{hashlib.sha256(key).hexdigest()[:12]}"
+    found = wheel_program(place)
+    if found:
+        return found
+    with locked(place.with_suffix(".lock")):
+        found = wheel_program(place)
+        if found is None:
+            report("maxima: none on PATH; installing the pinned one into the user's cache (once)")
+            install(place)
+            found = wheel_program(place)
+    if found is None:
+        raise MaximaError("the pinned Maxima was installed, but its program is not there")
+    return found
+
+
+def wheel_program(place: Path) -> Path | None:
+    return next(iter(sorted(place.glob("lib/python3*/site-packages/sage_wheels/bin/maxima"))), None)
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Only one process at a time; the lock ends with the process."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def install(place: Path) -> None:
+    """Build the environment beside `place`, then rename it. The caller holds the lock."""
+    building = place.with_suffix(".part")
+    shutil.rmtree(building, ignore_errors=True)
+    shutil.rmtree(place, ignore_errors=True)
+    try:
+        venv.create(building, with_pip=True)
+        command = [
+            building / "bin" / "python",
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--no-deps",
+            "--only-binary=:all:",
+            "--disable-pip-version-check",
+            "--requirement",
+            REQUIREMENTS,
+        ]
+        answer = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    except (OSError, subprocess.SubprocessError) as problem:
+        raise MaximaError(f"Maxima could not be installed: {problem}") from problem
+    if answer.returncode != 0:
+        raise MaximaError(f"Maxima could not be installed:\n{answer.stdout}{answer.stderr}".rstrip())
+    building.rename(place)

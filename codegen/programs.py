@@ -1,0 +1,269 @@
+"""A kernel as steps: what the derivation says of one function, checked, with canonical expressions.
+
+A scope is one block of the program: the function's own block, or one loop's. Loops run over wheels ("i",
+index 0 ... N-1) and over free-roller slots ("j", index 0 ... n-2). A symbol comes from one of these places:
+  - the model's fields and the arguments' elements, which need the loops that their indices name;
+  - N, n (the two counts), slot (1 ... n-1 in a "j" loop) and pi;
+  - steps: `let` (assigned once), `var` (an accumulator: declared, then changed by `add` and `update`).
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from .expressions import Canonical, Expression, Order, symbols, to_json
+
+INDICES = ("i", "j")
+CONSTANTS = {"N": "", "n": "", "pi": "", "slot": "j"}  # name: indices that it needs
+SHAPES = {"N": "i", "n-1": "j"}
+IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
+
+
+class ContractError(ValueError):
+    """The derivation's data is not what codegen can render; the message names the function and the step."""
+
+
+@dataclass(frozen=True)
+class Array:
+    """A model field or an argument. shape: integers, "N", "n-1"; role: in, out, field."""
+
+    name: str
+    shape: tuple[int | str, ...]
+    role: str
+    unit: str
+    meaning: str
+
+    @property
+    def indices(self) -> tuple[str, ...]:
+        """The loops that one element needs."""
+        return tuple(SHAPES[size] for size in self.shape if size in SHAPES)
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element of an array, for instance spins[i][j]."""
+
+    array: Array
+    index: tuple[int | str, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """kind: let, var, add, update (a name), put (a target), load (a name; the target it is read from, or
+    none for a constant)."""
+
+    kind: str
+    name: str
+    expression: Expression | None = None
+    target: Element | None = None
+
+
+@dataclass(frozen=True)
+class Loop:
+    index: str
+    body: tuple["Step | Loop", ...]
+
+
+@dataclass(frozen=True)
+class Function:
+    set: str
+    name: str
+    summary: str
+    equations: tuple[str, ...]
+    arguments: tuple[Array, ...]
+    fields: tuple[Array, ...]  # the model's; empty for a set without a model
+    elements: dict[str, Element]  # every symbol that is read from an array
+    body: tuple[Step | Loop, ...]
+
+    @property
+    def inputs(self) -> list[Array]:
+        return [a for a in self.arguments if a.role == "in"]
+
+    @property
+    def outputs(self) -> list[Array]:
+        return [a for a in self.arguments if a.role == "out"]
+
+    @property
+    def prepares(self) -> bool:
+        """Whether this function writes the model instead of reading it."""
+        return self.name == "prepare" and bool(self.fields)
+
+    @property
+    def reads_model(self) -> bool:
+        return bool(self.fields) and not self.prepares
+
+
+def steps(body: tuple[Step | Loop, ...]) -> Iterator[Step]:
+    """All steps, in order, those in loops once."""
+    for node in body:
+        if isinstance(node, Loop):
+            yield from steps(node.body)
+        else:
+            yield node
+
+
+def without_dead_steps(function: Function) -> Function:
+    """The function without steps that no output depends on."""
+    return replace(function, body=_live(function.body, set())[0])
+
+
+def _live(body: tuple[Step | Loop, ...], after: set[str]) -> tuple[tuple[Step | Loop, ...], set[str]]:
+    """(the steps that are needed, the names needed before them). after: names needed after the last step."""
+    needed, kept = set(after), []
+    for node in reversed(body):
+        if isinstance(node, Loop):
+            inner, before = _live(node.body, needed)
+            while not before <= needed:  # what a turn of the loop needs, the turn before it must leave
+                needed |= before
+                inner, before = _live(node.body, needed)
+            kept += [replace(node, body=inner)] if inner else []
+        elif node.kind == "put" or node.name in needed:
+            if node.kind in ("let", "var"):
+                needed.discard(node.name)
+            needed |= symbols(node.expression)
+            kept.append(node)
+    return tuple(reversed(kept)), needed
+
+
+def read_array(data: dict, role: str) -> Array:
+    shape = tuple(data["shape"])
+    if any(not isinstance(size, int) and size not in SHAPES for size in shape):
+        raise ContractError(f"{data['name']}: unknown shape {list(shape)}")
+    return Array(data["name"], shape, role, data.get("unit", ""), data.get("meaning", ""))
+
+
+def read_function(data: dict, fields: tuple[Array, ...]) -> Function:
+    """The function of the JSON form. ContractError where it breaks the contract."""
+    where = f"{data['set']}.{data['name']}"
+    try:
+        arguments = tuple(read_array(a, a["role"]) for a in data["arguments"])
+        function = Function(
+            data["set"], data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, ()
+        )
+        elements = _elements(function, data.get("elements") or {})
+        names = [*elements, *_declared(data["body"]), *CONSTANTS]
+        reader = _Reader(replace(function, elements=elements), Canonical(Order(names)))
+        return without_dead_steps(replace(reader.function, body=reader.block(data["body"], {}, ())))
+    except (KeyError, TypeError, ValueError) as problem:
+        kind = f"{type(problem).__name__}: " if isinstance(problem, KeyError) else ""
+        raise ContractError(f"{where}: {kind}{problem}") from problem
+
+
+def _declared(body: list) -> Iterator[str]:
+    for node in body:
+        yield from (
+            _declared(node["body"]) if "loop" in node else filter(None, [node.get("let"), node.get("var")])
+        )
+
+
+def _elements(function: Function, named: dict) -> dict[str, Element]:
+    """Symbols read from arrays: the model's fields and scalar inputs by their own name, then what the data
+    names.
+    """
+    inputs = {a.name: a for a in function.inputs}
+    own = [*(function.fields if function.reads_model else ()), *(a for a in inputs.values() if not a.shape)]
+    elements = {a.name: Element(a, a.indices) for a in own}
+    for symbol, (name, *index) in named.items():
+        if name not in inputs:
+            raise ContractError(f"element {symbol}: no input {name}")
+        elements[symbol] = _element(inputs[name], index)
+    return elements
+
+
+def _element(array: Array, index: list) -> Element:
+    if len(index) != len(array.shape) or not all(map(_fits, index, array.shape)):
+        raise ContractError(f"{array.name}: index {list(index)} does not fit shape {list(array.shape)}")
+    return Element(array, tuple(index))
+
+
+def _fits(k: int | str, size: int | str) -> bool:
+    if isinstance(k, int) and isinstance(size, int):
+        return 0 <= k < size
+    return isinstance(size, str) and SHAPES.get(size) == k
+
+
+@dataclass
+class _Reader:
+    function: Function
+    canonical: Canonical
+
+    def block(self, body: list, known: dict[str, str], indices: tuple[str, ...]) -> tuple[Step | Loop, ...]:
+        """Steps of one scope. known: kinds of the steps' names so far, in this scope and around it."""
+        known = dict(known)
+        return tuple(self.node(node, known, indices) for node in body)
+
+    def node(self, node: dict, known: dict[str, str], indices: tuple[str, ...]) -> Step | Loop:
+        if "loop" in node:
+            index = node["loop"]
+            if index not in INDICES or index in indices or (index == "i" and indices):
+                raise ContractError(f"loop over {index} within {list(indices)}")
+            return Loop(index, self.block(node["body"], known, (*indices, index)))
+        kind = next((k for k in ("let", "var", "add", "update", "put") if k in node), None)
+        if kind is None:
+            raise ContractError(f"unknown step {sorted(node)}")
+        expression = self.canonical.read(node["expr"])
+        for name in sorted(symbols(expression)):
+            self.check_symbol(name, node[kind], known, indices)
+        if kind == "put":
+            return Step("put", node["put"][0], expression, self.target(node["put"], indices))
+        name = node[kind]
+        self.check_name(kind, name, known)
+        known.setdefault(name, kind)
+        return Step(kind, name, expression)
+
+    def check_symbol(self, name: str, where: object, known: dict[str, str], indices: tuple[str, ...]) -> None:
+        if name in known:
+            return
+        if name in CONSTANTS:
+            needs = tuple(CONSTANTS[name])
+        elif name in self.function.elements:
+            needs = tuple(k for k in self.function.elements[name].index if k in INDICES)
+        else:
+            raise ContractError(f"{where}: unknown symbol {name}")
+        if not set(needs) <= set(indices):
+            raise ContractError(f"{where}: {name} stands outside the loop over {', '.join(needs)}")
+
+    def check_name(self, kind: str, name: str, known: dict[str, str]) -> None:
+        if kind in ("add", "update"):
+            if known.get(name) != "var":
+                raise ContractError(f"{kind} {name}: not a var here")
+        elif name in known or name in self.function.elements or name in CONSTANTS or name in INDICES:
+            raise ContractError(f"{kind} {name}: the name is taken")
+        elif not IDENTIFIER.match(name):
+            raise ContractError(f"{kind} {name}: not an identifier")
+
+    def target(self, put: list, indices: tuple[str, ...]) -> Element:
+        name, *index = put
+        targets = self.function.fields if self.function.prepares else self.function.outputs
+        array = next((a for a in targets if a.name == name), None)
+        if array is None:
+            raise ContractError(f"put {put}: no such output")
+        element = _element(array, index)
+        if any(k in INDICES and k not in indices for k in index):
+            raise ContractError(f"put {put}: outside its loop")
+        return element
+
+
+def function_to_json(function: Function) -> dict:
+    """The canonical JSON form of the function; fields of the model are the set's, not repeated here."""
+    own = {a.name for a in function.fields} if function.reads_model else set()
+    return {
+        "set": function.set,
+        "name": function.name,
+        "summary": function.summary,
+        "equations": list(function.equations),
+        "arguments": [array_to_json(a) | {"role": a.role} for a in function.arguments],
+        "elements": {s: [e.array.name, *e.index] for s, e in function.elements.items() if s not in own},
+        "body": [_node_to_json(node) for node in function.body],
+    }
+
+
+def array_to_json(array: Array) -> dict:
+    return {"name": array.name, "shape": list(array.shape), "unit": array.unit, "meaning": array.meaning}
+
+
+def _node_to_json(node: Step | Loop) -> dict:
+    if isinstance(node, Loop):
+        return {"loop": node.index, "body": [_node_to_json(inner) for inner in node.body]}
+    key = [node.name, *node.target.index] if node.target else node.name
+    return {node.kind: key, "expr": to_json(node.expression)}

@@ -1,0 +1,192 @@
+"""Every emitted file as bytes: templates filled with what the printers say."""
+
+import re
+import textwrap
+from collections.abc import Iterable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from .c import CFunction, Layout, plus, prototype, times
+from .derivation import Derivation, EffectSet, json_text, kernel_to_json, set_to_json
+from .expressions import Canonical
+from .latex import Latex, escaped
+from .operations import count_intermediates, count_operations
+from .programs import Array, Function, Loop
+from .python import PythonFunction
+from .sharing import share
+
+SOURCE = "maxima/derive.mac"
+STEP_NEEDS = ("reduced", "wheel_rates", "pose_rates")
+PLACE_WORDS = {
+    "once": "once",
+    "wheel": "per wheel",
+    "slot": "per free-roller slot",
+    "roller": "per free roller",
+}
+
+
+def render(derivation: Derivation) -> dict[str, bytes]:
+    """{path below generated/: contents}, in a fixed order."""
+    shared = {f"{s.name}.{f.name}": share(f) for s in derivation.sets for f in s.functions}
+    texts = {
+        "__init__.py": template("package.py", text="Everything that codegen wrote. Never edited by hand."),
+        "python/__init__.py": template(
+            "package.py", text="The kernels in Python, one module a set of effects."
+        ),
+        "python/elementary.py": template("elementary.py"),
+    }
+    for effects in derivation.sets:
+        texts |= kernel_texts(effects, [shared[f"{effects.name}.{f.name}"] for f in effects.functions])
+    texts["latex/equations.tex"] = latex_text(derivation)
+    texts |= data_texts(derivation, shared)
+    return {path: texts[path].encode("utf-8") for path in sorted(texts)}
+
+
+def template(file: str, **values: object) -> str:
+    """The text of one emitted file. file: the template's name without .j2."""
+    return ENVIRONMENT.get_template(f"{file}.j2").render(
+        template=f"codegen/templates/{file}.j2", source=SOURCE, **values
+    )
+
+
+def kernel_texts(effects: EffectSet, functions: list[Function]) -> dict[str, str]:
+    layout = Layout(effects.fields)
+    step = step_function(effects)
+    in_c = [CFunction(f, layout) for f in functions]
+    values = {"set": effects, "layout": layout, "functions": in_c, "step": step}
+    in_python = [PythonFunction(f) for f in functions]
+    return {
+        f"c/omniroll_{effects.name}.h": template("omniroll_set.h", **values),
+        f"c/omniroll_{effects.name}.c": template("omniroll_set.c", **values),
+        f"python/{effects.name}.py": template("set.py", set=effects, functions=in_python),
+    }
+
+
+def step_function(effects: EffectSet) -> dict | None:
+    """What the fixed step needs to know, where the set has the functions that it is made of."""
+    if not all(effects.function(name) for name in STEP_NEEDS):
+        return None
+    reduced = effects.function("reduced")
+    assert reduced is not None
+    passed = [a for a in reduced.inputs if a.name not in ("nu", "chi")]
+    name = f"omniroll_{effects.name}_step"
+    parameters = [
+        "int wheels",
+        "int rollers_per_wheel",
+        "const real_t *model",
+        "real_t h",
+        "real_t *nu",
+        "real_t *chi",
+        *(f"const real_t *{a.name}" for a in passed),
+        "real_t *pose",
+        "real_t *work",
+    ]
+    return {"name": name, "passed": passed, "prototype": prototype("OMNIROLL_API void", name, parameters)}
+
+
+def latex_text(derivation: Derivation) -> str:
+    names = {name: entry["latex"] for name, entry in derivation.data["symbols"].items()}
+    return template(
+        "equations.tex",
+        latex=Latex(names),
+        read=Canonical(derivation.canonical.order).read,
+        equations=derivation.data["equations"],
+    )
+
+
+def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str, str]:
+    kernels = [
+        kernel_to_json(
+            f,
+            count_operations(shared[f"{s.name}.{f.name}"]),
+            count_intermediates(shared[f"{s.name}.{f.name}"]),
+        )
+        for s in derivation.sets
+        for f in s.functions
+    ]
+    parts = {
+        name: {name: derivation.part(name)}
+        for name in ("symbols", "effects", "equations", "proofs", "bounds", "formulas")
+    }
+    parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels}
+    return {
+        f"data/{name}.json": template(
+            "data.json", parts={key: json_text(value, 1, len(key) + 5) for key, value in part.items()}
+        )
+        for name, part in parts.items()
+    }
+
+
+# What the templates use beside the printers
+
+
+def sizes(array: Array) -> str:
+    """[N][n-1] after the array's name in comments."""
+    return "".join(f"[{size}]" for size in array.shape)
+
+
+def wrapped(text: str, before: str, width: int = 110) -> str:
+    """Prose in lines that each start with `before`."""
+    return (
+        "\n".join(
+            textwrap.wrap(
+                text,
+                width,
+                initial_indent=before,
+                subsequent_indent=before,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )
+        or before.rstrip()
+    )
+
+
+def work(function: CFunction | PythonFunction) -> str:
+    """The operation counts as one sentence."""
+    places = []
+    for place, counts in function.operations.items():
+        told = ", ".join(f"{number} {kind}" for kind, number in counts.items() if number)
+        if told:
+            places.append(f"{PLACE_WORDS[place]} {told}")
+    return f"Operations: {'; '.join(places) or 'none'}. Intermediates: {function.intermediates}."
+
+
+def equations_of(numbers: Iterable[str]) -> str:
+    """(3.1), (3.4) and plain words for what is not a number."""
+    return ", ".join(f"({n})" if re.fullmatch(r"\d+\.\d+(:\w+)?", n) else n for n in numbers)
+
+
+def called(names: list[str], text: str) -> list[str]:
+    """The functions that the text calls."""
+    return [name for name in names if re.search(rf"\b{name}\(", text)]
+
+
+def is_loop(node: object) -> bool:
+    return isinstance(node, Loop)
+
+
+def environment() -> Environment:
+    made = Environment(
+        loader=FileSystemLoader(Path(__file__).with_name("templates")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    made.filters |= {
+        "sizes": sizes,
+        "wrapped": wrapped,
+        "work": work,
+        "equations": equations_of,
+        "tex": escaped,
+        "called": called,
+    }
+    made.tests["loop"] = is_loop
+    made.globals |= {"plus": plus, "times": times}
+    return made
+
+
+ENVIRONMENT = environment()

@@ -1,0 +1,150 @@
+"""Update and check are one code path; a derivation that fails stops the run and says why."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from toy import derivation
+
+from codegen.__main__ import main
+from codegen.derivation import Derivation, json_text
+from codegen.programs import ContractError
+from codegen.rendering import render
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+@pytest.fixture
+def folder(toy_file, tmp_path):
+    assert main(["--derivation", str(toy_file), "--output", str(tmp_path / "out")]) == 0
+    return tmp_path / "out"
+
+
+def check(toy_file, folder):
+    return main(["--derivation", str(toy_file), "--output", str(folder), "--check"])
+
+
+def test_check_of_what_was_just_written(toy_file, folder, capsys):
+    assert check(toy_file, folder) == 0
+    assert "up to date" in capsys.readouterr().out
+
+
+def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsys):
+    (folder / "c/omniroll_toy.c").write_text("/* edited */\n")
+    (folder / "python/toy.py").unlink()
+    (folder / "c/old.c").write_text("\n")
+    before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    assert check(toy_file, folder) == 1
+    said = capsys.readouterr().out
+    assert "different: c/omniroll_toy.c" in said
+    assert "missing: python/toy.py" in said
+    assert "surplus: c/old.c" in said
+    assert before == {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}, "a check writes nothing"
+    assert main(["--derivation", str(toy_file), "--output", str(folder)]) == 0
+    assert check(toy_file, folder) == 0
+
+
+def test_check_of_an_empty_folder(toy_file, tmp_path, capsys):
+    assert check(toy_file, tmp_path / "nothing") == 1
+    assert "missing: c/omniroll_toy.h" in capsys.readouterr().out
+
+
+def test_python_caches_are_no_surplus(toy_file, folder):
+    cache = folder / "python/__pycache__"
+    cache.mkdir()
+    (cache / "toy.pyc").write_bytes(b"")
+    assert check(toy_file, folder) == 0
+
+
+def test_a_folder_of_someone_else_is_left_alone(toy_file, tmp_path, capsys):
+    (tmp_path / "letter.txt").write_text("dear")
+    assert main(["--derivation", str(toy_file), "--output", str(tmp_path)]) == 2
+    assert "codegen did not write" in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["letter.txt"]
+
+
+def test_order_of_the_data_and_hash_seed_do_not_matter(toy_file, folder, tmp_path):
+    def reversed_sums(data):
+        match data:
+            case ["+" | "*" as head, *parts]:
+                return [head, *map(reversed_sums, reversed(parts))]
+            case list():
+                return [reversed_sums(d) for d in data]
+            case dict():
+                return {key: reversed_sums(value) for key, value in data.items()}
+        return data
+
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(reversed_sums(derivation())))
+    for seed in ("0", "99"):
+        command = [sys.executable, "-m", "codegen", "--check", "--derivation", other, "--output", folder]
+        subprocess.run(command, cwd=ROOT, check=True, capture_output=True, env=os.environ | {"PYTHONHASHSEED": seed})
+
+
+def test_no_trace_of_the_machine(toy_file, folder, tmp_path):
+    for file in folder.rglob("*"):
+        if file.is_file():
+            assert str(tmp_path) not in file.read_text()
+            assert str(ROOT) not in file.read_text()
+
+
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        (lambda d: d.pop("bounds"), "parts missing: bounds"),
+        (lambda d: d.update(format=2), "not of format 1"),
+        (lambda d: d["sets"].pop(), "functions of unknown sets: parts"),
+        (lambda d: d["functions"].append(d["functions"][0]), "stands twice"),
+        (lambda d: d["functions"].append(d["functions"][0] | {"body": [{"put": ["gain"], "expr": "zeta"}]}), "toy.prepare: .*zeta"),
+    ],
+)  # fmt: skip
+def test_data_that_breaks_the_contract_is_named(change, message):
+    data = derivation() | {"functions": list(derivation()["functions"])}
+    change(data)
+    with pytest.raises(ContractError, match=message):
+        render(Derivation(data))
+
+
+@pytest.mark.parametrize("text", ["", '{"format": 1, "symb', "[]"])
+def test_half_a_file_is_refused(text, tmp_path, capsys):
+    file = tmp_path / "half.json"
+    file.write_text(text)
+    assert main(["--derivation", str(file), "--output", str(tmp_path / "out")]) == 2
+    assert "half.json" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_data_is_json_with_counts(folder):
+    kernels = json.loads((folder / "data/kernels.json").read_text())
+    reduced = next(f for f in kernels["functions"] if f["name"] == "reduced")
+    assert set(reduced["operations"]) == {"once", "wheel", "slot", "roller"}
+    assert reduced["operations"]["wheel"]["sincos"] == 2
+    assert reduced["operations"]["roller"] == dict.fromkeys(("add", "mul", "div", "sqrt", "sincos"), 0)
+    assert reduced["elements"]["p"] == ["momenta", "i", 0]
+    bounds = json.loads((folder / "data/bounds.json").read_text())["bounds"]
+    assert bounds[0]["positive"] == ["+", "l", ["*", -1, "r"]]
+
+
+def test_emitted_data_can_be_derived_from_again(folder):
+    """Canonical data renders to the same kernels: specialising needs no Maxima."""
+    parts = [json.loads((folder / f"data/{name}.json").read_text())
+             for name in ("kernels", "symbols", "effects", "equations", "proofs", "bounds", "formulas")]  # fmt: skip
+    data = {"format": 1} | {key: value for part in parts for key, value in part.items()}
+    again = render(Derivation(data))
+    assert all(again[path] == (folder / path).read_bytes() for path in again)
+
+
+def test_json_text_is_the_data():
+    data = derivation()
+    text = json_text(data)
+    assert json.loads(text) == json.loads(json.dumps(data))
+    assert max(map(len, text.splitlines())) <= 140
+
+
+def test_latex_shows_the_equation(folder):
+    text = (folder / "latex/equations.tex").read_text()
+    assert r"\frac{\sin l - \nu_1}{\rho}" in text
+    assert r"a\_b" in text

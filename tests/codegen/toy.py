@@ -1,0 +1,210 @@
+"""A small made-up derivation with every kind of step, shape and expression, and tools to run programs exactly."""
+
+from fractions import Fraction
+
+from codegen.expressions import Call, Number, Power, Product, Sum, Symbol
+from codegen.programs import Loop
+
+
+def array(name, shape, role=None):
+    return {"name": name, "shape": shape, "unit": "1", "meaning": f"the toy's {name}"} | (
+        {"role": role} if role else {}
+    )
+
+
+MODEL = [array("gain", []), array("l", []), array("cos_alpha", ["N"]), array("sin_alpha", ["N"]),
+         array("cos_kappa", ["n-1"])]  # fmt: skip
+NU = {"nu_1": ["nu", 0], "nu_2": ["nu", 1], "nu_3": ["nu", 2]}
+
+
+def function(name, summary, inputs, outputs, elements, body, set="toy", equations=("3.4", "section 4")):
+    arguments = [array(*a, "in") for a in inputs] + [array(*a, "out") for a in outputs]
+    return {"set": set, "name": name, "summary": summary, "equations": list(equations), "arguments": arguments,
+            "elements": elements, "body": body}  # fmt: skip
+
+
+def let(name, expr):
+    return {"let": name, "expr": expr}
+
+
+def put(target, expr):
+    return {"put": target, "expr": expr}
+
+
+FUNCTIONS = [
+    function(
+        "prepare", "Constants of the toy.",
+        [("mass", []), ("length", []), ("wheel_angles", ["N"])], [],
+        {"M": ["mass"], "alpha": ["wheel_angles", "i"]},
+        [
+            let("gain", ["*", ["/", 1, 3], "M", ["^", "N", -1]]),
+            let("half", ["*", ["/", 1, 2], "n"]),
+            put(["gain"], "gain"),
+            put(["l"], ["+", "length", ["/", 1, 2], ["*", -1, "half", ["/", 1, 7]]]),
+            {"loop": "i", "body": [put(["cos_alpha", "i"], ["cos", "alpha"]), put(["sin_alpha", "i"], ["sin", "alpha"])]},
+            {"loop": "j", "body": [put(["cos_kappa", "j"], ["cos", ["*", 2, "pi", "slot", ["^", "n", -1]]])]},
+        ],
+    ),
+    function(
+        "wheel_rates", "Rates of the toy's wheels.",
+        [("nu", [3]), ("chi", ["N"])], [("chi_dot", ["N"]), ("contact_spin", ["N"])], NU | {"chi": ["chi", "i"]},
+        [
+            {"loop": "i", "body": [
+                let("unused", ["sin", "nu_3"]),
+                put(["chi_dot", "i"], ["*", ["+", ["*", "sin_alpha", "nu_1"], ["*", -1, "cos_alpha", "nu_2"]], "gain", ["^", "l", -1]]),
+                put(["contact_spin", "i"], ["*", "gain", "nu_3", ["^", ["+", 2, ["cos", "chi"]], -1]]),
+            ]},
+        ],
+    ),
+    function(
+        "pose_rates", "Rates of the toy's pose.", [("nu", [3]), ("theta", [])], [("pose_dot", [3])], NU,
+        [
+            put(["pose_dot", 0], ["*", "nu_1", ["cos", "theta"]]),
+            put(["pose_dot", 1], ["*", "nu_1", ["sin", "theta"]]),
+            put(["pose_dot", 2], "nu_3"),
+        ],
+    ),
+    function(
+        "reduced", "Accelerations of the toy.",
+        [("nu", [3]), ("chi", ["N"]), ("momenta", ["N", 2])], [("nu_dot", [3])],
+        NU | {"chi": ["chi", "i"], "p": ["momenta", "i", 0], "q": ["momenta", "i", 1]},
+        [
+            {"var": "m", "expr": ["+", 1, ["^", "gain", 2]]},
+            {"var": "f", "expr": 0},
+            {"loop": "i", "body": [
+                let("rho", ["+", ["*", "l", ["cos", "chi"]], 2]),
+                {"add": "m", "expr": ["*", ["^", "gain", 2], ["^", "cos_alpha", 2], ["^", "rho", -2]]},
+                {"add": "f", "expr": ["+", ["*", -1, "p", ["sin", "chi"], ["^", "rho", -1]], ["*", "q", ["cos", "chi"], "gain"]]},
+            ]},
+            {"update": "f", "expr": ["*", "f", ["/", 3, 4]]},
+            put(["nu_dot", 0], ["*", "f", ["^", "m", -1]]),
+            put(["nu_dot", 1], ["*", -1, "nu_2", ["^", "m", -1]]),
+            put(["nu_dot", 2], ["*", -1, ["+", "nu_3", ["*", -1, "nu_1"]]]),
+        ],
+    ),
+    function(
+        "everything", "All kinds of steps at once.",
+        [("nu", [3]), ("chi", ["N"]), ("spins", ["N", "n-1"])],
+        [("matrix", [3, 3]), ("spins_dot", ["N", "n-1"]), ("momenta", ["N", 2]), ("energy", [])],
+        NU | {"chi": ["chi", "i"], "spin": ["spins", "i", "j"]},
+        [
+            {"var": "energy", "expr": ["*", ["/", 1, 2], ["^", "nu_1", 5]]},
+            {"loop": "i", "body": [
+                {"var": "s", "expr": 0},
+                {"loop": "j", "body": [
+                    let("x", ["+", "spin", ["*", "nu_3", "cos_kappa"], ["*", "gain", "nu_3", "cos_alpha"]]),
+                    {"add": "s", "expr": ["*", "x", "cos_kappa"]},
+                    put(["spins_dot", "i", "j"], ["*", "x", ["^", "l", -1], "slot"]),
+                ]},
+                {"add": "energy", "expr": ["*", ["^", "s", 2], ["/", 1, 6]]},
+                put(["momenta", "i", 0], ["*", "s", ["sin", ["+", "chi", ["*", -1, "nu_1"]]]]),
+                put(["momenta", "i", 1], ["*", "s", ["sin", ["+", "nu_1", ["*", -1, "chi"]]]]),
+            ]},
+            put(["energy"], ["sqrt", ["+", ["^", "energy", 2], ["^", "nu_2", -4]]]),
+            *(put(["matrix", r, c], ["*", r - c, "energy", ["^", "nu_2", -1]]) for r in range(3) for c in range(3)),
+        ],
+    ),
+    function(
+        "share_of", "A set without a model.", [("mass", []), ("sizes", ["N"])], [("total", []), ("mean", [])],
+        {"size": ["sizes", "i"]},
+        [
+            {"var": "sum", "expr": 0},
+            {"loop": "i", "body": [{"add": "sum", "expr": ["*", "mass", "size"]}]},
+            put(["total"], ["*", "sum", "n"]),
+            put(["mean"], ["*", "sum", ["^", "N", -1], ["/", 2, 3]]),
+        ],
+        set="parts",
+    ),
+]  # fmt: skip
+
+
+def derivation():
+    """The toy's data, new at every call."""
+    meanings = {"nu_1": r"\nu_1", "rho": r"\rho", "l": "l"}
+    return {
+        "format": 1,
+        "symbols": {s: {"code": s, "latex": t, "unit": "1", "meaning": s} for s, t in meanings.items()},
+        "effects": [{"name": "toy", "meaning": "a toy"}],
+        "sets": [{"name": "toy", "effects": ["toy"], "model": MODEL, "meaning": "a toy for tests"},
+                 {"name": "parts", "effects": [], "model": [], "meaning": "a toy of parts"}],
+        "functions": FUNCTIONS,
+        "equations": [{"id": "1", "title": "a_b", "source": "2.1", "left": "x",
+                       "expr": ["*", -1, ["^", "rho", -1], ["+", "nu_1", ["*", -1, ["sin", "l"]]]]}],
+        "proofs": [{"name": "p", "file": "f.mac", "claim": "0 = 0"}],
+        "bounds": [{"field": "l", "positive": ["+", ["*", -1, "r"], "l"], "reason": "it must"}],
+        "formulas": [],
+    }  # fmt: skip
+
+
+EXACT = {"sin": lambda x: x**3 + x, "cos": lambda x: x**2 + 1, "sqrt": lambda x: x**2 + 3}
+EXACT_PI = Fraction(22, 7)  # parity and sharing do not ask for more
+
+
+def evaluate(e, values):
+    """The expression at exact values; odd and even polynomials stand for the elementary functions."""
+    match e:
+        case Number(value):
+            return value
+        case Symbol(name):
+            return values(name)
+        case Sum(terms):
+            return sum(evaluate(term, values) for term in terms)
+        case Product(factors):
+            result = Fraction(1)
+            for factor in factors:
+                result *= evaluate(factor, values)
+            return result
+        case Power(base, exponent):
+            return evaluate(base, values) ** exponent
+        case Call(name, argument):
+            return EXACT[name](evaluate(argument, values))
+
+
+def run(function, wheels, rollers, data):
+    """{(output, index): exact value}. data: {array: {index: value}} for model fields and inputs."""
+    output = {}
+
+    def place(element, at):
+        return tuple(at.get(k, k) for k in element.index)
+
+    def block(body, known, at):
+        known = dict(known)
+        changed = {}
+
+        def value(name):
+            if name in known:
+                return known[name]
+            if name in function.elements:
+                element = function.elements[name]
+                return data[element.array.name][place(element, at)]
+            counts = {"N": wheels, "n": rollers, "pi": EXACT_PI, "slot": at.get("j", -1) + 1}
+            return Fraction(counts[name])
+
+        for node in body:
+            if isinstance(node, Loop):
+                for k in range(wheels if node.index == "i" else rollers - 1):
+                    changed = block(node.body, known, at | {node.index: k})
+                    known |= {name: new for name, new in changed.items() if name in known}
+            elif node.kind == "load":
+                known[node.name] = value(node.name) if node.name not in known else known[node.name]
+            elif node.kind == "put":
+                output[(node.target.array.name, place(node.target, at))] = evaluate(node.expression, value)
+            else:
+                new = evaluate(node.expression, value)
+                known[node.name] = known[node.name] + new if node.kind == "add" else new
+        return known
+
+    block(function.body, {}, {})
+    return output
+
+
+def random_data(function, wheels, rollers, random):
+    """Exact random values for everything that the function reads."""
+    sizes = {"N": wheels, "n-1": rollers - 1}
+    data = {}
+    for a in {element.array for element in function.elements.values()}:
+        places = [()]
+        for size in a.shape:
+            places = [(*p, k) for p in places for k in range(sizes.get(size, size))]
+        data[a.name] = {p: Fraction(random.randint(1, 40), random.randint(1, 9)) for p in places}
+    return data

@@ -1,0 +1,171 @@
+"""Exact properties of the accelerations, and limits with a closed form."""
+
+import numpy as np
+import pytest
+from oracle import lagrange
+from oracle.balls import exact, working_precision
+from oracle.bridge import error, project_vehicle
+from oracle.lagrange import MODELS
+from oracle.states import ordinary_vehicle, random_state, random_vehicle, time_for_switches
+
+
+def accelerations(vehicle, nu, chi, spins, model):
+    import omniroll
+
+    spins = spins if model == "free" else None
+    return omniroll.accelerations(project_vehicle(vehicle), nu, chi, spins, roller_model=model)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("wheels, rollers", [(2, 3), (3, 5), (5, 16), (6, 60)])
+def test_scaling_by_powers_of_two_is_exact(wheels, rollers, model):
+    """f(lambda nu, lambda spins) = lambda^2 f(nu, spins), bit for bit; lambda = -1 too."""
+    rng = np.random.default_rng([1, wheels, rollers])
+    vehicle = random_vehicle(rng, wheels, rollers)
+    nu, chi, spins = random_state(rng, vehicle)
+    nu_dot, spins_dot = accelerations(vehicle, nu, chi, spins, model)
+    for scale in (2.0, 0.5, -1.0, -4.0, 2.0**40, 2.0**-60):
+        scaled = accelerations(vehicle, scale * nu, chi, scale * spins, model)
+        assert np.array_equal(scaled[0], scale**2 * np.asarray(nu_dot))
+        if model == "free":
+            assert np.array_equal(scaled[1], scale**2 * np.asarray(spins_dot))
+
+
+@pytest.mark.parametrize("model", ["locked", "free"])
+def test_light_rollers_tend_to_massless_ones(model):
+    """nu_dot(B) - nu_dot(massless) is B times a constant as B -> 0."""
+    rng = np.random.default_rng(2)
+    for wheels, rollers in ((2, 3), (3, 5), (4, 12), (6, 40)):
+        vehicle = random_vehicle(rng, wheels, rollers)
+        state = random_state(rng, vehicle)
+        massless = np.asarray(accelerations(vehicle, *state, "massless")[0])
+        rho = vehicle.wheel_radius * np.cos(np.pi / rollers) - vehicle.roller_axis_radius
+        light = 1e-7 * vehicle.mass * rho**2
+        steps = [
+            np.asarray(accelerations(vehicle.with_(roller_inertia=b), *state, model)[0]) - massless
+            for b in (light, 2 * light, 1000 * light)
+        ]
+        assert np.abs(steps[1] - 2 * steps[0]).max() <= 1e-5 * np.abs(steps[1]).max()
+        assert np.abs(steps[0]).max() <= 2e-3 * np.abs(steps[2]).max()
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_accelerations_do_no_work(model):
+    """dT/dt = 0: energy of the oracle differentiated along the accelerations of the project."""
+    rng = np.random.default_rng(3)
+    for wheels, rollers in ((2, 3), (3, 5), (4, 9), (6, 60)):
+        vehicle = random_vehicle(rng, wheels, rollers)
+        nu, chi, spins = random_state(rng, vehicle)
+        nu_dot, spins_dot = accelerations(vehicle, nu, chi, spins, model)
+        parts = power(vehicle, (nu, chi, spins), (nu_dot, spins_dot), model)
+        assert abs(sum(parts)) <= 1e-12 * sum(map(abs, parts))
+
+
+@working_precision
+def power(vehicle, state, rates, model):
+    """The parts of dT/dt that come from nu_dot_k, from the wheels' turning, and from spins_dot."""
+    nu, chi, spins = ([exact(v) for v in np.ravel(part)] for part in state)
+    count, n, step = vehicle.wheels, vehicle.rollers_per_wheel, exact("1e-25")
+    turning = lagrange.speeds(vehicle, nu, chi, None, model=model).chi
+
+    def slope(kind, push):
+        def energy(h):
+            moved = [list(nu), list(chi), list(spins)]
+            moved[kind] = [v + h * p for v, p in zip(moved[kind], push, strict=True)]
+            shaped = [moved[2][i * (n - 1) : (i + 1) * (n - 1)] for i in range(count)]
+            dq = lagrange.speeds(vehicle, moved[0], moved[1], shaped, model=model)
+            return lagrange.kinetic_energy(vehicle, exact(0), moved[1], dq, model=model)
+
+        return float((energy(step) - energy(-step)) / (2 * step))
+
+    parts = [slope(0, [exact(rates[0][k]) if k == m else exact(0) for m in range(3)]) for k in range(3)]
+    parts.append(slope(1, turning))
+    if model == "free":
+        parts.append(slope(2, [exact(v) for v in np.ravel(rates[1])]))
+    return parts
+
+
+def regular(rng, wheels, rollers=6):
+    angles = tuple(float(a) for a in 0.3 + 2 * np.pi * np.arange(wheels) / wheels)
+    return random_vehicle(rng, wheels, rollers, wheel_angles=angles)
+
+
+def turning_rates(vehicle, nu):
+    """(theta', Omega) of the massless vehicle on a regular polygon.
+
+    With B = 0 the energy is 2T = (M + N J/(2 l^2)) v^2 + (I_S + N J R^2/l^2) theta'^2, for the sums of cos^2
+    and sin^2 over a regular polygon are N/2 each and every mixed sum is zero. The constraints give the
+    wheels' angles only: no wheel's momentum depends on them, so that the one gyroscopic term is that of the
+    mass M in turning axes, (M + N J/(2 l^2)) (nu_1', nu_2') = M theta' (nu_2, -nu_1), and theta' is constant.
+    """
+    turn = nu[2] / vehicle.yaw_scale
+    wheels = vehicle.wheels * vehicle.wheel_inertia / (2 * vehicle.wheel_radius**2)
+    return turn, turn * vehicle.mass / (vehicle.mass + wheels)
+
+
+@pytest.mark.parametrize("wheels", [3, 4, 5, 6])
+def test_massless_rates_on_a_regular_polygon(wheels):
+    rng = np.random.default_rng([4, wheels])
+    vehicle = regular(rng, wheels)
+    for _ in range(5):
+        nu, chi, _ = random_state(rng, vehicle)
+        found, none = accelerations(vehicle, nu, chi, None, "massless")
+        _, rate = turning_rates(vehicle, nu)
+        wanted = rate * np.array([nu[1], -nu[0], 0.0])
+        assert none is None
+        assert np.abs(found - wanted).max() <= 1e-13 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+@pytest.mark.parametrize("switching", ["smooth", "impact"])
+@pytest.mark.parametrize("wheels", [3, 4, 6])
+def test_massless_vehicle_goes_round_its_circle(wheels, switching, engine):
+    """v_S turns in the fixed axes at theta' - Omega: a circle of radius |v_S|/(theta' - Omega)."""
+    import omniroll
+
+    rng = np.random.default_rng([5, wheels])
+    vehicle = regular(rng, wheels)
+    nu = rng.normal(size=3)
+    turn, rate = turning_rates(vehicle, nu)
+    speed = vehicle.platform_radius * np.abs(nu).max()
+    duration = float(min(6 / abs(turn), 40 * vehicle.wheel_radius / speed))
+    pose = (0.4, -0.7, 0.9)
+    trajectory = omniroll.simulate(
+        project_vehicle(vehicle), nu=nu, pose=pose, duration=duration, roller_model="massless",
+        switching=switching, accuracy=1e-10, engine=engine,
+    )  # fmt: skip
+    assert trajectory.t[-1] == duration and len(trajectory.t) > 2
+    t = np.asarray(trajectory.t)
+    body = (nu[0] + 1j * nu[1]) * np.exp(-1j * rate * t)
+    start = vehicle.platform_radius * (nu[0] + 1j * nu[1]) * np.exp(1j * pose[2])
+    place = pose[0] + 1j * pose[1] + start * np.expm1(1j * (turn - rate) * t) / (1j * (turn - rate))
+    wanted_pose = np.stack([place.real, place.imag, pose[2] + turn * t], axis=1)
+    wanted_nu = np.stack([body.real, body.imag, np.full_like(t, nu[2])], axis=1)
+    assert error(vehicle, nu, trajectory.pose, trajectory.nu, wanted_pose, wanted_nu) <= 1e-10
+    assert np.ptp(trajectory.energy) <= 1e-9 * trajectory.energy[0]
+
+
+@pytest.mark.parametrize("switching", ["smooth", "impact"])
+@pytest.mark.parametrize("model", ["locked", "free"])
+def test_motions_with_light_rollers_tend_to_massless_ones(model, switching):
+    """Over some switches, too, the end is a constant times B away from that of massless rollers."""
+    import omniroll
+
+    rng = np.random.default_rng(6)
+    vehicle = ordinary_vehicle(rng, 3, 5)
+    nu, chi, _ = random_state(rng, vehicle, filled=0.9)
+    duration = time_for_switches(vehicle, nu, 6)
+
+    def end(model, inertia):
+        trajectory = omniroll.simulate(
+            project_vehicle(vehicle.with_(roller_inertia=inertia)), nu=nu, chi=chi, duration=duration,
+            roller_model=model, switching=switching, accuracy=1e-12,
+        )  # fmt: skip
+        assert len(trajectory.switches) >= 4
+        return np.concatenate([trajectory.pose[-1], trajectory.nu[-1], trajectory.chi[-1]])
+
+    light = 1e-4 * vehicle.roller_inertia
+    massless = end("massless", light)
+    steps = [end(model, k * light) - massless for k in (1, 2)]
+    assert np.abs(steps[1] - 2 * steps[0]).max() <= 1e-3 * np.abs(steps[1]).max()
+    assert np.abs(steps[0]).max() >= 1e-8  # it is there to be seen

@@ -1,0 +1,156 @@
+"""The same motion told in other words: wheels renumbered, axes turned, mirrored, moved; and run backwards."""
+
+import numpy as np
+import pytest
+from oracle.bridge import error, project_vehicle, switch_table
+from oracle.lagrange import MODELS
+from oracle.states import ordinary_vehicle, random_state, random_vehicle, time_for_switches
+
+LAWS = ("smooth", "impact")
+
+
+def accelerations(vehicle, nu, chi, spins, model):
+    import omniroll
+
+    spins = spins if model == "free" else None
+    nu_dot, spins_dot = omniroll.accelerations(project_vehicle(vehicle), nu, chi, spins, roller_model=model)
+    return np.asarray(nu_dot), None if spins_dot is None else np.asarray(spins_dot)
+
+
+def simulate(vehicle, nu, chi, spins, model, law, duration, pose=(0, 0, 0), accuracy=1e-10, **more):
+    import omniroll
+
+    given = ({"spins": spins} if model == "free" else {}) | more
+    return omniroll.simulate(
+        project_vehicle(vehicle), nu=nu, chi=chi, pose=pose, duration=duration, roller_model=model,
+        switching=law, accuracy=accuracy, **given,
+    )  # fmt: skip
+
+
+def close(found, wanted, tolerance=1e-11):
+    scale = np.abs(wanted[0]).max() + (0 if wanted[1] is None else np.abs(wanted[1]).max())
+    assert np.abs(found[0] - wanted[0]).max() <= tolerance * scale
+    if wanted[1] is not None:
+        assert np.abs(found[1] - wanted[1]).max() <= tolerance * scale
+
+
+def turn_nu(nu, angle):
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([cos * nu[0] - sin * nu[1], sin * nu[0] + cos * nu[1], nu[2]])
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("wheels", [2, 4, 6])
+def test_accelerations_do_not_know_the_wheels_numbers(wheels, model):
+    rng = np.random.default_rng([1, wheels])
+    vehicle = random_vehicle(rng, wheels, 7)
+    nu, chi, spins = random_state(rng, vehicle)
+    order = rng.permutation(wheels)
+    first = accelerations(vehicle, nu, chi, spins, model)
+    other = accelerations(vehicle.permuted(order), nu, chi[order], spins[order], model)
+    close(other, (first[0], None if first[1] is None else first[1][order]))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_accelerations_turn_with_the_platforms_axes(model):
+    rng = np.random.default_rng(2)
+    vehicle = random_vehicle(rng, 3, 5)
+    nu, chi, spins = random_state(rng, vehicle)
+    first = accelerations(vehicle, nu, chi, spins, model)
+    turned = vehicle.with_(wheel_angles=tuple(a + 0.7 for a in vehicle.wheel_angles))
+    other = accelerations(turned, turn_nu(nu, 0.7), chi, spins, model)
+    close(other, (turn_nu(first[0], 0.7), first[1]))
+
+
+MIRROR = np.array([1.0, -1.0, -1.0])
+
+
+def mirrored(vehicle):
+    return vehicle.with_(wheel_angles=tuple(-a for a in vehicle.wheel_angles))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_accelerations_have_a_mirror_image(model):
+    """eta -> -eta: alpha, nu_2, nu_3, chi change sign, rollers come in the other order with the same
+    spins.
+    """
+    rng = np.random.default_rng(3)
+    vehicle = random_vehicle(rng, 4, 6)
+    nu, chi, spins = random_state(rng, vehicle)
+    first = accelerations(vehicle, nu, chi, spins, model)
+    other = accelerations(mirrored(vehicle), MIRROR * nu, -chi, spins[:, ::-1], model)
+    close(other, (MIRROR * first[0], None if first[1] is None else first[1][:, ::-1]))
+
+
+def motion_case(seed, model):
+    rng = np.random.default_rng(seed)
+    vehicle = ordinary_vehicle(rng, 3, 5)
+    nu, chi, spins = random_state(rng, vehicle, filled=0.9)
+    return rng, vehicle, nu, chi, spins, time_for_switches(vehicle, nu, 6)
+
+
+def same_switches(found, wanted, wheel=lambda w: w, sign=1):
+    assert len(found) == len(wanted) >= 3
+    for a, b in zip(found, wanted, strict=True):
+        assert a[0] == pytest.approx(b[0], rel=1e-7) and (a[1], a[2]) == (wheel(b[1]), sign * b[2])
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("model", MODELS)
+def test_motions_do_not_know_the_wheels_numbers(model, law):
+    _, vehicle, nu, chi, spins, duration = motion_case(4, model)
+    order = np.array([2, 0, 1])
+    first = simulate(vehicle, nu, chi, spins, model, law, duration)
+    other = simulate(vehicle.permuted(order), nu, chi[order], spins[order], model, law, duration)
+    assert error(vehicle, nu, other.pose[-1], other.nu[-1], first.pose[-1], first.nu[-1]) <= 2e-10
+    same_switches(
+        switch_table(other), switch_table(first), wheel=lambda w: int(np.flatnonzero(order == w)[0])
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("model", MODELS)
+def test_motions_have_a_mirror_image(model, law):
+    _, vehicle, nu, chi, spins, duration = motion_case(5, model)
+    first = simulate(vehicle, nu, chi, spins, model, law, duration)
+    other = simulate(mirrored(vehicle), MIRROR * nu, -chi, spins[:, ::-1], model, law, duration)
+    pose, nu_end = MIRROR * first.pose[-1], MIRROR * first.nu[-1]
+    assert error(vehicle, nu, other.pose[-1], other.nu[-1], pose, nu_end) <= 2e-10
+    same_switches(switch_table(other), switch_table(first), sign=-1)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_motions_move_with_their_start(model):
+    """Another pose and another time at the start: the same motion, moved."""
+    _, vehicle, nu, chi, spins, duration = motion_case(6, model)
+    first = simulate(vehicle, nu, chi, spins, model, "impact", duration)
+    x, y, theta = 2.0, -1.0, 2.2
+    other = simulate(vehicle, nu, chi, spins, model, "impact", duration, pose=(x, y, theta), start_time=5.0)
+    moved = turn_nu(first.pose[-1], theta) + np.array([x, y, theta])
+    assert error(vehicle, nu, other.pose[-1], other.nu[-1], moved, first.nu[-1]) <= 2e-10
+    assert other.t[0] == 5.0 and other.t[-1] == pytest.approx(5.0 + duration, rel=1e-15)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked"])
+def test_smooth_motions_run_backwards(model):
+    """From the end with opposite speeds back to the start. (Free rollers forget the entering roller's
+    spin.)
+    """
+    _, vehicle, nu, chi, spins, duration = motion_case(7, model)
+    first = simulate(vehicle, nu, chi, spins, model, "smooth", duration)
+    back = simulate(
+        vehicle, -first.nu[-1], first.chi[-1], spins, model, "smooth", duration, pose=first.pose[-1]
+    )
+    assert len(switch_table(back)) == len(switch_table(first)) >= 3
+    assert error(vehicle, nu, back.pose[-1], -back.nu[-1], np.zeros(3), nu) <= 1e-8
+    assert np.abs(back.chi[-1] - chi).max() <= 1e-8
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("scale", [2.0, 0.25])
+def test_motions_scale_in_time(model, scale):
+    """Speeds times lambda: the same path in 1/lambda of the time."""
+    _, vehicle, nu, chi, spins, duration = motion_case(8, model)
+    first = simulate(vehicle, nu, chi, spins, model, "impact", duration)
+    other = simulate(vehicle, scale * nu, chi, scale * spins, model, "impact", duration / scale)
+    assert error(vehicle, nu, other.pose[-1], other.nu[-1] / scale, first.pose[-1], first.nu[-1]) <= 2e-10
