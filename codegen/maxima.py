@@ -165,13 +165,18 @@ def cache_folder() -> Path:
     return (Path(given) if Path(given).is_absolute() else Path.home() / ".cache") / "omniroll"
 
 
+def pinned_folder() -> Path:
+    """Where this Python's copy of the pinned Maxima is, or will be."""
+    key = REQUIREMENTS.read_bytes() + repr((sys.version_info[:2], sys.platform, platform.machine())).encode()
+    return cache_folder() / f"maxima-{hashlib.sha256(key).hexdigest()[:12]}"
+
+
 def installed(report: Report = print) -> Path:
     """The pinned Maxima's program, from the cache; installed there first where it is not.
 
     An installation is built beside its place and renamed, under a lock: it is there whole or not at all.
     """
-    key = REQUIREMENTS.read_bytes() + repr((sys.version_info[:2], sys.platform, platform.machine())).encode()
-    place = cache_folder() / f"maxima-{hashlib.sha256(key).hexdigest()[:12]}"
+    place = pinned_folder()
     found = wheel_program(place)
     if found:
         return found

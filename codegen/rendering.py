@@ -14,10 +14,12 @@ from .latex import Latex, escaped
 from .operations import count_intermediates, count_operations
 from .programs import Array, Function, Loop
 from .python import PythonFunction
+from .quadrature import gauss
 from .sharing import share
 
 SOURCE = "maxima/derive.mac"
-STEP_NEEDS = ("reduced", "wheel_rates", "pose_rates")
+NODES = 16  # of a step of the compiled engine: two vectors of eight lanes
+STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates")
 PLACE_WORDS = {
     "once": "once",
     "wheel": "per wheel",
@@ -38,6 +40,7 @@ def render(derivation: Derivation) -> dict[str, bytes]:
     }
     for effects in derivation.sets:
         texts |= kernel_texts(effects, [shared[f"{effects.name}.{f.name}"] for f in effects.functions])
+    texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
     texts["latex/equations.tex"] = latex_text(derivation)
     texts |= data_texts(derivation, shared)
     return {path: texts[path].encode("utf-8") for path in sorted(texts)}

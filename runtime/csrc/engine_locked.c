@@ -1,0 +1,3 @@
+#define OMNIROLL_SET locked
+#define OMNIROLL_KERNEL "omniroll_locked.c"
+#include "engine.c"

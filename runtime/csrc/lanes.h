@@ -1,0 +1,95 @@
+/* Eight doubles that are computed with as one number: the number type of the generated kernels in the phase integrator.
+ *
+ * The lanes are the eight nodes of a step (phase.c) or eight vehicles (batch.c). GNU C vector extensions, gcc and clang: the
+ * compiler splits the vector where the machine's registers are shorter. */
+#ifndef OMNIROLL_LANES_H
+#define OMNIROLL_LANES_H
+
+#include <string.h>
+
+#define LANES 8
+typedef double lanes_t __attribute__((vector_size(8*LANES)));
+typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
+
+#define ALWAYS_INLINE static inline __attribute__((always_inline, unused))
+
+ALWAYS_INLINE lanes_t lanes_of(double x)
+{
+    return (lanes_t){x, x, x, x, x, x, x, x};
+}
+
+/* a where the mask is set, b elsewhere. */
+ALWAYS_INLINE lanes_t lanes_select(lane_mask_t mask, lanes_t a, lanes_t b)
+{
+    return (lanes_t)((mask & (lane_mask_t)a) | (~mask & (lane_mask_t)b));
+}
+
+ALWAYS_INLINE lanes_t lanes_abs(lanes_t x)
+{
+    return (lanes_t)((lane_mask_t)x & 0x7fffffffffffffffLL);
+}
+
+ALWAYS_INLINE lanes_t lanes_clamp(lanes_t x, double bound)
+{
+    x = lanes_select(x > bound, lanes_of(bound), x);
+    return lanes_select(x < -bound, lanes_of(-bound), x);
+}
+
+/* Largest magnitude of the lanes; not a number if one of them is not. */
+ALWAYS_INLINE double lanes_largest(lanes_t x)
+{
+    double largest = 0;
+    for (int k = 0; k < LANES; k++) {
+        const double a = x[k] < 0 ? -x[k] : x[k];
+        largest = a > largest || a != a ? a : largest;
+    }
+    return largest;
+}
+
+/* Sine and cosine for |x| <= pi/4, where the half angles of the wheels are (|chi/2| <= pi/6): the polynomials of Sun's
+ * fdlibm (k_sin.c, k_cos.c, 1993), without the range reduction that no wheel needs. Other angles go through
+ * lanes_reduce() first. */
+ALWAYS_INLINE lanes_t lanes_sin(lanes_t x)
+{
+    const lanes_t z = x*x;
+    const lanes_t high = 8.33333333332248946124e-03 + z*(-1.98412698298579493134e-04
+        + z*(2.75573137070700676789e-06 + z*(-2.50507602534068634195e-08 + z*1.58969099521155010221e-10)));
+    return x + x*z*(-1.66666666666666324348e-01 + z*high);
+}
+
+ALWAYS_INLINE lanes_t lanes_cos(lanes_t x)
+{
+    const lanes_t z = x*x;
+    const lanes_t high = z*z*(4.16666666666666019037e-02 + z*(-1.38888888888741095749e-03 + z*(2.48015872894767294178e-05
+        + z*(-2.75573143513906633035e-07 + z*(2.08757232129817482790e-09 - z*1.13596475577881948265e-11)))));
+    const lanes_t half = 0.5*z;
+    const lanes_t head = 1 - half;
+    return head + (((1 - head) - half) + high);
+}
+
+/* x = rest + quarter*pi/2 with |rest| <= pi/4, for |x| <= 1e5: pi/2 in three parts, products with the first two exact. */
+typedef struct {
+    lanes_t rest;
+    lane_mask_t quarter;
+} reduced_angle_t;
+
+ALWAYS_INLINE reduced_angle_t lanes_reduce(lanes_t x)
+{
+    const double magic = 0x1.8p52;      /* adding it rounds to an integer, which then stands in the low bits */
+    const lanes_t shifted = x*0x1.45f306dc9c883p-1 + magic;
+    const lanes_t multiple = shifted - magic;
+    return (reduced_angle_t){
+        .rest = ((x - multiple*0x1.921fb544p0) - multiple*0x1.0b4611a6p-34) - multiple*0x1.3198a2e037073p-69,
+        .quarter = (lane_mask_t)shifted};
+}
+
+/* The vector (x, y) turned by quarter*pi/2. */
+ALWAYS_INLINE void lanes_turn(lane_mask_t quarter, lanes_t *x, lanes_t *y)
+{
+    const lane_mask_t odd = (quarter & 1) != 0, flip_x = ((quarter + 1) & 2) << 62, flip_y = (quarter & 2) << 62;
+    const lanes_t u = lanes_select(odd, *y, *x), v = lanes_select(odd, *x, *y);
+    *x = (lanes_t)((lane_mask_t)u ^ flip_x);
+    *y = (lanes_t)((lane_mask_t)v ^ flip_y);
+}
+
+#endif
