@@ -1009,15 +1009,14 @@ OMNIROLL_API void omniroll_free_sharp_momenta(int wheels, int rollers_per_wheel,
 
 OMNIROLL_API size_t omniroll_free_sharp_step_work_size(int wheels)
 {
-    return (size_t)(4*wheels);
+    return (size_t)(3*wheels);
 }
 
 OMNIROLL_API void omniroll_free_sharp_step(int wheels, int rollers_per_wheel, const real_t *model, real_t h,
                                            real_t *nu, real_t *chi, const real_t *momenta, real_t *pose,
                                            real_t *work)
 {
-    real_t *const chi_stage = work, *const chi_sum = work + wheels;
-    real_t *const chi_dot = work + 2*wheels, *const contact_spin = work + 3*wheels;
+    real_t *const chi_stage = work, *const chi_sum = work + wheels, *const chi_dot = work + 2*wheels;
     real_t nu_stage[3], nu_sum[3], nu_dot[3], pose_sum[3], pose_dot[3], theta_stage = pose[2];
 
     for (int k = 0; k < 3; k++) {
@@ -1033,7 +1032,7 @@ OMNIROLL_API void omniroll_free_sharp_step(int wheels, int rollers_per_wheel, co
         const real_t ahead = stage < 2 ? h/2 : h;
 
         omniroll_free_sharp_reduced(wheels, rollers_per_wheel, model, nu_stage, chi_stage, momenta, nu_dot);
-        omniroll_free_sharp_wheel_rates(wheels, rollers_per_wheel, model, nu_stage, chi_stage, chi_dot, contact_spin);
+        omniroll_free_sharp_wheel_speeds(wheels, rollers_per_wheel, model, nu_stage, chi_dot);
         omniroll_free_sharp_pose_rates(wheels, rollers_per_wheel, model, nu_stage, theta_stage, pose_dot);
         for (int k = 0; k < 3; k++) {
             nu_sum[k] += weight*nu_dot[k];

@@ -779,14 +779,13 @@ OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, cons
 
 OMNIROLL_API size_t omniroll_locked_step_work_size(int wheels)
 {
-    return (size_t)(4*wheels);
+    return (size_t)(3*wheels);
 }
 
 OMNIROLL_API void omniroll_locked_step(int wheels, int rollers_per_wheel, const real_t *model, real_t h,
                                        real_t *nu, real_t *chi, real_t *pose, real_t *work)
 {
-    real_t *const chi_stage = work, *const chi_sum = work + wheels;
-    real_t *const chi_dot = work + 2*wheels, *const contact_spin = work + 3*wheels;
+    real_t *const chi_stage = work, *const chi_sum = work + wheels, *const chi_dot = work + 2*wheels;
     real_t nu_stage[3], nu_sum[3], nu_dot[3], pose_sum[3], pose_dot[3], theta_stage = pose[2];
 
     for (int k = 0; k < 3; k++) {
@@ -802,7 +801,7 @@ OMNIROLL_API void omniroll_locked_step(int wheels, int rollers_per_wheel, const 
         const real_t ahead = stage < 2 ? h/2 : h;
 
         omniroll_locked_reduced(wheels, rollers_per_wheel, model, nu_stage, chi_stage, nu_dot);
-        omniroll_locked_wheel_rates(wheels, rollers_per_wheel, model, nu_stage, chi_stage, chi_dot, contact_spin);
+        omniroll_locked_wheel_speeds(wheels, rollers_per_wheel, model, nu_stage, chi_dot);
         omniroll_locked_pose_rates(wheels, rollers_per_wheel, model, nu_stage, theta_stage, pose_dot);
         for (int k = 0; k < 3; k++) {
             nu_sum[k] += weight*nu_dot[k];

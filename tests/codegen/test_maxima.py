@@ -1,4 +1,4 @@
-"""Maxima is run so that a failed claim, an error, a hang or half a file stops the run, and says what it was."""
+"""A failed claim, an error, a hang or half a file stops the run, and the message says what it was."""
 
 import multiprocessing
 import os
@@ -13,9 +13,12 @@ from codegen.__main__ import main
 from codegen.maxima import Maxima, MaximaError
 
 needs_maxima = pytest.mark.skipif(
-    not (os.environ.get("MAXIMA") or shutil.which("maxima")), reason="no Maxima on PATH; none is installed for a test"
+    not (os.environ.get("MAXIMA") or shutil.which("maxima") or maxima.wheel_program(maxima.pinned_folder())),
+    reason="no Maxima here; none is installed for a test",
 )
-PROVE = 'prove(name, claim, e) := if e # 0 then error("identity is not zero:", name, "-", claim, "- residual:", e)$\n'
+PROVE = """prove(name, claim, e) :=
+    if e # 0 then error("identity is not zero:", name, "-", claim, "- residual:", e)$
+"""
 WRITE = 's: openw(output_file)$ printf(s, "~a", "{}")$ close(s)$\n'
 
 
@@ -36,8 +39,14 @@ def test_progress_comes_through_and_data_is_written(tmp_path):
 
 @needs_maxima
 def test_a_failed_claim_stops_the_run_and_is_named(tmp_path):
-    text = PROVE + 'prove("sum", "a = a", a - a)$ prove("energy: platform", "a = b", a - b)$\nprint("after")$\n' + WRITE
-    with pytest.raises(MaximaError, match="identity is not zero: energy: platform - a = b - residual: a ?- ?b") as raised:
+    text = (
+        PROVE
+        + 'prove("sum", "a = a", a - a)$ prove("energy: platform", "a = b", a - b)$\nprint("after")$\n'
+        + WRITE
+    )
+    with pytest.raises(
+        MaximaError, match="identity is not zero: energy: platform - a = b - residual: a ?- ?b"
+    ) as raised:
         derive(tmp_path, text)
     assert "after" not in str(raised.value)
     assert not (tmp_path / "out put.json").exists()

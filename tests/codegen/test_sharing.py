@@ -32,7 +32,11 @@ def random_program(rng):
     def rename(data, names):
         if isinstance(data, str):
             return rng.choice(names)
-        return [data[0], *(rename(d, names) for d in data[1:])] if isinstance(data, list) and data[0] != "/" else data
+        return (
+            [data[0], *(rename(d, names) for d in data[1:])]
+            if isinstance(data, list) and data[0] != "/"
+            else data
+        )
 
     def lets(names, count):
         body = []
@@ -89,10 +93,10 @@ def test_work_never_grows(seed):
         assert total(after, kinds) <= total(before, kinds), kinds
 
 
-def shared(body, elements=None):
-    data = function("f", "F.", [("nu", [3]), ("chi", ["N"])], [("nu_dot", [3]), ("chi_dot", ["N"])],
-                    elements or {"a": ["nu", 0], "b": ["nu", 1], "c": ["nu", 2], "chi": ["chi", "i"]}, body)  # fmt: skip
-    return share(read(data))
+def shared(body):
+    elements = {"a": ["nu", 0], "b": ["nu", 1], "c": ["nu", 2], "chi": ["chi", "i"]}
+    inputs, outputs = [("nu", [3]), ("chi", ["N"])], [("nu_dot", [3]), ("chi_dot", ["N"])]
+    return share(read(function("f", "F.", inputs, outputs, elements, body)))
 
 
 def names(body):
@@ -100,19 +104,24 @@ def names(body):
 
 
 def test_one_reciprocal_for_many_divisions():
-    f = shared([put(["nu_dot", 0], ["*", "a", ["^", "c", -1]]), put(["nu_dot", 1], ["*", "b", ["^", "c", -1]]),
-                put(["nu_dot", 2], ["^", "c", -2])])  # fmt: skip
+    a_over_c, b_over_c = ["*", "a", ["^", "c", -1]], ["*", "b", ["^", "c", -1]]
+    f = shared(
+        [put(["nu_dot", 0], a_over_c), put(["nu_dot", 1], b_over_c), put(["nu_dot", 2], ["^", "c", -2])]
+    )
     assert names(f.body) == ["inv_c"]
     assert count_operations(f)["once"] == {"add": 0, "mul": 3, "div": 1, "sqrt": 0, "sincos": 0}
 
 
 def test_what_a_loop_does_not_change_is_computed_before_it():
-    f = shared([{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "chi", ["sin", "a"], "b", ["^", "c", -1]])]}])
+    f = shared(
+        [{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "chi", ["sin", "a"], "b", ["^", "c", -1]])]}]
+    )
     assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0}
 
 
 def test_a_let_gives_its_name_to_what_it_is():
-    f = shared([let("rho", ["+", "a", ["*", -1, "b"]]), put(["nu_dot", 0], ["^", ["+", "a", ["*", -1, "b"]], 2]),
+    difference = ["+", "a", ["*", -1, "b"]]
+    f = shared([let("rho", difference), put(["nu_dot", 0], ["^", difference, 2]),
                 put(["nu_dot", 1], ["+", "b", ["*", -1, "a"]]), put(["nu_dot", 2], "rho")])  # fmt: skip
     assert names(f.body) == ["rho"]
     assert count_operations(f)["once"]["add"] == 1
@@ -130,7 +139,14 @@ def test_a_changing_accumulator_is_not_shared():
 
 
 def test_steps_without_use_are_dropped():
-    f = shared([let("x", ["sin", "a"]), {"var": "s", "expr": "x"}, {"add": "s", "expr": "b"}, put(["nu_dot", 0], "a")])
+    f = shared(
+        [
+            let("x", ["sin", "a"]),
+            {"var": "s", "expr": "x"},
+            {"add": "s", "expr": "b"},
+            put(["nu_dot", 0], "a"),
+        ]
+    )
     assert [step.kind for step in steps(f.body)] == ["load", "put"]
 
 

@@ -1,5 +1,6 @@
-"""A small made-up derivation with every kind of step, shape and expression, and tools to run programs exactly."""
+"""A small made-up derivation with every kind of step, shape and expression, and tools to run programs."""
 
+import math
 from fractions import Fraction
 
 from codegen.expressions import Call, Number, Power, Product, Sum, Symbol
@@ -19,8 +20,15 @@ NU = {"nu_1": ["nu", 0], "nu_2": ["nu", 1], "nu_3": ["nu", 2]}
 
 def function(name, summary, inputs, outputs, elements, body, set="toy", equations=("3.4", "section 4")):
     arguments = [array(*a, "in") for a in inputs] + [array(*a, "out") for a in outputs]
-    return {"set": set, "name": name, "summary": summary, "equations": list(equations), "arguments": arguments,
-            "elements": elements, "body": body}  # fmt: skip
+    return {
+        "set": set,
+        "name": name,
+        "summary": summary,
+        "equations": list(equations),
+        "arguments": arguments,
+        "elements": elements,
+        "body": body,
+    }
 
 
 def let(name, expr):
@@ -41,20 +49,29 @@ FUNCTIONS = [
             let("half", ["*", ["/", 1, 2], "n"]),
             put(["gain"], "gain"),
             put(["l"], ["+", "length", ["/", 1, 2], ["*", -1, "half", ["/", 1, 7]]]),
-            {"loop": "i", "body": [put(["cos_alpha", "i"], ["cos", "alpha"]), put(["sin_alpha", "i"], ["sin", "alpha"])]},
+            {"loop": "i", "body": [
+                put(["cos_alpha", "i"], ["cos", "alpha"]),
+                put(["sin_alpha", "i"], ["sin", "alpha"]),
+            ]},
             {"loop": "j", "body": [put(["cos_kappa", "j"], ["cos", ["*", 2, "pi", "slot", ["^", "n", -1]]])]},
         ],
     ),
     function(
         "wheel_rates", "Rates of the toy's wheels.",
-        [("nu", [3]), ("chi", ["N"])], [("chi_dot", ["N"]), ("contact_spin", ["N"])], NU | {"chi": ["chi", "i"]},
+        [("nu", [3]), ("chi", ["N"])], [("chi_dot", ["N"]), ("contact_spin", ["N"])],
+        NU | {"chi": ["chi", "i"]},
         [
             {"loop": "i", "body": [
                 let("unused", ["sin", "nu_3"]),
-                put(["chi_dot", "i"], ["*", ["+", ["*", "sin_alpha", "nu_1"], ["*", -1, "cos_alpha", "nu_2"]], "gain", ["^", "l", -1]]),
+                put(["chi_dot", "i"], ["*", "gain", ["^", "l", -1],
+                    ["+", ["*", "sin_alpha", "nu_1"], ["*", -1, "cos_alpha", "nu_2"]]]),
                 put(["contact_spin", "i"], ["*", "gain", "nu_3", ["^", ["+", 2, ["cos", "chi"]], -1]]),
             ]},
         ],
+    ),
+    function(
+        "wheel_speeds", "Rates of the toy's wheels alone.", [("nu", [3])], [("chi_dot", ["N"])], NU,
+        [{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "gain", "cos_alpha", "nu_2"])]}],
     ),
     function(
         "pose_rates", "Rates of the toy's pose.", [("nu", [3]), ("theta", [])], [("pose_dot", [3])], NU,
@@ -74,7 +91,8 @@ FUNCTIONS = [
             {"loop": "i", "body": [
                 let("rho", ["+", ["*", "l", ["cos", "chi"]], 2]),
                 {"add": "m", "expr": ["*", ["^", "gain", 2], ["^", "cos_alpha", 2], ["^", "rho", -2]]},
-                {"add": "f", "expr": ["+", ["*", -1, "p", ["sin", "chi"], ["^", "rho", -1]], ["*", "q", ["cos", "chi"], "gain"]]},
+                {"add": "f", "expr": ["+", ["*", -1, "p", ["sin", "chi"], ["^", "rho", -1]],
+                                      ["*", "q", ["cos", "chi"], "gain"]]},
             ]},
             {"update": "f", "expr": ["*", "f", ["/", 3, 4]]},
             put(["nu_dot", 0], ["*", "f", ["^", "m", -1]]),
@@ -101,7 +119,8 @@ FUNCTIONS = [
                 put(["momenta", "i", 1], ["*", "s", ["sin", ["+", "nu_1", ["*", -1, "chi"]]]]),
             ]},
             put(["energy"], ["sqrt", ["+", ["^", "energy", 2], ["^", "nu_2", -4]]]),
-            *(put(["matrix", r, c], ["*", r - c, "energy", ["^", "nu_2", -1]]) for r in range(3) for c in range(3)),
+            *(put(["matrix", r, c], ["*", r - c, "energy", ["^", "nu_2", -1]])
+              for r in range(3) for c in range(3)),
         ],
     ),
     function(
@@ -136,28 +155,33 @@ def derivation():
     }  # fmt: skip
 
 
+# Exact values are numbers modulo a prime: as good as fractions to tell two expressions apart, and they do not
+# grow.
+PRIME = 2**61 - 1
 EXACT = {"sin": lambda x: x**3 + x, "cos": lambda x: x**2 + 1, "sqrt": lambda x: x**2 + 3}
-EXACT_PI = Fraction(22, 7)  # parity and sharing do not ask for more
+
+
+def exact(value):
+    """A rational number modulo the prime."""
+    value = Fraction(value)
+    return value.numerator * pow(value.denominator, -1, PRIME) % PRIME
 
 
 def evaluate(e, values):
     """The expression at exact values; odd and even polynomials stand for the elementary functions."""
     match e:
         case Number(value):
-            return value
+            return exact(value)
         case Symbol(name):
             return values(name)
         case Sum(terms):
-            return sum(evaluate(term, values) for term in terms)
+            return sum(evaluate(term, values) for term in terms) % PRIME
         case Product(factors):
-            result = Fraction(1)
-            for factor in factors:
-                result *= evaluate(factor, values)
-            return result
+            return math.prod(evaluate(factor, values) for factor in factors) % PRIME
         case Power(base, exponent):
-            return evaluate(base, values) ** exponent
+            return pow(evaluate(base, values), exponent, PRIME)
         case Call(name, argument):
-            return EXACT[name](evaluate(argument, values))
+            return EXACT[name](evaluate(argument, values)) % PRIME
 
 
 def run(function, wheels, rollers, data):
@@ -177,8 +201,8 @@ def run(function, wheels, rollers, data):
             if name in function.elements:
                 element = function.elements[name]
                 return data[element.array.name][place(element, at)]
-            counts = {"N": wheels, "n": rollers, "pi": EXACT_PI, "slot": at.get("j", -1) + 1}
-            return Fraction(counts[name])
+            counts = {"N": wheels, "n": rollers, "pi": exact(Fraction(22, 7)), "slot": at.get("j", -1) + 1}
+            return counts[name]
 
         for node in body:
             if isinstance(node, Loop):
@@ -191,7 +215,7 @@ def run(function, wheels, rollers, data):
                 output[(node.target.array.name, place(node.target, at))] = evaluate(node.expression, value)
             else:
                 new = evaluate(node.expression, value)
-                known[node.name] = known[node.name] + new if node.kind == "add" else new
+                known[node.name] = (known[node.name] + new) % PRIME if node.kind == "add" else new
         return known
 
     block(function.body, {}, {})
@@ -206,5 +230,5 @@ def random_data(function, wheels, rollers, random):
         places = [()]
         for size in a.shape:
             places = [(*p, k) for p in places for k in range(sizes.get(size, size))]
-        data[a.name] = {p: Fraction(random.randint(1, 40), random.randint(1, 9)) for p in places}
+        data[a.name] = {p: random.randrange(1, PRIME) for p in places}
     return data
