@@ -13,7 +13,8 @@ typedef struct {
     long long patience;         /* switches without progress in time before the run is stopped           */
 
     /* The state, in and out. */
-    double elapsed, step;       /* step: the length to try first, 0 if unknown                          */
+    double elapsed, carry;      /* time since the start, and what its rounding has left over            */
+    double step;                /* the length to try first, 0 if unknown                                */
     double phase_start;         /* elapsed at the last switch                                           */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
@@ -22,14 +23,16 @@ typedef struct {
     double *work;               /* omniroll_<set>_run_work_size() doubles, aligned to 64 bytes           */
 
     /* Rows: elapsed, nu, chi, pose, contact (7 + 2 N numbers); a row for each end of a step and one after each switch.
-     * Steps: for the step that starts at a row, its length and the Legendre coefficients of nu', chi' and pose' on it. */
-    double *rows, *steps;       /* steps may be null: then only the rows of switches and of the end are kept */
+     * Steps: for the step that starts at a row, the length of its polynomials, how much later it ends, and the Legendre
+     * coefficients of nu', chi' and pose' (2 + 16 (6 + N) numbers). */
+    double *rows, *steps;       /* steps may be null                                                    */
     long long row_capacity, row_count;
     double *switches;           /* elapsed, row after, directions (2 + N numbers)                        */
     double *switch_axial;       /* axial after the switch, N (n-1); free rollers only                    */
     long long switch_capacity, switch_count;
 
-    long long step_count, rejected_count, sweep_count, evaluation_count, stalled;
+    long long step_count, rejected_count, sweep_count, idle_switches;
+    double anchor;              /* elapsed at the last switch with progress                             */
 } omniroll_run_t;
 
 enum {

@@ -304,8 +304,9 @@ static EACH_LEVEL void put_step(omniroll_run_t *run, const step_t *s)
 {
     if (!run->steps)
         return;
-    double *out = run->steps + (run->row_count - 1)*(1 + (6 + run->wheels)*NODES);
+    double *out = run->steps + (run->row_count - 1)*(2 + (6 + run->wheels)*NODES);
     *out++ = s->h;
+    *out++ = s->late;
     for (int c = 0; c < 6 + run->wheels; c++) {
         const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + run->wheels ? &s->rate_chi[c - 3]
             : &s->rate_pose[c - 3 - run->wheels];
@@ -390,11 +391,16 @@ static void apply_switch(omniroll_run_t *run, const lanes_t *model, const int *d
 #endif
 }
 
+/* Located times closer than this are one switch (rule 5). */
+static double tau(const omniroll_run_t *run, double phase_length)
+{
+    return 100*EPS*(fabs(run->start_time + run->elapsed) + fabs(phase_length));
+}
+
 /* Rule 3: the wheels that stand at their joint and move outwards; with those whose joint is closer in time than tau (rule
  * 5). Returns how many. */
 static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, double phase_length, int *directions)
 {
-    const double tau = 100*EPS*(fabs(run->start_time + run->elapsed) + fabs(phase_length));
     lanes_t nu[3], chi_dot[MOST_WHEELS];
     int at_joint = 0, count = 0;
     for (int k = 0; k < 3; k++)
@@ -407,7 +413,7 @@ static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, dou
             if (pass == 0)
                 at_joint += rate > 0 && left <= 0;
             else {
-                directions[i] = at_joint > 0 && rate > 0 && left <= tau*rate ? sign : 0;
+                directions[i] = at_joint > 0 && rate > 0 && left <= tau(run, phase_length)*rate ? sign : 0;
                 count += directions[i] != 0;
             }
         }
@@ -421,8 +427,11 @@ static int switch_all(omniroll_run_t *run, const lanes_t *model)
     while (switching_wheels(run, model, run->elapsed - run->phase_start, directions)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
             return OMNIROLL_FULL;
-        run->stalled = run->elapsed > run->phase_start ? 0 : run->stalled + 1;
-        if (run->stalled > run->patience)
+        if (run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
+            run->anchor = run->elapsed;
+            run->idle_switches = 0;
+        }
+        if (++run->idle_switches > run->patience)
             return OMNIROLL_STUCK;
         apply_switch(run, model, directions);
         run->phase_start = run->elapsed;
@@ -445,7 +454,7 @@ static int switch_all(omniroll_run_t *run, const lanes_t *model)
 /* One accepted step from the state of the run, of the length `most` or to the next joint. Returns a status. */
 ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
 {
-    const double rest = run->duration - run->elapsed;
+    const double rest = run->duration - run->elapsed - run->carry;
     double most = run->step > 0 && run->step < rest ? run->step : rest;
     for (int k = 0; k < 3; k++)
         s->nu[k] = run->nu[k];
@@ -493,8 +502,10 @@ ALWAYS_INLINE void take(omniroll_run_t *run, step_t *s)
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
         run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
     }
-    const int last = s->landing < 0 && s->h >= run->duration - run->elapsed;
-    run->elapsed = last ? run->duration : run->elapsed + (s->h + s->late);
+    const int last = s->landing < 0 && s->h >= run->duration - run->elapsed - run->carry;
+    const double h = s->h + s->late + run->carry, sum = run->elapsed + h;
+    run->carry = last ? 0 : h - (sum - run->elapsed);
+    run->elapsed = last ? run->duration : fmin(sum, run->duration);
     for (int k = 0; k < 3; k++)
         s->slope_nu[k] = (weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start))/s->h;
     run->step_count++;
@@ -530,7 +541,6 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
         take(run, &s);
     }
     run->sweep_count += s.sweeps;
-    run->evaluation_count = run->sweep_count*NODES;
     return status;
 }
 

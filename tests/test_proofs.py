@@ -1,0 +1,146 @@
+"""Every proof of maxima/ can fail: one changed sign in what it claims stops it, by its own name.
+
+The derivation runs once as it is. Then each proof is asked again with one sign flipped, in the same Maxima. A proof
+inside a function is asked through the function, with the flip in the function's text. A claim that has no sign of its own
+is asked with a flip in a definition before it, in the same chapter; one that holds whatever the signs are (no coefficient
+depends on a free roller's angle, say) is asked in a wrong form.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from codegen.maxima import Maxima
+
+ROOT = Path(__file__).resolve().parent.parent
+FLIPS = 8  # flips of one proof that are tried before it counts as one that cannot fail
+
+# How to ask a proof that stands in a function; functions that only pass a claim on have none of their own.
+CALLS = {
+    "prove_vehicle": "prove_vehicle(2, 3)",
+    "prove_reduced": "prove_vehicle(2, 3)",
+    "sum_of_omega": "map(sum_over_free_with_omega, free_reduced_force)",
+}
+# Claims that hold whatever the signs are, asked of the wrong thing.
+WRONG = {
+    "sum of sines": "sum_over_rollers(1 + sin(chi + kappa))",
+    "energy, platform": "[nu_1, -nu_2, nu_3, nu_s] . force_parts[1]",
+    "brackets of the free rollers": "row(brackets_of(append(rest(P, -1), [p_phi_s*phi_s]), P), 4)",
+    "{P, L*}, platform and free rollers' equations": "second(PL_parts)",
+    "gyroscopic terms do no work": "map(lambda([g], [nu_1, nu_2, -nu_3, nu_s] . g), gyroscopic_parts)",
+    "massless wheel": "wheel_force",
+    "locked free rollers": "first_three(third(force_parts))",
+}
+PASS_ON = {"prove", "prove_steps", "prove_exact"}
+NOT_DERIVED = {"claims", "effects", "write_data"}  # chapters without a claim
+
+
+def chapters() -> list[str]:
+    listed = (ROOT / "maxima/derive.mac").read_text().split("derivation_steps:")[1].split("]$")[0]
+    return re.findall(r'^\s*"(\w+)"', listed, re.MULTILINE)
+
+
+def masked(text: str) -> str:
+    """The text with comments and strings blanked out, of the same length."""
+    return re.sub(r'/\*.*?\*/|"(?:\\.|[^"\\])*"', lambda found: " " * len(found[0]), text, flags=re.DOTALL)
+
+
+def statements(text: str) -> list[tuple[str, str]]:
+    """(statement, the same masked), without the final $."""
+    cover, found, start = masked(text), [], 0
+    for end in [m.start() for m in re.finditer(r"\$", cover)]:
+        found.append((text[start:end], cover[start:end]))
+        start = end + 1
+    return found
+
+
+def claims(statement: str, cover: str) -> list[tuple[str, int, int]]:
+    """(proof's name, where its text starts and ends) for each proof of a statement."""
+    found = []
+    for call in re.finditer(r"\bprove(?:_steps|_exact)?\(", cover):
+        depth, end = 0, call.end() - 1
+        while True:
+            depth += {"(": 1, ")": -1}.get(cover[end], 0)
+            if depth == 0:
+                break
+            end += 1
+        name = re.search(r'"((?:\\.|[^"\\])*)"', statement[call.start() : end])
+        if name:
+            found.append((name[1], call.end(), end))
+    return found
+
+
+def flips(statement: str, cover: str, start: int, end: int) -> list[str]:
+    """The statement with one sign of the claim flipped, the last first: what is subtracted stands at the end."""
+    places = [k for k in range(start, end) if cover[k] in "+-" and not re.match(r"[-+]\s*>", cover[k : k + 2])]
+    places = places[::-1][:FLIPS]
+    return [statement[:k] + {"+": "-", "-": "+"}[statement[k]] + statement[k + 1 :] for k in places]
+
+
+def in_place_of(claim: str, original: str) -> str:
+    """Evaluate the mutated text, then the original one, and fail if the first did."""
+    return f"block([m_: errcatch({claim})], {original}, if m_ = [] then error(second(error)))"
+
+
+def upstream(before: list[tuple[str, str]], claim: str) -> list[str]:
+    """Ways to ask a claim with one sign flipped in a definition before it: the nearest definitions first."""
+    asked = []
+    for k in range(len(before) - 1, -1, -1):
+        rest = ", ".join(statement for statement, cover in before[k:] if "prove" not in cover)
+        for mutant in flips(*before[k], 0, len(before[k][0])) if "prove" not in before[k][1] else []:
+            later = "".join(f", {s}" for s, c in before[k + 1 :] if "prove" not in c)
+            asked.append(in_place_of(f"({mutant}{later}, {claim})", f"({rest})"))
+    return asked[: 4 * FLIPS]
+
+
+def questions() -> list[tuple[str, list[str]]]:
+    """(name of the proof, ways to ask it with one change each)."""
+    asked = []
+    for chapter in chapters():
+        if chapter in NOT_DERIVED:
+            continue
+        before: list[tuple[str, str]] = []
+        for statement, cover in statements((ROOT / f"maxima/{chapter}.mac").read_text()):
+            defined = re.match(r"\s*(\w+)\([^()]*\)\s*:=", cover)
+            for name, start, end in claims(statement, cover) if not defined or defined[1] not in PASS_ON else []:
+                mutants = flips(statement, cover, start, end)
+                if defined:
+                    call = CALLS.get(defined[1])
+                    assert call, f"{chapter}: no way to ask the proof in {defined[1]}; add it to CALLS"
+                    mutants = [in_place_of(f"({mutant}, {call})", statement) for mutant in mutants]
+                elif name in WRONG:
+                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
+                else:
+                    mutants += upstream(before, statement)
+                asked.append((name, mutants))
+            before.append((statement, cover))
+    return asked
+
+
+@pytest.mark.slow
+def test_every_proof_fails_under_one_changed_sign(tmp_path):
+    asked = questions()
+    assert len(asked) > 60
+    lines = [f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in chapters() if chapter not in ("write_data",)]
+    lines = [line for line in lines if "brute_force" not in line]
+    brute = (ROOT / "maxima/brute_force.mac").read_text()
+    (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))
+    lines.insert(-1, f'load("{tmp_path}/brute_force.mac")$')
+    for number, (_, mutants) in enumerate(asked):
+        for mutant in mutants:
+            lines.append(
+                f"if caught_[{number}] # true then block([r_: errcatch({mutant})], "
+                f"if r_ = [] then caught_[{number}]: true)$"
+            )
+    lines.append(
+        f'block([s_: openw(output_file)], printf(s_, "[~a]", simplode(makelist(if caught_[k_] = true '
+        f'then "1" else "0", k_, 0, {len(asked) - 1}), ",")), close(s_))$'
+    )
+    script, output = tmp_path / "mutants.mac", tmp_path / "caught.json"
+    script.write_text("\n".join(lines))
+    Maxima.find(lambda line: None).derive(script, output, lambda line: None)
+    caught = json.loads(output.read_text())
+    missed = [name for (name, _), hit in zip(asked, caught, strict=True) if not hit]
+    assert missed == [], "; ".join(missed)
