@@ -112,6 +112,8 @@ def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str,
         name: {name: derivation.part(name)}
         for name in ("symbols", "effects", "equations", "proofs", "bounds", "formulas")
     }
+    if "sharpness" in derivation.data:
+        parts["bounds"]["sharpness"] = derivation.part("sharpness")
     parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels}
     return {
         f"data/{name}.json": template(

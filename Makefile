@@ -1,0 +1,89 @@
+# omniroll: `make` runs the whole chain, `make test` the tests. Both set up .venv themselves; neither needs root.
+# Needed beforehand: make, a C compiler (cc, or $CC) and Python 3.11 or newer with venv ($PYTHON).
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT := out/motions
+PYTEST_ARGS ?=
+
+# Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
+key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')
+KERNEL_SOURCES := $(sort $(wildcard generated/c/* generated/*.py generated/python/*.py)) \
+	setup.py pyproject.toml runtime/build_kernels.py runtime/omniroll/c_headers.py
+VENV_STAMP := $(VENV)/.venv-$(call key,echo "$(CURDIR)"; $(PYTHON) -c "import sys; print(sys.version + sys.base_prefix)")
+DEPS_STAMP := $(VENV)/.dependencies-$(call key,cat requirements.txt; echo $(VENV_STAMP))
+BUILD_STAMP := $(VENV)/.build-$(call key,cat $(KERNEL_SOURCES); echo "$(CC) $(OMNIROLL_CFLAGS)"; echo $(DEPS_STAMP))
+
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+say = @printf '\n==> %s\n' "$(1)"
+
+# The comparison with the paper's formulas is a command of omniroll; this tree has it where this file is.
+FORMULAS := $(wildcard runtime/omniroll/commands/formulas.py)
+
+.DEFAULT_GOAL := all
+.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench hard clean help not-there-yet
+.DELETE_ON_ERROR:
+
+# One after the other even under -j; each step reads the files that the step before it wrote.
+STEPS := regenerate build $(if $(FORMULAS),show-formulas) motions
+all:
+	@for step in $(STEPS); do $(MAKE) --no-print-directory $$step || exit 1; done
+
+$(VENV_STAMP):
+	$(call say,environment: $(VENV))
+	@$(PYTHON) -c "import sys; sys.version_info >= (3, 11) or sys.exit('omniroll needs Python 3.11 or newer, and $(PYTHON) is ' + sys.version.split()[0] + '; set PYTHON=...')"
+	@$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+$(DEPS_STAMP): $(VENV_STAMP)
+	$(call say,dependencies: $$(grep -c == requirements.txt) pinned packages (the first time this takes a minute))
+	@$(PIP) install --requirement requirements.txt
+	@rm -f $(VENV)/.dependencies-* && touch $@
+
+$(BUILD_STAMP): $(DEPS_STAMP)
+	$(call say,build: the C kernels (three number types) and the package)
+	@rm -f runtime/omniroll/_kernels_*.so runtime/omniroll/_shared_*.so  # setuptools does not see new headers or flags
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@rm -f $(VENV)/.build-* && touch $@
+
+setup: $(DEPS_STAMP) ## create .venv and install the pinned dependencies
+
+build: $(BUILD_STAMP) ## compile the kernels and install omniroll into .venv
+
+regenerate: $(DEPS_STAMP) ## derive with Maxima and write generated/
+	$(call say,regenerate: Maxima -> generated/)
+	@$(BIN)/python -m codegen
+
+check-generated: $(DEPS_STAMP) ## derive again and compare with the committed generated/, byte by byte
+	$(call say,check-generated: Maxima -> compare with generated/)
+	@$(BIN)/python -m codegen --check
+
+show-formulas: build
+	$(call say,formulas: the paper as printed and as derived)
+	@$(BIN)/python -m omniroll formulas
+
+formulas: ## derive again, then print the comparison with the paper's formulas
+	@$(MAKE) --no-print-directory regenerate
+	@$(MAKE) --no-print-directory $(if $(FORMULAS),show-formulas,not-there-yet)
+
+bench hard: not-there-yet
+
+not-there-yet:
+	@echo 'omniroll has nothing to run for this target yet' >&2; exit 1
+
+motions: build ## run the paper's motions into out/motions/
+	$(call say,motions: section 5 of the paper -> $(OUT)/)
+	@$(BIN)/python -m omniroll motions $(OUT)
+
+test: build ## run the tests
+	$(call say,tests)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+clean: ## remove all that make has written, .venv too
+	rm -rf $(VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_shared_*.so
+	rm -rf .pytest_cache .hypothesis .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 26

@@ -1,0 +1,86 @@
+"""Compile the generated C kernels, once per number type.
+
+Into cffi modules (API mode), omniroll._kernels_double, _float and _long_double, each with every function of
+every set in generated/c; setup.py names the functions at the end of this file. The declarations are read from
+the generated headers; none is typed here.
+
+Where Python's own C headers are missing (on Debian they are a package apart), into plain shared libraries
+omniroll._shared_double, ..., which omniroll.shared_kernels calls through cffi's ABI mode: the same C, slower
+calls.
+
+OMNIROLL_CFLAGS holds further compiler flags, for instance `-march=native`. They come last and so win.
+"""
+
+import os
+import runpy
+import shlex
+import sysconfig
+from pathlib import Path
+
+import cffi
+from setuptools import Extension
+
+ROOT = Path(__file__).resolve().parent.parent
+C_FOLDER = "generated/c"
+# A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
+FLAGS = ["-O3", "-std=c99", "-ffp-contract=off"]
+C_HEADERS = runpy.run_path(str(ROOT / "runtime/omniroll/c_headers.py"))
+
+
+def has_python_headers() -> bool:
+    """Whether a Python module can be compiled here."""
+    return Path(sysconfig.get_path("include"), "Python.h").is_file()
+
+
+def headers() -> list[Path]:
+    """The generated headers, in the order of their names."""
+    found = sorted(path for path in (ROOT / C_FOLDER).iterdir() if C_HEADERS["is_set_header"](path.name))
+    if not found:
+        raise FileNotFoundError(f"no generated headers in {C_FOLDER}; run `make regenerate`")
+    return found
+
+
+def compilation(number_type: str, *flags: str) -> dict:
+    """What to compile and how, as the arguments of an Extension."""
+    _, macro = C_HEADERS["NUMBER_TYPES"][number_type]
+    return {
+        "sources": [f"{C_FOLDER}/{header.stem}.c" for header in headers()],
+        "depends": [f"{C_FOLDER}/{header.name}" for header in headers()],
+        "include_dirs": [C_FOLDER],
+        "define_macros": [(macro, "1")] if macro else [],
+        "extra_compile_args": [*FLAGS, *flags, *shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))],
+        "libraries": ["m"],
+    }
+
+
+def kernel_module(number_type: str) -> cffi.FFI:
+    """The cffi builder of omniroll._kernels_<number_type>."""
+    builder = cffi.FFI()
+    texts = [header.read_text(encoding="utf-8") for header in headers()]
+    builder.cdef(C_HEADERS["declarations"](number_type, texts))
+    builder.set_source(
+        f"omniroll._kernels_{number_type}",
+        "\n".join(f'#include "{header.name}"' for header in headers()),
+        **compilation(number_type, "-fvisibility=hidden"),
+    )
+    return builder
+
+
+def shared_libraries() -> list[Extension]:
+    """The plain libraries omniroll._shared_<number_type>."""
+    return [
+        Extension(f"omniroll._shared_{number_type}", **compilation(number_type))
+        for number_type in C_HEADERS["NUMBER_TYPES"]
+    ]
+
+
+def double_kernels() -> cffi.FFI:
+    return kernel_module("double")
+
+
+def float_kernels() -> cffi.FFI:
+    return kernel_module("float")
+
+
+def long_double_kernels() -> cffi.FFI:
+    return kernel_module("long_double")

@@ -1,0 +1,40 @@
+"""omniroll: vehicles on omni-wheels whose rollers have mass.
+
+vehicle = omniroll.Vehicle.paper()
+run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=20)
+run.pose[-1]
+"""
+
+from omniroll.dynamics import accelerations
+from omniroll.errors import (
+    AccuracyWarning,
+    InvalidValueError,
+    KernelsMissingError,
+    OmnirollError,
+    SimulationStopped,
+)
+from omniroll.kernels import Kernel, kernel
+from omniroll.parts import cylinder
+from omniroll.simulate import simulate
+from omniroll.switching import tau
+from omniroll.trajectory import Samples, Trajectory
+from omniroll.vehicle import Vehicle
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AccuracyWarning",
+    "InvalidValueError",
+    "Kernel",
+    "KernelsMissingError",
+    "OmnirollError",
+    "Samples",
+    "SimulationStopped",
+    "Trajectory",
+    "Vehicle",
+    "accelerations",
+    "cylinder",
+    "kernel",
+    "simulate",
+    "tau",
+]

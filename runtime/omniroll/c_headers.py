@@ -1,0 +1,44 @@
+"""Reads the declarations of the generated C headers, for cffi. The build runs this file by itself."""
+
+import re
+
+NUMBER_TYPES = {  # C type and the macro that chooses it
+    "double": ("double", None),
+    "float": ("float", "OMNIROLL_FLOAT"),
+    "long_double": ("long double", "OMNIROLL_LONG_DOUBLE"),
+}
+PROTOTYPE = re.compile(
+    r"^[ \t]*(?:OMNIROLL_API\s+)?((?:void|int|size_t|real_t)\s+omniroll_\w+\s*\([^;{}]*\)\s*;)", re.MULTILINE
+)
+
+
+def is_set_header(name: str) -> bool:
+    """Whether a file of generated/c is the header of a set of effects."""
+    return name.startswith("omniroll_") and name.endswith(".h")
+
+
+def without_comments(text: str) -> str:
+    """C source `text` with each comment replaced by one space."""
+    return re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.DOTALL)
+
+
+def prototypes(header: str) -> list[str]:
+    """The function declarations of one generated header, in its order.
+
+    Raises ValueError where the header names a function whose declaration is not read.
+    """
+    code = without_comments(header)
+    found = PROTOTYPE.findall(code)
+    named = re.findall(r"\bomniroll_\w+\s*\(", code)
+    if not found or len(found) != len(named):
+        raise ValueError(f"generated header: {len(named)} functions named, {len(found)} declarations read")
+    return found
+
+
+def declarations(number_type: str, headers: list[str]) -> str:
+    """What cffi must know of `headers` (their texts) where real_t is `number_type`'s C type."""
+    c_type, _ = NUMBER_TYPES[number_type]
+    lines = [f"typedef {c_type} real_t;"]
+    for header in headers:
+        lines += prototypes(header)
+    return "\n".join(lines)

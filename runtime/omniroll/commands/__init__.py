@@ -1,0 +1,1 @@
+"""The commands of `omniroll`, one module each; omniroll.cli says what such a module has."""

@@ -1,0 +1,84 @@
+"""Dense output of one step as a polynomial in Bernstein form, and where such a polynomial passes a bound.
+
+p(x) = sum_k b_k C(d, k) x^k (1 - x)^(d - k), 0 <= x <= 1. The ends are b_0 and b_d exactly, and p lies
+between the smallest and the largest of its coefficients: a step that stays inside a bound shows it without
+any search.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import comb
+
+import numpy as np
+from scipy.optimize import brentq
+
+DEPTH = 40  # halvings of a step before a tangency counts as a crossing
+
+
+def _nested_form_to_bernstein(powers: int) -> np.ndarray:
+    """Matrix from F to Bernstein coefficients for p(x) = x (F_0 + (1-x) (F_1 + x (F_2 + (1-x) (...)))).
+
+    The terms are x^a (1-x)^b F_k, and x^a (1-x)^b has only non-negative Bernstein coefficients: nothing
+    cancels.
+    """
+    matrix = np.zeros((powers + 1, powers))
+    for term in range(powers):
+        rising, falling = term // 2 + 1, (term + 1) // 2
+        rest = powers - rising - falling
+        for k in range(rising, rising + rest + 1):
+            matrix[k, term] = comb(rest, k - rising) / comb(powers, k)
+    return matrix
+
+
+FROM_DOP853 = _nested_form_to_bernstein(7)
+
+
+def bernstein_of_dop853(start: np.ndarray, end: np.ndarray, nested: np.ndarray) -> np.ndarray:
+    """Bernstein coefficients (8, d) of a DOP853 step from its ends (d,) and its nested form F (7, d)."""
+    coefficients = start + FROM_DOP853 @ nested
+    coefficients[0], coefficients[-1] = start, end
+    return coefficients
+
+
+def value(coefficients: Sequence[float], x: float) -> float:
+    """p(x) by de Casteljau's rule, for one component."""
+    row = list(coefficients)
+    while len(row) > 1:
+        row = [a + (b - a) * x for a, b in pairwise(row)]
+    return row[0]
+
+
+def halves(coefficients: Sequence[float]) -> tuple[list[float], list[float]]:
+    """The polynomial on [0, 1/2] and on [1/2, 1]."""
+    row, left, right = list(coefficients), [coefficients[0]], [coefficients[-1]]
+    while len(row) > 1:
+        row = [(a + b) / 2 for a, b in pairwise(row)]
+        left.append(row[0])
+        right.append(row[-1])
+    return left, right[::-1]
+
+
+def first_positive(coefficients: Sequence[float], depth: int = DEPTH) -> float | None:
+    """The smallest x after which p is positive, or None if p <= 0 on [0, 1]. Double crossings are found."""
+    if max(coefficients) <= 0:
+        return None
+    if _rises_at_once(coefficients) or depth == 0:
+        return 0.0
+    if coefficients[-1] > 0 and _sign_changes(coefficients) == 1 and coefficients[0] < 0:
+        return float(brentq(lambda x: value(coefficients, x), 0.0, 1.0, xtol=1e-15))
+    left, right = halves(coefficients)
+    found = first_positive(left, depth - 1)
+    if found is not None:
+        return found / 2
+    found = first_positive(right, depth - 1)
+    return None if found is None else (1 + found) / 2
+
+
+def _rises_at_once(coefficients: Sequence[float]) -> bool:
+    first = next((c for c in coefficients if c != 0), 0.0)
+    return first > 0
+
+
+def _sign_changes(coefficients: Sequence[float]) -> int:
+    signs = [c > 0 for c in coefficients if c != 0]
+    return sum(a != b for a, b in pairwise(signs))

@@ -1,0 +1,48 @@
+"""The errors that omniroll raises by name."""
+
+from typing import Any
+
+
+class OmnirollError(Exception):
+    """Base of every error that omniroll raises by itself."""
+
+
+class InvalidValueError(OmnirollError, ValueError):
+    """An argument that makes no sense.
+
+    field   name of the argument or of the vehicle's field
+    value   what was given
+    bound   the rule that it breaks, in words
+    """
+
+    def __init__(self, field: str, value: Any, bound: str):
+        super().__init__(f"{field} = {value!r}: {bound}")
+        self.field, self.value, self.bound = field, value, bound
+
+    def __reduce__(self):
+        return type(self), (self.field, self.value, self.bound)
+
+
+class KernelsMissingError(OmnirollError, RuntimeError):
+    """The compiled kernels were asked for and are not there."""
+
+
+class SimulationStopped(OmnirollError, RuntimeError):
+    """A run that cannot go on: switches without progress in time, or a step that cannot be made.
+
+    reason      in words
+    t           time at which the run stopped
+    wheel       number of a wheel that kept it from going on, or None
+    state       dict with nu, chi, pose and contact at that time
+    trajectory  the trajectory up to that time
+    """
+
+    def __init__(self, reason: str, *, t: float, wheel: int | None, state: dict, trajectory: Any = None):
+        at = f"t = {t!r}" + (f", wheel {wheel}" if wheel is not None else "")
+        shown = ", ".join(f"{name} = {value!r}" for name, value in state.items())
+        super().__init__(f"stopped at {at}: {reason} ({shown})")
+        self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
+
+
+class AccuracyWarning(UserWarning):
+    """The estimated error of a run is larger than the accuracy that was asked for."""

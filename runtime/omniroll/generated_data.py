@@ -1,0 +1,55 @@
+"""Reads generated/data: what the derivation says about symbols, bounds and kernels, as numbers.
+
+Expressions are nested lists in the paper's symbols: an integer, a symbol, or [operation, operands...] with
+the operations + * / (an exact ratio of integers) ^ (an integer power) sin cos sqrt.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from functools import cache
+from importlib import resources
+from typing import Any
+
+Expression = int | str | list
+
+
+@cache
+def load(name: str) -> Any:
+    """The content of generated/data/<name>.json; what it describes stands under the key `name`."""
+    text = resources.files("omniroll.generated").joinpath("data", f"{name}.json").read_text(encoding="utf-8")
+    return json.loads(text)
+
+
+@cache
+def code_names() -> dict[str, str]:
+    """Name in the code of each of the paper's symbols: {"B": "roller_inertia", ...}."""
+    return {symbol: entry["code"] for symbol, entry in load("symbols")["symbols"].items()}
+
+
+def _power(base: float, exponent: int) -> float:
+    try:
+        return base**exponent
+    except (OverflowError, ZeroDivisionError):  # Python's floats raise where the number type has inf
+        return math.inf
+
+
+OPERATIONS = {
+    "+": lambda *terms: math.fsum(terms),
+    "*": lambda *factors: math.prod(factors),
+    "/": lambda p, q: p / q,
+    "^": _power,
+    "sin": math.sin,
+    "cos": math.cos,
+    "sqrt": math.sqrt,
+}
+
+
+def evaluate(expression: Expression, values: Mapping[str, float]) -> float:
+    """The number that `expression` has; `values` are by the paper's symbols (pi is known)."""
+    if isinstance(expression, int):
+        return expression
+    if isinstance(expression, str):
+        return math.pi if expression == "pi" else values[expression]
+    operation, *operands = expression
+    return OPERATIONS[operation](*(evaluate(operand, values) for operand in operands))

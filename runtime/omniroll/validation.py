@@ -1,0 +1,89 @@
+"""Checks of what a user gives. Each raises InvalidValueError with the field, the value and the bound."""
+
+import math
+import operator
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.errors import InvalidValueError
+
+# Squares of numbers inside these limits are normal floating-point numbers.
+SMALLEST = math.sqrt(np.finfo(float).tiny) * 2
+LARGEST = math.sqrt(np.finfo(float).max) / 2
+
+
+def integer(field: str, value: Any, least: int) -> int:
+    """`value` as an int that is at least `least`. Booleans and floats are refused."""
+    try:
+        if isinstance(value, (bool, np.bool_)):
+            raise TypeError
+        number = operator.index(value)
+    except TypeError:
+        raise InvalidValueError(field, value, "must be an integer") from None
+    if number < least:
+        raise InvalidValueError(field, value, f"must be at least {least}")
+    return number
+
+
+def real(field: str, value: Any) -> float:
+    """`value` as a finite float."""
+    return float(real_array(field, value, ()))
+
+
+def positive(field: str, value: Any) -> float:
+    """`value` as a positive float whose square is a normal number."""
+    number = real(field, value)
+    if number <= 0:
+        raise InvalidValueError(field, value, "must be positive")
+    if not SMALLEST <= number <= LARGEST:
+        bound = f"must lie between {SMALLEST:.3g} and {LARGEST:.3g}, or its square leaves the number range"
+        raise InvalidValueError(field, value, bound)
+    return number
+
+
+def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> np.ndarray:
+    """`value` as a float64 array of finite numbers, of the given shape if there is one."""
+    try:
+        raw = np.asarray(value)
+    except ValueError:
+        raise InvalidValueError(field, value, "must be an array of numbers, rows of one length") from None
+    if raw.dtype.kind not in "iuf":
+        raise InvalidValueError(field, value, "must be real numbers")
+    array = raw.astype(float)
+    if not np.isfinite(array).all():
+        raise InvalidValueError(field, value, "must be finite")
+    if shape is not None and array.shape != shape:
+        raise InvalidValueError(field, value, f"must have the shape {shape}, not {array.shape}")
+    return array
+
+
+def trailing(field: str, value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """`value` as a float64 array whose last axes are `shape`; leading axes are free."""
+    array = real_array(field, value)
+    if array.ndim < len(shape) or array.shape[array.ndim - len(shape) :] != shape:
+        want = ", ".join(["..."] + [str(size) for size in shape])
+        raise InvalidValueError(field, value, f"must have the shape ({want}), not {array.shape}")
+    return array
+
+
+def magnitude(field: str, array: np.ndarray, axes: int) -> np.ndarray:
+    """`array`, whose max-norm over the last `axes` axes must be 0 or have a square in the number range."""
+    if array.size:
+        norm = np.abs(array).max(axis=tuple(range(-axes, 0)))
+        if ((norm != 0) & ((norm < SMALLEST) | (norm > LARGEST))).any():
+            bound = (
+                f"largest magnitude must be 0 or lie between {SMALLEST:.3g} and {LARGEST:.3g}, "
+                "or its square leaves the number range"
+            )
+            raise InvalidValueError(field, array.tolist(), bound)
+    return array
+
+
+def choice(field: str, value: Any, choices: Sequence[str]) -> str:
+    """`value`, which must be one of `choices`."""
+    if not isinstance(value, str) or value not in choices:
+        raise InvalidValueError(field, value, "must be one of " + ", ".join(choices))
+    return value

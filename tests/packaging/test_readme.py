@@ -1,0 +1,38 @@
+"""What README.md promises is so: its commands, its example, its links."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    """The fenced code blocks of one language, in order."""
+    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+
+
+def test_the_first_commands_are_make_and_make_test():
+    commands = [line.split("#")[0].strip() for line in blocks("sh")[0].splitlines()]
+    assert commands == ["make", "make test"]
+
+
+def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):
+    example = blocks("python")[0]
+    assert len(example.splitlines()) <= 10
+    done = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.rstrip("\n") == blocks("text")[0].rstrip("\n")
+
+
+def test_links_and_pictures_lead_to_files():
+    targets = re.findall(r"\]\(([^)#:]+)\)", README)
+    assert targets and [target for target in targets if not (ROOT / target).exists()] == []
+
+
+def test_every_make_target_that_it_names_exists():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    named = set(re.findall(r"`make ([a-z-]+)`", README))
+    assert sorted(target for target in named if not re.search(rf"^{target}:", makefile, re.MULTILINE)) == []

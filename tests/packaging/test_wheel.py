@@ -1,0 +1,88 @@
+"""The wheel works by itself: built from the sources, installed where neither Maxima nor jinja2 is."""
+
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("generated", "runtime", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml", "setup.py")
+STATE = {"nu": [0.3, -0.7, 1.1], "chi": [0.1, -0.5, 0.4], "seed": 5}
+PROGRAM = """
+import importlib.util, json, shutil, sys
+import numpy as np, omniroll
+assert importlib.util.find_spec("jinja2") is None and shutil.which("maxima") is None
+vehicle = omniroll.Vehicle.paper()
+state = json.loads(sys.argv[1])
+spins = np.random.default_rng(state["seed"]).normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
+nu_dot, spins_dot = omniroll.accelerations(vehicle, state["nu"], state["chi"], spins)
+run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
+print(json.dumps([omniroll.__file__, nu_dot.tolist(), spins_dot.tolist(), run.nu[-1].tolist()]))
+"""
+pytestmark = pytest.mark.slow
+
+
+def run(*command: str | Path, **options) -> str:
+    """Standard output of `command`; a failure shows all that it printed."""
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{command}:\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel, built from a copy of the sources, so that no file of an earlier build is in it."""
+    folder = tmp_path_factory.mktemp("wheel")
+    skip = shutil.ignore_patterns("__pycache__", "*.so", "*.egg-info")
+    for name in SOURCES:
+        source, copy = ROOT / name, folder / "sources" / name
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copytree(source, copy, ignore=skip) if source.is_dir() else shutil.copy(source, copy)
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    run(*pip, "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", folder, folder / "sources")
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+@pytest.fixture(scope="module")
+def python(wheel, tmp_path_factory) -> Path:
+    """The interpreter of a fresh environment that holds the wheel and its pinned dependencies."""
+    folder = tmp_path_factory.mktemp("environment")
+    run(sys.executable, "-m", "venv", folder)
+    pip = (folder / "bin/python", "-m", "pip", "--disable-pip-version-check", "--quiet")
+    run(*pip, "install", "--constraint", ROOT / "requirements.txt", wheel)
+    return folder / "bin/python"
+
+
+def test_the_wheel_holds_the_whole_package(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    ours = {str(path.relative_to(ROOT / "runtime")) for path in (ROOT / "runtime/omniroll").rglob("*.py")}
+    made = {
+        f"omniroll/generated/{path.relative_to(ROOT / 'generated')}"
+        for path in (ROOT / "generated").rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert sorted((ours | made) - names) == []
+    compiled = [name for name in names if name.startswith(("omniroll/_kernels_", "omniroll/_shared_"))]
+    assert len(compiled) == 3
+    assert not [name for name in names if name.startswith(("codegen", "maxima", "tests"))]
+
+
+def test_the_wheel_runs_without_maxima_and_jinja2(python, tmp_path):
+    environment = {"PATH": str(python.parent), "HOME": str(tmp_path)}
+    out = run(python, "-I", "-c", PROGRAM, json.dumps(STATE), cwd=tmp_path, env=environment)
+    file, nu_dot, spins_dot, nu_end = json.loads(out)
+    assert str(ROOT) not in file
+    vehicle = omniroll.Vehicle.paper()
+    spins = np.random.default_rng(STATE["seed"]).normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
+    here = omniroll.accelerations(vehicle, STATE["nu"], STATE["chi"], spins)
+    assert np.array_equal(nu_dot, here[0]) and np.array_equal(spins_dot, here[1])
+    there = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
+    assert np.allclose(nu_end, there.nu[-1], rtol=0, atol=1e-8)

@@ -1,0 +1,350 @@
+"""Whole runs: known motions, exact symmetries, corners of time, engines, refusals."""
+
+import math
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import AccuracyWarning, SimulationStopped, Vehicle, simulate
+from omniroll.comparison import difference
+
+PAPER = Vehicle.paper()
+JOINT = np.pi / 5
+EPS = np.finfo(float).eps
+MODELS = ("massless", "locked", "free")
+LAWS = ("smooth", "impact")
+QUICK = {"engine": "compiled", "accuracy": 1e-8}
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked"])
+@pytest.mark.parametrize("law", LAWS)
+def test_motion_1_is_a_uniform_rotation(roller_model, law):
+    """Property 3: from nu = (0, 0, 1) and equal chi it turns on the spot; all wheels switch together."""
+    run = simulate(PAPER, nu=(0, 0, 1), duration=30, roller_model=roller_model, switching=law, **QUICK)
+    np.testing.assert_allclose(run.nu, np.broadcast_to([0, 0, 1], run.nu.shape), atol=1e-13)
+    np.testing.assert_allclose(run.pose[:, 2], run.t / PAPER.yaw_scale, atol=1e-12)
+    assert np.abs(run.pose[:, :2]).max() < 1e-13
+    period = 2 * JOINT / abs((run.chi[1, 0] - run.chi[0, 0]) / run.t[1])
+    times = run.switches.t.reshape(-1, 3)
+    assert (times == times[:, :1]).all()
+    np.testing.assert_allclose(times[:, 0], period * (np.arange(len(times)) + 0.5), rtol=1e-13)
+    assert (run.switches.direction == -1).all()
+    assert np.abs(run.switches.energy_jump).max() < 1e-15
+
+
+def test_massless_vehicle_follows_its_circle():
+    """Equations at B = 0 on a regular polygon: nu turns at a constant rate, theta' is constant."""
+    run = simulate(PAPER, nu=(1, 0.3, 1), duration=20, roller_model="massless", **QUICK)
+    rate = run.kernel.reduced([1, 0, 1], np.zeros(3))[1]  # nu_2' at nu = (1, 0, 1)
+    turned = np.exp(1j * rate * run.t) * (1 + 0.3j)
+    np.testing.assert_allclose(
+        run.nu, np.column_stack([turned.real, turned.imag, np.ones(len(run))]), atol=1e-8
+    )
+    np.testing.assert_allclose(run.energy, run.energy[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("roller_model", MODELS)
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_is_constant_between_switches_and_jumps_as_reported(roller_model, law):
+    run = simulate(PAPER, nu=(1, 0, 1), duration=6, roller_model=roller_model, switching=law, accuracy=1e-12)
+    assert run.stats["phase_energy_drift"] < 1e-12
+    assert run.stats["error_estimate"] < 1e-12
+    total = run.energy[-1] - run.energy[0]
+    assert run.switches.energy_jump.sum() == pytest.approx(total, abs=1e-12 * run.energy[0])
+    if law == "impact":
+        assert (run.switches.energy_jump <= 1e-15 * run.energy[0]).all()
+        assert roller_model == "massless" or total < 0
+
+
+@pytest.mark.parametrize("roller_model", MODELS)
+def test_engines_agree(roller_model):
+    runs = [
+        simulate(
+            PAPER,
+            nu=(1, 0.1, 0.7),
+            chi=(0.1, -0.2, 0.3),
+            duration=5,
+            roller_model=roller_model,
+            accuracy=1e-9,
+            engine=engine,
+        )
+        for engine in ("compiled", "python")
+    ]
+    compiled, python = runs
+    assert (compiled.switches.wheel == python.switches.wheel).all()
+    np.testing.assert_allclose(compiled.switches.t, python.switches.t, rtol=1e-12)
+    assert difference(compiled, python) < 1e-12
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-9])
+@pytest.mark.parametrize("roller_model, law", [("locked", "impact"), ("free", "smooth")])
+def test_accuracy_is_met(accuracy, roller_model, law):
+    task = {"nu": (1, 0, 1), "duration": 6, "roller_model": roller_model, "switching": law}
+    exact = simulate(PAPER, **task, accuracy=1e-13, control=False)
+    run = simulate(PAPER, **task, accuracy=accuracy)
+    assert difference(run, exact) < accuracy
+    assert difference(run, exact) < run.stats["error_estimate"] < accuracy
+
+
+@pytest.mark.parametrize("power", [-100, -7, 30])
+def test_runs_scale_by_powers_of_two_to_the_bit(power):
+    factor = 2.0**power
+    one = simulate(PAPER, nu=(1, 0.5, 1), spins=0.25, duration=3, **QUICK)
+    other = simulate(
+        PAPER, nu=np.array([1, 0.5, 1]) * factor, spins=0.25 * factor, duration=3 / factor, **QUICK
+    )
+    assert (other.nu == one.nu * factor).all() and (other.spins == one.spins * factor).all()
+    assert (
+        (other.chi == one.chi).all()
+        and (other.pose == one.pose).all()
+        and (other.contact == one.contact).all()
+    )
+    assert (other.t == one.t / factor).all()
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked"])
+def test_smooth_switches_are_reversible(roller_model):
+    """Back from the end with -nu: the same places in reverse order."""
+    there = simulate(
+        PAPER, nu=(1, 0, 1), duration=4, roller_model=roller_model, switching="smooth", accuracy=1e-11
+    )
+    back = simulate(
+        PAPER,
+        nu=-there.nu[-1],
+        chi=there.chi[-1],
+        pose=there.pose[-1],
+        duration=4,
+        roller_model=roller_model,
+        switching="smooth",
+        accuracy=1e-11,
+    )
+    np.testing.assert_allclose(back.nu[-1], [-1, 0, -1], atol=1e-10)
+    np.testing.assert_allclose(back.pose[-1], 0, atol=1e-10)
+    np.testing.assert_allclose(back.chi[-1], 0, atol=1e-9)
+    assert (back.switches.wheel == there.switches.wheel[::-1]).all()
+    np.testing.assert_allclose(back.switches.t, 4 - there.switches.t[::-1], atol=1e-9)
+
+
+def test_relabelling_the_wheels_changes_nothing():
+    vehicle = PAPER.replace(wheel_angles=(0.1, 2.0, 4.4))
+    order = [2, 0, 1]
+    relabelled = vehicle.replace(wheel_angles=[vehicle.wheel_angles[k] for k in order])
+    chi, spins = np.array([0.1, -0.3, 0.5]), np.arange(12.0).reshape(3, 4) / 10
+    one = simulate(vehicle, nu=(1, 0, 1), chi=chi, spins=spins, duration=3, **QUICK)
+    other = simulate(relabelled, nu=(1, 0, 1), chi=chi[order], spins=spins[order], duration=3, **QUICK)
+    assert (np.array(order)[other.switches.wheel] == one.switches.wheel).all()
+    np.testing.assert_allclose(other.nu[-1], one.nu[-1], rtol=1e-12)
+    np.testing.assert_allclose(other.chi[-1], one.chi[-1][order], rtol=1e-11)
+
+
+@pytest.mark.parametrize("wheels, rollers", [(1, 5), (2, 4), (4, 8), (6, 12)])
+@pytest.mark.parametrize("roller_model", MODELS)
+def test_any_number_of_wheels_and_rollers(wheels, rollers, roller_model):
+    vehicle = Vehicle.paper(wheels, rollers)
+    run = simulate(vehicle, nu=(0.5, 1, 0.5), duration=1.5, roller_model=roller_model, **QUICK)
+    assert len(run.switches) > 0
+    assert run.chi.shape == (len(run), wheels)
+    assert run.spins is None if roller_model != "free" else run.spins.shape == (len(run), wheels, rollers - 1)
+    assert np.abs(run.chi).max() <= np.pi / rollers
+    assert all(
+        np.isfinite(getattr(run, name)).all() for name in ("t", "nu", "chi", "pose", "energy", "contact_spin")
+    )
+
+
+# Corners
+
+
+@pytest.mark.parametrize("roller_model", MODELS)
+@pytest.mark.parametrize("law", LAWS)
+def test_start_on_a_joint(roller_model, law):
+    """nu = (0, 0, 1) turns wheels backwards: -pi/n is left at once, from +pi/n they move inwards."""
+    task = {"nu": (0, 0, 1), "duration": 1, "roller_model": roller_model, "switching": law, **QUICK}
+    outwards = simulate(PAPER, chi=-JOINT, **task)
+    assert len(outwards.switches) == 3 and (outwards.switches.t == 0).all()
+    assert (outwards.chi[0] == -JOINT).all() and (outwards.chi[1] == JOINT).all()
+    assert (outwards.contact[0] == 0).all() and (outwards.contact[1] == 1).all()
+    inwards = simulate(PAPER, chi=JOINT, **task)
+    assert len(inwards.switches) == 0
+
+
+@pytest.mark.parametrize("roller_model", MODELS)
+def test_rest_is_rest(roller_model):
+    run = simulate(
+        PAPER, nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5, roller_model=roller_model, **QUICK
+    )
+    assert not run.nu.any() and (run.chi == run.chi[0]).all() and len(run.switches) == 0
+
+
+def test_spinning_rollers_of_a_vehicle_at_rest_go_on_spinning():
+    """Property 2."""
+    run = simulate(PAPER, nu=(0, 0, 0), spins=3.0, duration=5, **QUICK)
+    assert np.abs(run.nu).max() < 1e-15
+    np.testing.assert_allclose(run.spins, 3.0)
+
+
+def test_a_switch_at_the_end_is_in_the_run():
+    first = simulate(PAPER, nu=(0, 0, 1), duration=5, roller_model="locked", **QUICK).switches.t[0]
+    run = simulate(PAPER, nu=(0, 0, 1), duration=first, roller_model="locked", **QUICK)
+    assert len(run.switches) == 3 and run.t[-1] == first and (run.contact[-1] == 1).all()
+    short = simulate(PAPER, nu=(0, 0, 1), duration=first * (1 - 1e-9), roller_model="locked", **QUICK)
+    assert len(short.switches) == 0
+
+
+@pytest.mark.parametrize("duration", [0, 1e-9, 1e-12])
+def test_a_late_clock_and_a_short_time(duration):
+    run = simulate(PAPER, nu=(1, 0, 1), duration=duration, start_time=1e9, **QUICK)
+    assert run.t[0] == 1e9 and run.elapsed[-1] == duration
+    assert run.pose[-1, 0] == pytest.approx(PAPER.platform_radius * duration, rel=1e-6)
+
+
+def test_a_late_clock_does_not_coarsen_the_motion():
+    early = simulate(PAPER, nu=(1, 0, 1), duration=3, **QUICK)
+    late = simulate(PAPER, nu=(1, 0, 1), duration=3, start_time=2.0**30, **QUICK)
+    np.testing.assert_allclose(late.pose[-1], early.pose[-1], rtol=1e-12)
+    np.testing.assert_allclose(late.elapsed, early.elapsed, rtol=1e-12)
+
+
+def test_the_watchdog_stops_a_run_and_keeps_it(monkeypatch):
+    """A law that sends every wheel back to where it came from: endless switches at one instant."""
+    module = sys.modules["omniroll.simulate"]  # omniroll.simulate itself is the function
+
+    class Bouncing(module.SwitchingModel):
+        def apply(self, state, directions):
+            after = super().apply(state, directions)
+            return module.replace(after, nu=-state.nu)
+
+    monkeypatch.setattr(module, "SwitchingModel", Bouncing)
+    with pytest.raises(SimulationStopped, match="without progress") as raised:
+        simulate(PAPER, nu=(0, 0, 1), duration=10, roller_model="locked", control=False, **QUICK)
+    stopped = raised.value
+    assert stopped.wheel in (0, 1, 2) and stopped.t == pytest.approx(stopped.trajectory.t[-1])
+    assert stopped.trajectory.pose[-1, 2] > 0 and len(stopped.trajectory.switches) > 100
+    assert set(stopped.state) == {"nu", "chi", "pose", "contact"}
+
+
+def test_many_switches_are_no_reason_to_stop():
+    run = simulate(
+        PAPER, nu=(1, 0, 1), duration=300, roller_model="massless", engine="compiled", accuracy=1e-6
+    )
+    assert len(run.switches) > 900 and run.t[-1] == 300
+
+
+def test_out_of_reach_is_said():
+    with pytest.warns(AccuracyWarning, match="estimate"):
+        run = simulate(PAPER, nu=(1, 0, 1), duration=1, accuracy=1e-18)
+    assert run.stats["error_estimate"] > 1e-18
+
+
+def test_progress_is_reported():
+    seen = []
+    simulate(
+        PAPER, nu=(1, 0, 1), duration=2, **QUICK, progress=lambda done, whole: seen.append((done, whole))
+    )
+    assert seen == sorted(seen) and seen[-1] == (2, 2) and len(seen) > 3
+
+
+# Refusals
+
+
+@pytest.mark.parametrize(
+    "change, field, bound",
+    [
+        ({"nu": (1, 0)}, "nu", "shape"),
+        ({"nu": (1, 0, math.nan)}, "nu", "finite"),
+        ({"nu": "abc"}, "nu", "real"),
+        ({"nu": (1e200, 0, 0)}, "nu", "number range"),
+        ({"nu": (1e-200, 0, 0)}, "nu", "number range"),
+        ({"chi": 0.63}, "chi", "within"),
+        ({"chi": (0, 0)}, "chi", "shape"),
+        ({"chi": (0, 0, math.inf)}, "chi", "finite"),
+        ({"chi": np.zeros((2, 3))}, "chi", "shape"),
+        ({"spins": np.zeros((3, 5))}, "spins", "shape"),
+        ({"spins": 1.0, "roller_model": "locked"}, "spins", "must be 0"),
+        ({"spins": math.nan}, "spins", "finite"),
+        ({"spins": 1e300}, "spins", "number range"),
+        ({"spins": np.zeros((2, 3, 4))}, "spins", "shape"),
+        ({"pose": (0, 0)}, "pose", "shape"),
+        ({"duration": -1}, "duration", "negative"),
+        ({"duration": math.inf}, "duration", "finite"),
+        ({"duration": 1e160}, "duration", "number range"),
+        ({"start_time": math.nan}, "start_time", "finite"),
+        ({"accuracy": 0}, "accuracy", "between"),
+        ({"accuracy": 2}, "accuracy", "between"),
+        ({"accuracy": None}, "accuracy", "real"),
+        ({"roller_model": "loose"}, "roller_model", "massless, locked, free"),
+        ({"switching": "bounce"}, "switching", "smooth, impact"),
+        ({"engine": "steam"}, "engine", "compiled, python"),
+        ({"vehicle": "paper"}, "vehicle", "Vehicle"),
+    ],
+)
+def test_bad_input_is_named(change, field, bound):
+    task = {"vehicle": PAPER, "nu": (1, 0, 1), "duration": 1} | change
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=bound) as raised:
+            simulate(task.pop("vehicle"), **task)
+    assert raised.value.field == field and str(raised.value).startswith(f"{field} = ")
+
+
+@pytest.mark.parametrize("roller_model", MODELS)
+def test_accelerations_broadcast(roller_model):
+    random = np.random.default_rng(3)
+    nu, chi = random.normal(size=(4, 1, 3)), random.uniform(-JOINT, JOINT, size=(5, 3))
+    spins = random.normal(size=(4, 5, 3, 4)) if roller_model == "free" else None
+    nu_dot, spins_dot = omniroll.accelerations(PAPER, nu, chi, spins, roller_model=roller_model)
+    assert nu_dot.shape == (4, 5, 3) and (spins_dot is None or spins_dot.shape == (4, 5, 3, 4))
+    one, one_spins = omniroll.accelerations(
+        PAPER, nu[2, 0], chi[3], None if spins is None else spins[2, 3], roller_model=roller_model
+    )
+    assert (one == nu_dot[2, 3]).all()
+    assert one_spins is None or (one_spins == spins_dot[2, 3]).all()
+    python = omniroll.kernel(PAPER, roller_model, "python")
+    found = python.accelerations(nu, chi, *python.spins_or_nothing(spins))
+    np.testing.assert_allclose(found[0] if spins is not None else found, nu_dot, rtol=1e-11, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "change, field",
+    [
+        ({"nu": np.ones((2, 3)), "chi": np.zeros((5, 3))}, "chi"),
+        ({"nu": (1, 2)}, "nu"),
+        ({"chi": 1.0}, "chi"),
+        ({"spins": np.ones((2, 3, 4)), "nu": np.ones((5, 3))}, "spins"),
+        ({"spins": 1, "roller_model": "massless"}, "spins"),
+        ({"roller_model": "none"}, "roller_model"),
+        ({"nu": (math.inf, 0, 0)}, "nu"),
+        ({"vehicle": None}, "vehicle"),
+    ],
+)
+def test_accelerations_refuse_by_name(change, field):
+    task = {"vehicle": PAPER, "nu": (1, 0, 1), "chi": 0.0} | change
+    with pytest.raises(ValueError) as raised:
+        omniroll.accelerations(**task)
+    assert raised.value.field == field
+
+
+def test_accelerations_scale_by_powers_of_two_to_the_bit():
+    random = np.random.default_rng(5)
+    nu, chi, spins = random.normal(size=3), random.uniform(-JOINT, JOINT, 3), random.normal(size=(3, 4))
+    for roller_model in MODELS:
+        own = spins if roller_model == "free" else None
+        base = omniroll.accelerations(PAPER, nu, chi, own, roller_model=roller_model)
+        scaled = omniroll.accelerations(
+            PAPER, 8 * nu, chi, None if own is None else 8 * own, roller_model=roller_model
+        )
+        assert (scaled[0] == 64 * base[0]).all()
+        assert own is None or (scaled[1] == 64 * base[1]).all()
+
+
+def test_light_rollers_tend_to_massless_ones():
+    massless = simulate(PAPER, nu=(1, 0, 1), duration=2, roller_model="massless", **QUICK).pose[-1]
+    distances = []
+    for factor in (1e-2, 1e-4, 1e-6):
+        light = PAPER.replace(roller_inertia=PAPER.roller_inertia * factor)
+        distances.append(
+            np.abs(simulate(light, nu=(1, 0, 1), duration=2, accuracy=1e-11).pose[-1] - massless).max()
+        )
+    np.testing.assert_allclose(np.array(distances[:-1]) / distances[1:], 100, rtol=0.1)
