@@ -9,7 +9,7 @@ PYTEST_ARGS ?=
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')
-KERNEL_SOURCES := $(sort $(wildcard generated/c/* generated/*.py generated/python/*.py)) \
+KERNEL_SOURCES := $(sort $(wildcard generated/c/* generated/*.py generated/python/*.py runtime/csrc/*)) \
 	setup.py pyproject.toml runtime/build_kernels.py runtime/omniroll/c_headers.py
 VENV_STAMP := $(VENV)/.venv-$(call key,echo "$(CURDIR)"; $(PYTHON) -c "import sys; print(sys.version + sys.base_prefix)")
 DEPS_STAMP := $(VENV)/.dependencies-$(call key,cat requirements.txt; echo $(VENV_STAMP))
@@ -43,7 +43,7 @@ $(DEPS_STAMP): $(VENV_STAMP)
 
 $(BUILD_STAMP): $(DEPS_STAMP)
 	$(call say,build: the C kernels (three number types) and the package)
-	@rm -f runtime/omniroll/_kernels_*.so runtime/omniroll/_shared_*.so  # setuptools does not see new headers or flags
+	@rm -f runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so  # setuptools does not see new headers or flags
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@rm -f $(VENV)/.build-* && touch $@
 
@@ -81,7 +81,7 @@ test: build ## run the tests
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 clean: ## remove all that make has written, .venv too
-	rm -rf $(VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_shared_*.so
+	rm -rf $(VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so
 	rm -rf .pytest_cache .hypothesis .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -7,8 +7,9 @@ from setuptools import find_packages, setup
 BUILD = "runtime/build_kernels.py"
 build = runpy.run_path(BUILD)
 if build["has_python_headers"]():
-    kernels = {"cffi_modules": [f"{BUILD}:{name}_kernels" for name in ("double", "float", "long_double")]}
+    builders = ("double_kernels", "float_kernels", "long_double_kernels", "engine")
+    kernels = {"cffi_modules": [f"{BUILD}:{name}" for name in builders]}
 else:
     kernels = {"ext_modules": build["shared_libraries"]()}
 
-setup(packages=[*find_packages("runtime"), "omniroll.generated", "omniroll.generated.python"], **kernels)
+setup(packages=[*find_packages("runtime", include=["omniroll*"]), "omniroll.csrc", "omniroll.generated", "omniroll.generated.python"], **kernels)

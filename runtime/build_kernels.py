@@ -4,6 +4,8 @@ Into cffi modules (API mode), omniroll._kernels_double, _float and _long_double,
 every set in generated/c; setup.py names the functions at the end of this file. The declarations are read from
 the generated headers; none is typed here.
 
+The compiled engine (runtime/csrc) goes into a module of its own, omniroll._engine.
+
 Where Python's own C headers are missing (on Debian they are a package apart), into plain shared libraries
 omniroll._shared_double, ..., which omniroll.shared_kernels calls through cffi's ABI mode: the same C, slower
 calls.
@@ -24,6 +26,9 @@ ROOT = Path(__file__).resolve().parent.parent
 C_FOLDER = "generated/c"
 # A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
 FLAGS = ["-O3", "-std=c99", "-ffp-contract=off"]
+ENGINE_FOLDER = "runtime/csrc"
+# Its vectors are written out, so that -O3 would add nothing but time to compile.
+ENGINE_FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wno-psabi"]
 C_HEADERS = runpy.run_path(str(ROOT / "runtime/omniroll/c_headers.py"))
 
 
@@ -66,12 +71,36 @@ def kernel_module(number_type: str) -> cffi.FFI:
     return builder
 
 
+def engine_compilation(*flags: str) -> dict:
+    """What to compile for the engine: one file for each set of effects that includes its kernel and the rest."""
+    folder = Path(ENGINE_FOLDER)
+    sources = sorted(path.name for path in (ROOT / folder).glob("engine_*.c"))
+    included = sorted(path.name for path in (ROOT / folder).iterdir() if path.suffix in (".c", ".h"))
+    return {
+        "sources": [str(folder / name) for name in sources],
+        "depends": [str(folder / name) for name in included] + compilation("double")["depends"],
+        "include_dirs": [C_FOLDER, ENGINE_FOLDER],
+        "extra_compile_args": [*ENGINE_FLAGS, *flags, *shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))],
+        "libraries": ["m"],
+    }
+
+
+def engine() -> cffi.FFI:
+    """The cffi builder of omniroll._engine."""
+    builder = cffi.FFI()
+    text = (ROOT / ENGINE_FOLDER / "engine.h").read_text(encoding="utf-8")
+    builder.cdef(C_HEADERS["engine_declarations"](text))
+    builder.set_source("omniroll._engine", '#include "engine.h"', **engine_compilation("-fvisibility=hidden"))
+    return builder
+
+
 def shared_libraries() -> list[Extension]:
-    """The plain libraries omniroll._shared_<number_type>."""
-    return [
+    """The plain libraries omniroll._shared_<number_type> and omniroll._shared_engine."""
+    kernels = [
         Extension(f"omniroll._shared_{number_type}", **compilation(number_type))
         for number_type in C_HEADERS["NUMBER_TYPES"]
     ]
+    return [*kernels, Extension("omniroll._shared_engine", **engine_compilation())]
 
 
 def double_kernels() -> cffi.FFI:

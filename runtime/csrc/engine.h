@@ -42,4 +42,18 @@ enum {
     OMNIROLL_NO_STEP = 3        /* no step is short enough                                              */
 };
 
+/* run: phases and switches until the duration is over or there is no more room; returns one of the above.
+ * run_work_size: doubles that run->work needs.
+ * reduced_batch: nu' of many vehicles, arrays by component (batch.c). */
+#define ENGINE_FUNCTIONS(set) \
+    int omniroll_##set##_run(omniroll_run_t *run, const double *model, int model_size); \
+    long long omniroll_##set##_run_work_size(int wheels, int rollers_per_wheel, int model_size); \
+    int omniroll_##set##_reduced_batch(long long count, int wheels, int rollers_per_wheel, const double *model, \
+                                       int model_size, int shared, const double *nu, const double *chi, \
+                                       const double *momenta, double *nu_dot, double *work);
+
+#define ENGINE_SETS(each) each(massless) each(locked) each(free) each(locked_sharp) each(free_sharp)
+
+ENGINE_SETS(ENGINE_FUNCTIONS)
+
 #endif

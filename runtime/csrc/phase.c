@@ -17,6 +17,7 @@
 #define BLOCKS (NODES/LANES)
 #define MOST_SWEEPS 60
 #define EPS 2.220446049250313e-16
+#define TURN 6.283185307179586
 
 /* What a step works on. */
 typedef struct {
@@ -248,7 +249,7 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
         KERNEL(pose_rates)(s->wheels, s->rollers, s->model, nu, lanes_of(0), rate);
         s->rate_pose[2].lanes[b] = rate[2];
     }
-    integrate_to_nodes(remainder(pose[2], 2*M_PI), s->h, &s->rate_pose[2], &theta);
+    integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t rate[3];

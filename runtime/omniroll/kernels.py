@@ -291,6 +291,11 @@ class CompiledKernel(Kernel):
         self._model = self._prepare()
         self._head = (self.wheels, self.rollers_per_wheel, self._pointer(self._model))
 
+    @property
+    def model(self) -> np.ndarray:
+        """The constants of the vehicle, in the layout of the generated header."""
+        return self._model
+
     def _function(self, name: str):
         return getattr(self._lib, self._prefix + name)
 

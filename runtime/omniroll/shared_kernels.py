@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import cffi
 
-from omniroll.c_headers import declarations, is_set_header
+from omniroll.c_headers import declarations, engine_declarations, is_set_header
 
 
 def libraries(number_type: str) -> list[Path]:
@@ -31,3 +31,15 @@ def shared_kernels(number_type: str) -> SimpleNamespace:
     ffi = cffi.FFI()
     ffi.cdef(declarations(number_type, [(folder / header).read_text(encoding="utf-8") for header in headers]))
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(libraries(number_type)[0])))
+
+
+def has_shared_engine() -> bool:
+    return bool(libraries("engine"))
+
+
+@cache
+def shared_engine() -> SimpleNamespace:
+    """`ffi` and `lib` of the compiled engine's library, which must be there."""
+    ffi = cffi.FFI()
+    ffi.cdef(engine_declarations((resources.files("omniroll.csrc") / "engine.h").read_text(encoding="utf-8")))
+    return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(libraries("engine")[0])))

@@ -34,12 +34,6 @@ def energy_drift(trajectory) -> float:
     return max(spread(phase) for phase in phases) / float(trajectory.energy[0])
 
 
-def largest_step(trajectory, component: int) -> float:
-    """Largest change of nu[component] at a switch, in 1/s; 0 where no wheel switches."""
-    still = np.diff(trajectory.t) == 0.0
-    return float(np.abs(np.diff(trajectory.nu[:, component])[still]).max(initial=0.0))
-
-
 def path_length(trajectory) -> float:
     """Length of the centre's polygon through the rows, in m."""
     return float(np.hypot(*np.diff(trajectory.pose[:, :2], axis=0).T).sum())

@@ -1,0 +1,187 @@
+"""The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from omniroll.errors import SimulationStopped
+from omniroll.integrate import Phase, PhaseIntegrator, StepFailedError
+from omniroll.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
+from omniroll.switching import State, SwitchingModel, outward, tau
+from omniroll.trajectory import Trajectory
+
+SAFETY = 0.5  # local errors may add up to this part of the accuracy
+STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
+
+
+@dataclass
+class Record:
+    """What is collected during a run."""
+
+    elapsed: list[float] = field(default_factory=list)
+    y: list[np.ndarray] = field(default_factory=list)
+    contact: list[np.ndarray] = field(default_factory=list)
+    axial: list[np.ndarray | None] = field(default_factory=list)
+    dense: list[np.ndarray] = field(default_factory=list)
+    step_rows: list[int] = field(default_factory=list)
+    directions: list[np.ndarray] = field(default_factory=list)
+    switch_rows: list[int] = field(default_factory=list)
+
+    def add(self, elapsed: float, y: np.ndarray, state: State) -> None:
+        self.elapsed.append(elapsed)
+        self.y.append(y)
+        self.contact.append(state.contact)
+        self.axial.append(state.free_axial())
+
+
+class Run:
+    """One simulation with one tolerance."""
+
+    def __init__(self, task: Task, tolerance: float):
+        self.task, self.kernel, self.state = task, task.kernel, task.state
+        vehicle = self.kernel.vehicle
+        self.model = SwitchingModel(self.kernel, task.switching)
+        self.tolerance = tolerance
+        scale = np.concatenate(
+            [
+                np.full(3, self._speed_scale()),
+                np.full(vehicle.wheels, self.model.joint),
+                [vehicle.platform_radius, vehicle.platform_radius, 1.0],
+            ]
+        )
+        self.integrator = PhaseIntegrator(
+            vehicle.wheels, self.model.joint, scale, SAFETY * tolerance / self._steps_expected()
+        )
+        self.rows = Record()
+        self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
+        self.phases = 0
+        self.anchor, self.idle_switches = 0.0, 0
+
+    def trajectory(self) -> Trajectory:
+        """Simulate, and return the result. Raises SimulationStopped."""
+        self.rows.add(0.0, self._y(), self.state)
+        directions = self._due_at_once()
+        while True:
+            if directions.any():
+                self._switch(directions)
+                directions = self._due_at_once()
+            elif self.elapsed < self.task.duration:
+                directions = self._phase()
+            else:
+                return self._result()
+
+    def _y(self) -> np.ndarray:
+        return np.concatenate([self.state.nu, self.state.chi, self.state.pose])
+
+    def _speed_scale(self) -> float:
+        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration."""
+        axial = self.task.state.axial
+        for speeds in (self.task.state.nu, axial):
+            if speeds is not None and speeds.any():
+                return float(np.linalg.norm(speeds))
+        return 1 / self.task.duration if self.task.duration > 0 else 1.0
+
+    def _steps_expected(self) -> float:
+        """How many local errors will add up, if the vehicle goes on as it starts."""
+        speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
+        return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
+
+    def _time(self) -> float:
+        return self.task.start_time + self.elapsed
+
+    def _due_at_once(self) -> np.ndarray:
+        """Directions of the wheels that stand at their joints and move outwards, 0 for the others."""
+        chi_dot = self.kernel.wheel_speeds(self.state.nu)
+        return outward(self.state.chi, chi_dot, self.kernel.rollers_per_wheel)
+
+    def _phase(self) -> np.ndarray:
+        """Integrate up to the next switch or to the end; the directions of the wheels that switch then."""
+        start, free = self.elapsed, self.state.free_axial()
+        flow = self.kernel.flow(None if free is None else self.kernel.momenta(free))
+        limit = (self.task.duration - start) - self.carry
+        try:
+            phase = self.integrator.run(
+                flow, self._y(), limit, lambda h: tau(self.task.start_time + start + h, h)
+            )
+        except StepFailedError as error:
+            self._record(error.phase)  # type: ignore[attr-defined]
+            self._stop(str(error), None)
+        self._record(phase)
+        if phase.duration >= limit or not phase.directions.any():  # the end, without the rounding of its sums
+            self.elapsed, self.carry = self.task.duration, 0.0
+            self.rows.elapsed[-1] = self.elapsed
+        self.phases += 1
+        if self.task.progress is not None:
+            self.task.progress(self.elapsed, self.task.duration)
+        return phase.directions
+
+    def _record(self, phase: Phase) -> None:
+        """Rows and polynomials of a phase; the state and the time at its end."""
+        start, carry = self.elapsed, self.carry
+        for h, y, dense in zip(phase.times, phase.ends, phase.dense, strict=True):
+            self.rows.step_rows.append(len(self.rows.y) - 1)
+            self.rows.dense.append(dense)
+            self.elapsed, self.carry = _compensated_sum(start, carry, h)
+            self.rows.add(self.elapsed, y, self.state)
+        self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
+        end = 3 + self.kernel.wheels
+        self.state = replace(self.state, nu=phase.y[:3], chi=phase.y[3:end], pose=phase.y[end:])
+
+    def _switch(self, directions: np.ndarray) -> None:
+        self._watch(directions)
+        self.state = self.model.apply(self.state, directions)
+        if not np.isfinite(self.state.nu).all():
+            self._stop(
+                "the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0])
+            )
+        self.rows.switch_rows.append(len(self.rows.y))
+        self.rows.directions.append(directions)
+        self.rows.add(self.elapsed, self._y(), self.state)
+
+    def _watch(self, directions: np.ndarray) -> None:
+        """The watchdog (rule 9 of the switching model): stop a run that switches without progress in time."""
+        if self.elapsed - self.anchor > tau(self._time(), self.elapsed - self.anchor):
+            self.anchor, self.idle_switches = self.elapsed, 0
+        self.idle_switches += 1
+        if self.idle_switches > SWITCHES_WITHOUT_PROGRESS * self.kernel.wheels:
+            self._stop(
+                f"{self.idle_switches} switches without progress in time", int(np.flatnonzero(directions)[0])
+            )
+
+    def _stop(self, reason: str, wheel: int | None) -> None:
+        state = {
+            "nu": self.state.nu.tolist(),
+            "chi": self.state.chi.tolist(),
+            "pose": self.state.pose.tolist(),
+            "contact": self.state.contact.tolist(),
+        }
+        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
+
+    def _result(self) -> Trajectory:
+        record, counts = self.rows, self.integrator.counts
+        y, directions = np.array(record.y), np.array(record.directions, int)
+        rows = Rows(
+            elapsed=np.array(record.elapsed),
+            y=y,
+            contact=np.array(record.contact),
+            axial=np.array(record.axial) if self.kernel.has_spins else None,
+            dense=np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
+            step_rows=np.array(record.step_rows, int),
+            directions=directions.reshape(len(directions), self.kernel.wheels),
+            switch_rows=np.array(record.switch_rows, int),
+        )
+        stats = {
+            "steps": counts.steps,
+            "evaluations": counts.evaluations,
+            "phases": self.phases,
+            "tolerance": self.tolerance,
+        }
+        return assembled(self.task, rows, stats)
+
+
+def _compensated_sum(start: float, carry: float, h: float) -> tuple[float, float]:
+    """start + carry + h rounded, and the rounding error (Knuth's two-sum)."""
+    h = h + carry
+    total = start + h
+    part = total - start
+    return total, (start - (total - part)) + (h - part)
