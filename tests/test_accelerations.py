@@ -10,7 +10,9 @@ from oracle.lagrange import MODELS
 from oracle.states import paper_vehicle, random_state, random_vehicle
 
 ROLLERS = (3, 4, 5, 8, 17, 60)
-POINTED = pytest.mark.xfail(reason="plain kernels lose digits as B/(M rho^2) grows; the sharp sets do not")
+POINTED = pytest.mark.xfail(
+    strict=True, reason="free_sharp: at this margin a free roller's acceleration keeps 340 eps cond, not 100"
+)
 
 
 def oracle_outputs(vehicle, model):
@@ -93,9 +95,10 @@ def test_the_papers_vehicle(model):
         check(vehicle, *random_state(rng, vehicle), model, regular=True)
 
 
-@pytest.mark.parametrize("model", ["locked", "free"])
 @pytest.mark.parametrize(
-    "margin", [1e-2, 1e-3, *(pytest.param(m, marks=POINTED) for m in (1e-4, 1e-6, 1e-9))]
+    "margin, model",
+    [(margin, model) for margin in (1e-2, 1e-3, 1e-4, 1e-6) for model in ("locked", "free")]
+    + [(1e-9, "locked"), pytest.param(1e-9, "free", marks=POINTED)],
 )
 def test_rollers_nearly_pointed(margin, model):
     """At the joint the contact point comes as near to the roller's axis as `margin` wheel radii."""
