@@ -17,7 +17,7 @@ from .programs import (
 )
 
 FORMAT = 1
-PARTS = ("symbols", "effects", "sets", "functions", "equations", "proofs", "bounds", "formulas")
+PARTS = ("symbols", "effects", "sets", "functions", "equations", "proofs", "bounds")
 OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
 
 

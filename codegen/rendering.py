@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from . import formulas
 from .c import CFunction, Layout, plus, prototype, times
 from .derivation import Derivation, EffectSet, json_text, kernel_to_json, set_to_json
 from .expressions import Canonical
@@ -42,7 +43,7 @@ def render(derivation: Derivation) -> dict[str, bytes]:
         texts |= kernel_texts(effects, [shared[f"{effects.name}.{f.name}"] for f in effects.functions])
     texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
     texts["latex/equations.tex"] = latex_text(derivation)
-    texts |= data_texts(derivation, shared)
+    texts |= data_texts(derivation, shared) | formula_texts(derivation)
     return {path: texts[path].encode("utf-8") for path in sorted(texts)}
 
 
@@ -110,7 +111,7 @@ def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str,
     ]
     parts = {
         name: {name: derivation.part(name)}
-        for name in ("symbols", "effects", "equations", "proofs", "bounds", "formulas")
+        for name in ("symbols", "effects", "equations", "proofs", "bounds")
     }
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
@@ -120,6 +121,19 @@ def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str,
             "data.json", parts={key: json_text(value, 1, len(key) + 5) for key, value in part.items()}
         )
         for name, part in parts.items()
+    }
+
+
+def formula_texts(derivation: Derivation) -> dict[str, str]:
+    """The comparison with the paper, where the derivation has one."""
+    if not derivation.data.get("formulas"):
+        return {}
+    records = formulas.Comparison(derivation).records()
+    values = formulas.page_values(records)
+    return {
+        "formulas/formulas.json": template("data.json", parts={"formulas": json_text(records, 1, 13)}),
+        "formulas/formulas.md": template("formulas.md", **values),
+        "formulas/formulas.html": template("formulas.html", **values),
     }
 
 
@@ -188,7 +202,7 @@ def environment() -> Environment:
         "equations": equations_of,
         "tex": escaped,
         "called": called,
-    }
+    } | formulas.FILTERS
     made.tests["loop"] = is_loop
     made.globals |= {"plus": plus, "times": times}
     return made
