@@ -33,7 +33,6 @@ typedef struct {
     double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], end_pose[3];
     int landing;                                /* the wheel whose joint ends the step, or -1    */
     double late;                                /* the joint comes so long after h               */
-    double slope_nu[3];                         /* of nu' in the last step, for the next guess   */
     long long sweeps;
 } step_t;
 
@@ -265,7 +264,7 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
 
 /* The first guess of a step: the derivatives at its start with the slopes of the last step; and the length to the first joint
  * at constant rates. */
-ALWAYS_INLINE void guess(step_t *s, const int wheels, double most)
+ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const double *slope_nu)
 {
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3], chi_dot[MOST_WHEELS];
     for (int k = 0; k < 3; k++)
@@ -284,7 +283,7 @@ ALWAYS_INLINE void guess(step_t *s, const int wheels, double most)
         s->h = 1e-3*most;
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
-            s->rate_nu[k].lanes[b] = nu_dot[k] + s->slope_nu[k]*s->h*gauss_node.lanes[b];
+            s->rate_nu[k].lanes[b] = nu_dot[k] + slope_nu[k]*s->h*gauss_node.lanes[b];
 }
 
 /* Rows, steps and switches as the caller gets them. */
@@ -463,7 +462,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
         s->chi[i] = run->chi[i];
     const double size = largest3(s->nu);
     for (int trial = 0; trial < 200; trial++) {
-        guess(s, wheels, most);
+        guess(s, wheels, most, run->slope_nu);
         const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance);
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
@@ -492,7 +491,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
     return OMNIROLL_NO_STEP;
 }
 
-ALWAYS_INLINE void take(omniroll_run_t *run, step_t *s)
+ALWAYS_INLINE void take(omniroll_run_t *run, const step_t *s)
 {
     put_step(run, s);
     for (int k = 0; k < 3; k++) {
@@ -508,7 +507,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, step_t *s)
     run->carry = last ? 0 : h - (sum - run->elapsed);
     run->elapsed = last ? run->duration : fmin(sum, run->duration);
     for (int k = 0; k < 3; k++)
-        s->slope_nu[k] = (weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start))/s->h;
+        run->slope_nu[k] = (weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start))/s->h;
     run->step_count++;
     put_row(run);
 }
@@ -521,7 +520,6 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
         model[k] = lanes_of(model_[k]);
     s.wheels = wheels, s.rollers = run->rollers_per_wheel, s.model = model, s.momenta = momenta, s.joint = run->joint;
     s.sweeps = 0;
-    s.slope_nu[0] = s.slope_nu[1] = s.slope_nu[2] = 0;
     int status = OMNIROLL_DONE;
     if (run->row_count == 0)
         put_row(run);

@@ -1,0 +1,115 @@
+"""The compiled engine against the Python engine, and its own parts."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+from omniroll import Vehicle, compiled_engine, simulate
+from omniroll.comparison import difference
+from omniroll.kernels import kernel
+
+PAPER = Vehicle.paper()
+MODELS = ("massless", "locked", "free")
+LAWS = ("smooth", "impact")
+
+
+def random_start(rng, vehicle):
+    joint = np.pi / vehicle.rollers_per_wheel
+    spins = rng.normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
+    return {"nu": rng.normal(size=3), "chi": rng.uniform(-joint, joint, vehicle.wheels)}, spins
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("wheels, rollers", [(1, 4), (2, 3), (3, 5), (4, 8), (5, 6)])
+def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, law):
+    rng = np.random.default_rng([wheels, rollers, MODELS.index(model), LAWS.index(law)])
+    vehicle = Vehicle.paper(wheels, rollers) if rollers > 3 else PAPER.replace(
+        wheels=wheels, rollers_per_wheel=rollers, wheel_angles=(0.3, 2.0)[:wheels], roller_axis_radius=0.03
+    )
+    start, spins = random_start(rng, vehicle)
+    task = {**start, "duration": 2, "roller_model": model, "switching": law, "accuracy": 1e-11}
+    if model == "free":
+        task["spins"] = spins
+    compiled, python = (simulate(vehicle, **task, engine=engine) for engine in ("compiled", "python"))
+    assert compiled.switches.wheel.tolist() == python.switches.wheel.tolist()
+    assert compiled.switches.direction.tolist() == python.switches.direction.tolist()
+    np.testing.assert_allclose(compiled.switches.t, python.switches.t, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        compiled.switches.energy_jump, python.switches.energy_jump, rtol=0, atol=1e-9 * python.energy[0]
+    )
+    assert difference(compiled, python) < 2e-11
+
+
+def test_turning_back_near_the_joint():
+    """Wheels that come to the joint and turn: no switch is missed or made up, wherever the turn is."""
+    seen = set()
+    for angle in np.linspace(-0.6, 0.6, 60):
+        task = {"nu": (1, -0.2, 1), "chi": (angle, 0.1, -0.2), "duration": 6, "roller_model": "locked"}
+        runs = [simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")]
+        kinds = [list(zip(r.switches.wheel, r.switches.direction, strict=True)) for r in runs]
+        assert kinds[0] == kinds[1], angle
+        seen.add(tuple(kinds[0]))
+    assert len(seen) > 1
+
+
+def test_buffers_do_not_matter(monkeypatch):
+    """A run in many calls is the run in one call, to the bit."""
+    task = {"nu": (1, 0, 1), "duration": 30, "roller_model": "free", "control": False}
+    whole = simulate(PAPER, **task)
+    module = importlib.import_module("omniroll.compiled_engine")
+    monkeypatch.setattr(module, "ROWS", 7)
+    pieces = simulate(PAPER, **task)
+    for name in ("t", "nu", "chi", "pose", "contact", "spins", "dense", "step_rows", "switches"):
+        assert (getattr(pieces, name) == getattr(whole, name)).all(), name
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_what_is_between_rows_obeys_the_equations(law):
+    """The derivative of the polynomials is the kernel's right-hand side."""
+    run = simulate(PAPER, nu=(1, 0.2, 1), duration=5, roller_model="locked", switching=law, accuracy=1e-10)
+    rng = np.random.default_rng(1)
+    starts = run.step_rows
+    lengths = run.t[starts + 1] - run.t[starts]
+    long = lengths > 1e-3
+    times = run.t[starts][long] + lengths[long] * rng.uniform(0.1, 0.9, long.sum())
+    step = 1e-5
+    slope = (run.sample(times + step).nu - run.sample(times - step).nu) / (2 * step)
+    middle = run.sample(times)
+    np.testing.assert_allclose(slope, kernel(PAPER, "locked").reduced(middle.nu, middle.chi), atol=1e-6)
+
+
+def test_integrals_in_bernstein_form():
+    matrix = compiled_engine.integral_to_bernstein()
+    x = np.linspace(0, 1, 11)
+    z = 2 * x - 1
+    for k in range(compiled_engine.NODES):
+        from scipy.interpolate import BPoly
+
+        series = np.polynomial.legendre.Legendre.basis(k).integ()
+        wanted = (series(z) - series(-1)) / 2
+        np.testing.assert_allclose(BPoly(matrix[:, [k]], [0, 1])(x), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 7, 8, 100])
+@pytest.mark.parametrize("model", MODELS)
+def test_batch_of_vehicles(model, count):
+    """reduced_batch: lanes give what the scalar kernel gives, also where the last vector is not full."""
+    rng = np.random.default_rng(count)
+    bound, module = kernel(PAPER, model), compiled_engine.engine_module()
+    nu, chi = rng.normal(size=(count, 3)), rng.uniform(-np.pi / 5, np.pi / 5, (count, 3))
+    momenta = rng.normal(size=(count, 3, 2)) * 1e-5
+    out, work = np.empty((3, count)), compiled_engine.aligned(8 * len(bound.model))
+
+    def pointer(array):
+        return module.ffi.from_buffer("double[]", array)
+
+    arrays = [np.ascontiguousarray(a.reshape(count, -1).T) for a in (nu, chi, momenta)]
+    function = getattr(module.lib, f"omniroll_{bound.set_name}_reduced_batch")
+    status = function(count, 3, 5, pointer(bound.model), len(bound.model), 1, *map(pointer, arrays),
+                      pointer(out), pointer(work))
+    assert status == 0
+    wanted = bound.reduced(nu, chi, *([momenta] if model == "free" else []))
+    scale = np.abs(wanted).max()
+    np.testing.assert_allclose(out.T, wanted, rtol=0, atol=1e-14 * scale)
