@@ -13,10 +13,15 @@ def difference(coarse: Trajectory, fine: Trajectory) -> float:
     """
     times = (fine.t[fine.step_rows] + fine.t[np.minimum(fine.step_rows + 1, len(fine) - 1)]) / 2
     times = np.append(times, min(fine.t[-1], coarse.t[-1]))
-    times = times[times <= coarse.t[-1]]
-    one, other = coarse.sample(times), fine.sample(times)
-    pose = np.abs(one.pose - other.pose) / [fine.vehicle.platform_radius, fine.vehicle.platform_radius, 1.0]
+    return distance_at(coarse, fine, times[times <= coarse.t[-1]])
+
+
+def distance_at(coarse: Trajectory, fine: Trajectory, times: np.ndarray) -> float:
+    """The largest distance in that norm at given times (T,), which lie within both runs."""
+    (one, one_contact), (other, other_contact) = coarse.state_at(times), fine.state_at(times)
+    radius = fine.vehicle.platform_radius
+    pose = np.abs(one[:, -3:] - other[:, -3:]) / [radius, radius, 1.0]
     speed = float(np.linalg.norm(fine.nu[0]))
-    same = (one.contact == other.contact).all(axis=-1)
-    nu = np.abs(one.nu - other.nu)[same] / (speed if speed > 0 else 1.0)
+    same = (one_contact == other_contact).all(axis=-1)
+    nu = np.abs(one[:, :3] - other[:, :3])[same] / (speed if speed > 0 else 1.0)
     return float(max(pose.max(), nu.max(initial=0.0)))

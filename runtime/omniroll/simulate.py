@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import states, validation
-from omniroll.comparison import difference
+from omniroll.comparison import difference, distance_at
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.compiled_engine import CompiledRun, can_run
 from omniroll.kernels import ROLLER_MODELS, kernel
@@ -23,6 +23,10 @@ ENGINES = ("compiled", "python")
 CONTROL = 100.0  # the control run's tolerance is this much coarser
 TRIALS = 4  # runs, each with a tighter tolerance, before the accuracy counts as out of reach
 FINEST = EPS  # a tolerance that no step can feel
+MOVED = 1e-7  # the start of the run that measures the sensitivity, and
+MOVED_NU = np.array([0.48, -0.64, 0.6])  # a direction like any other, of length 1
+FINE = 1e-4  # the tolerance of that run, over MOVED
+PROBES = 201  # times at which it is compared
 
 
 def simulate(
@@ -55,15 +59,51 @@ def simulate(
     accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this
     engine        "compiled": C kernels; "python": Python kernels
     progress      called as progress(time done, duration) now and then
-    control       compare with a second, coarser run: its distance is the measure of the error (stats), and
-                  where it is too large the run is made again with a tighter tolerance. Without it there is no
-                  estimate.
+    control       compare with a second, coarser run: its distance is the measure of the error
+                  (stats["error_estimate"]), and where it is too large the run is made again with a tighter
+                  tolerance. A run from a start moved by 1e-7 gives stats["sensitivity"]: how much larger a small
+                  error of the start becomes. The estimate is never below eps times that. Without control both
+                  are None.
 
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
     SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
     time; KernelsMissingError for the compiled engine where no C kernels were built. Warns with
     AccuracyWarning where the error estimate stays above the accuracy.
     """
+    task = checked_task(
+        vehicle, nu=nu, chi=chi, spins=spins, pose=pose, duration=duration, start_time=start_time,
+        roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, progress=progress,
+    )  # fmt: skip
+    if not control or task.duration == 0:
+        return one_run(task, task.accuracy)
+    trajectory = controlled_run(task)
+    estimate = trajectory.stats["error_estimate"]
+    if estimate is None or estimate > task.accuracy:
+        shown = "unknown" if estimate is None else f"{estimate:.2g}"
+        warnings.warn(
+            f"the error of this run may be above the accuracy {task.accuracy:g}: estimate {shown}",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    return trajectory
+
+
+def checked_task(
+    vehicle: Vehicle,
+    *,
+    nu: ArrayLike,
+    chi: ArrayLike = 0,
+    spins: ArrayLike = 0,
+    pose: ArrayLike = (0, 0, 0),
+    duration: float,
+    start_time: float = 0,
+    roller_model: str = "free",
+    switching: str = "impact",
+    accuracy: float = 1e-9,
+    engine: str = "compiled",
+    progress: Progress | None = None,
+) -> Task:
+    """The arguments of simulate, checked. Raises InvalidValueError."""
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     validation.choice("roller_model", roller_model, ROLLER_MODELS)
@@ -80,7 +120,7 @@ def simulate(
         progress=progress,
     )
     _check_range(task)
-    return _controlled(task) if control and task.duration > 0 else one_run(task, task.accuracy)
+    return task
 
 
 def _initial_state(
@@ -142,30 +182,57 @@ def _check_range(task: Task) -> None:
 # Runs and their control
 
 
-def _controlled(task: Task) -> Trajectory:
-    """Runs at tighter tolerances until two agree to the accuracy. The coarser one of two is the control."""
+def controlled_run(task: Task) -> Trajectory:
+    """Runs at tighter tolerances until two agree to the accuracy. The coarser one of two is the control.
+
+    Fills in stats["error_estimate"] and stats["sensitivity"]; None where a run that they need has stopped.
+    """
     tolerance = task.accuracy
-    control = _attempt(replace(task, progress=None), min(CONTROL * tolerance, 0.1))
+    quiet = replace(task, progress=None)
+    control = _attempt(quiet, min(CONTROL * tolerance, 0.1))
     for trial in range(TRIALS):
         trajectory = one_run(task, tolerance)
         if control is None:  # the coarse run could not go on where the fine one could
             break
-        distance = difference(control, trajectory)
         # The error falls with the tolerance, but not always in proportion: claim half of the digits.
-        estimate = distance / math.sqrt(CONTROL) + _rounding(trajectory)
-        trajectory.stats["error_estimate"] = float(estimate)
-        if estimate <= task.accuracy or tolerance <= FINEST or trial == TRIALS - 1:
+        error = difference(control, trajectory) / math.sqrt(CONTROL)
+        if error <= task.accuracy or tolerance <= FINEST or trial == TRIALS - 1:
             break
         control, tolerance = trajectory, max(tolerance / CONTROL, FINEST)
-    estimate = trajectory.stats["error_estimate"]
-    if estimate is None or estimate > task.accuracy:
-        shown = "unknown" if estimate is None else f"{estimate:.2g}"
-        warnings.warn(
-            f"the error of this run may be above the accuracy {task.accuracy:g}: estimate {shown}",
-            AccuracyWarning,
-            stacklevel=3,
-        )
+    sensitivity = _sensitivity(quiet, trajectory)
+    trajectory.stats["sensitivity"] = sensitivity
+    if control is not None and sensitivity is not None:
+        floor = max(EPS * sensitivity, _rounding(trajectory))
+        trajectory.stats["error_estimate"] = float(error + floor)
     return trajectory
+
+
+def _sensitivity(task: Task, trajectory: Trajectory) -> float | None:
+    """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
+
+    The two runs must be exact to far less than their distance. Where the trajectory is not, both are made
+    finely, on the compiled engine where it can: the sensitivity is the motion's, not the engine's.
+    """
+    tolerance = min(trajectory.stats["tolerance"], MOVED * FINE)
+    task = replace(task, engine="compiled") if can_run(task) else task
+    base = trajectory
+    if trajectory.stats["tolerance"] > tolerance or trajectory.engine != task.engine:
+        base = _attempt(task, tolerance)
+    companion = _attempt(replace(task, state=_moved(task)), tolerance)
+    if base is None or companion is None:
+        return None
+    times = np.linspace(base.t[0], base.t[-1], PROBES)
+    return max(1.0, distance_at(companion, base, times) / MOVED)
+
+
+def _moved(task: Task) -> State:
+    """The start moved by MOVED: nu relative to |nu|, chi relative to pi/n, and the heading."""
+    state, joint = task.state, states.joint_angle(task.kernel.rollers_per_wheel)
+    wheels = task.kernel.wheels
+    uneven = np.cos(2.0 * np.arange(wheels) + 1.0)  # no symmetry of the wheels survives this
+    chi = np.where(np.abs(state.chi) < joint * (1 - MOVED), state.chi + MOVED * joint * uneven, state.chi)
+    nu = state.nu + MOVED * np.linalg.norm(state.nu) * MOVED_NU
+    return replace(state, nu=nu, chi=chi, pose=state.pose + [0.0, 0.0, MOVED])
 
 
 def _attempt(task: Task, tolerance: float) -> Trajectory | None:

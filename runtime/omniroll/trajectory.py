@@ -124,19 +124,28 @@ class Trajectory:
         that row. Raises InvalidValueError for times outside the run, or where the dense output was not saved.
         """
         times = validation.real_array("t", t)
-        since = times - self.start_time
-        # A clock late in its life is coarse: a time that is some row's t is that row's time.
-        row = np.searchsorted(self.t, times, side="right") - 1
         if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
             raise InvalidValueError(
                 "t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
             )
+        y, row = self._state_and_row(times)
+        return self._complete(times, y, row)
+
+    def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
+        y, row = self._state_and_row(times)
+        return y, self.contact[row]
+
+    def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y (..., 6 + N) at times within the run, and the last row at or before each."""
+        # A clock late in its life is coarse: a time that is some row's t is that row's time.
+        row = np.searchsorted(self.t, times, side="right") - 1
         on_row = self.t[row] == times
         y = np.concatenate([self.nu[row], self.chi[row], self.pose[row]], axis=-1)
         between = ~on_row
         if between.any():
-            y[between] = self._polynomials(since[between])
-        return self._complete(times, y, row)
+            y[between] = self._polynomials((times - self.start_time)[between])
+        return y, row
 
     @cached_property
     def _polynomials(self) -> BPoly:
