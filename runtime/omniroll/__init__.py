@@ -14,6 +14,7 @@ from omniroll.errors import (
     SimulationStopped,
 )
 from omniroll.kernels import Kernel, kernel
+from omniroll.many import Many, simulate_many
 from omniroll.parts import cylinder
 from omniroll.simulate import simulate
 from omniroll.switching import tau
@@ -27,6 +28,7 @@ __all__ = [
     "InvalidValueError",
     "Kernel",
     "KernelsMissingError",
+    "Many",
     "OmnirollError",
     "Samples",
     "SimulationStopped",
@@ -36,5 +38,6 @@ __all__ = [
     "cylinder",
     "kernel",
     "simulate",
+    "simulate_many",
     "tau",
 ]

@@ -1,0 +1,171 @@
+"""simulate_many: what simulate makes of each, whatever the executor."""
+
+import pickle
+import sys
+import threading
+import warnings
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import compiled_engine
+from omniroll.many import STATE, simulate_many
+from omniroll.simulate import checked_task
+from omniroll.switching import SwitchingModel
+
+PAPER = omniroll.Vehicle.paper()
+HEAVY = PAPER.replace(roller_inertia=3 * PAPER.roller_inertia)
+NU = np.array([[1, 0, 1], [0.5, 0.2, -1], [0, 1, 0.3]])
+TASK = {"nu": NU, "duration": 1.5, "chi": (0.1, -0.2, 0.3), "accuracy": 1e-8}
+
+
+def check(many, roller_model="free", times=None):
+    """Every run of [PAPER, HEAVY] x NU against simulate, to the bit."""
+    assert many.shape == (2, 3)
+    for (v, k), vehicle in zip(np.ndindex(2, 3), [PAPER] * 3 + [HEAVY] * 3, strict=True):
+        run = omniroll.simulate(vehicle, **TASK | {"nu": NU[k], "roller_model": roller_model})
+        for name in STATE:
+            one = getattr(run, name)
+            found = getattr(many.end, name)
+            assert found is None if one is None else (found[v, k] == one[-1]).all()
+        assert many.energy_start[v, k] == run.energy[0]
+        for name in ("switches", "steps", "evaluations", "error_estimate", "sensitivity"):
+            assert getattr(many, name)[v, k] == run.stats[name]
+        if times is not None:
+            assert (many.samples.pose[v, k] == run.sample(times).pose).all()
+            assert (many.samples.contact[v, k] == run.sample(times).contact).all()
+    assert not many.stopped.any() and many.reasons == {}
+
+
+VEHICLES = [[PAPER], [HEAVY]]
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_equal_to_runs_one_by_one(roller_model):
+    times = [0.0, 0.4, 1.5]
+    many = simulate_many(VEHICLES, **TASK, roller_model=roller_model, times=times)
+    check(many, roller_model, times)
+    assert many.samples.nu.shape == (2, 3, 3, 3)
+
+
+def test_processes():
+    with ProcessPoolExecutor(1) as executor:
+        check(simulate_many(VEHICLES, **TASK, executor=executor))
+
+
+def test_a_dask_cluster():
+    pytest.importorskip("distributed")
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        check(simulate_many(VEHICLES, **TASK, executor=client.get_executor()))
+
+
+class Pickling(Executor):
+    """Runs at once what it is given, after a journey through pickle."""
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        function, arguments = pickle.loads(pickle.dumps((function, arguments)))
+        future.set_result(pickle.loads(pickle.dumps(function(*arguments))))
+        return future
+
+
+def test_tasks_and_results_pickle():
+    seen = []
+    many = simulate_many(
+        VEHICLES, **TASK, executor=Pickling(), progress=lambda done, total: seen.append((done, total))
+    )
+    check(many)
+    assert seen[-1] == (6, 6) and [done for done, _ in seen] == sorted(done for done, _ in seen)
+
+
+def test_a_bar(capsys):
+    pytest.importorskip("tqdm")
+    simulate_many(PAPER, nu=NU, duration=0.1, progress=True)
+    assert "3/3" in capsys.readouterr().err
+
+
+def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
+    """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
+    order, ready = [], threading.Event()
+    copied = compiled_engine.CompiledRun._copied
+
+    def watched(run):
+        order.append("the engine is done")
+        return copied(run)
+
+    def work():
+        run = compiled_engine.CompiledRun(task, 1e-9)
+        ready.set()
+        run.trajectory()
+
+    monkeypatch.setattr(compiled_engine, "ROWS", 100_000)
+    monkeypatch.setattr(compiled_engine.CompiledRun, "_copied", watched)
+    task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e3)
+    try:
+        thread = threading.Thread(target=work)
+        thread.start()
+        ready.wait()
+        order.append("this thread went on")
+        thread.join()
+    finally:
+        sys.setswitchinterval(interval)
+    assert order == ["this thread went on", "the engine is done"]
+
+
+def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
+    apply = SwitchingModel.apply
+
+    def bounce(model, state, directions):
+        after = apply(model, state, directions)
+        return after if abs(state.nu[2]) < 0.75 else type(after)(**(vars(after) | {"nu": -state.nu}))
+
+    monkeypatch.setattr(SwitchingModel, "apply", bounce)
+    many = simulate_many(
+        PAPER, nu=[(0, 0, 1), (0, 0, 0.5)], duration=4, roller_model="locked", engine="python",
+        control=False, times=[0.0, 4.0],
+    )  # fmt: skip
+    assert many.stopped.tolist() == [True, False] and "without progress" in many.reasons[0,]
+    assert np.isnan(many.samples.nu[0, 1]).all() and (many.samples.contact[0, 1] == -1).all()
+    assert np.isfinite(many.samples.nu[1]).all() and np.isnan(many.error_estimate).all()
+    assert many.end.t[0] < 4 == many.end.t[1]
+
+
+def test_out_of_reach_is_said_once():
+    with pytest.warns(omniroll.AccuracyWarning, match="2 of 2 runs") as said:
+        simulate_many(PAPER, nu=NU[:2], duration=1, accuracy=1e-18)
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize(
+    "change, field",
+    [
+        ({"nu": (1, 2)}, "nu"),
+        ({"nu": [(1, 0, 1), (np.nan, 0, 0)]}, "nu"),
+        ({"chi": np.zeros((4, 3))}, "chi"),
+        ({"chi": 1.0}, "chi"),
+        ({"pose": (0, 0)}, "pose"),
+        ({"duration": -1}, "duration"),
+        ({"times": [2.0]}, "times"),
+        ({"times": 1.0}, "times"),
+        ({"vehicles": []}, "vehicles"),
+        ({"vehicles": ["paper"]}, "vehicles"),
+        ({"vehicles": [PAPER, omniroll.Vehicle.paper(4)]}, "vehicles"),
+        ({"roller_model": "loose"}, "roller_model"),
+    ],
+)
+def test_bad_input_is_named(change, field):
+    task = {"vehicles": PAPER, "nu": NU, "duration": 1.0} | change
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError) as raised:
+            simulate_many(task.pop("vehicles"), **task)
+    assert raised.value.field == field
