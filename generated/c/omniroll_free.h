@@ -128,6 +128,18 @@ OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, c
 OMNIROLL_API void omniroll_free_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
                                                const real_t *chi_dot, real_t *nu);
 
+/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more.
+ *
+ * Equations: (2.1), (2.2).
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   in  chi_dot[N] [rad/s]: wheel rates
+ *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
+ *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
+                                                 const real_t *chi, const real_t *chi_dot,
+                                                 const real_t *contact_spin, real_t *nu);
+
 /* Rates of x, y and theta.
  *
  * Equations: (2.3).

@@ -210,6 +210,74 @@ OMNIROLL_API void omniroll_locked_nu_from_wheels(int wheels, int rollers_per_whe
     nu[2] = x_3;
 }
 
+/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more. Equations: (2.1), (2.2). */
+OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
+                                                   const real_t *chi, const real_t *chi_dot,
+                                                   const real_t *contact_spin, real_t *nu)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[2];
+    const real_t l = model[4];
+    const real_t R_over_l = model[5];
+    const real_t tip = model[10];
+    const real_t joint_sine = model[11];
+    real_t m11 = real_number(0);
+    real_t m12 = real_number(0);
+    real_t m13 = real_number(0);
+    real_t m22 = real_number(0);
+    real_t m23 = real_number(0);
+    real_t m33 = real_number(0);
+    real_t f1 = real_number(0);
+    real_t f2 = real_number(0);
+    real_t f3 = real_number(0);
+    const real_t t1 = 2*l;
+    const real_t t2 = inverse_yaw_scale*R_over_l;
+    const real_t inv_l = 1/l;
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[2*i + 24];
+        const real_t sin_alpha = model[2*i + 25];
+        const real_t chi_i = chi[i];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t contact_spin_i = contact_spin[i];
+        const real_t half_sine = real_sin(chi_i/2);
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t rho = tip + t1*below*above;
+        const real_t g_1 = R_over_l*sin_alpha;
+        const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
+        const real_t g_2 = -R_over_l_cos_alpha;
+        const real_t g_3 = -t2;
+        const real_t a_1 = R_over_l_cos_alpha;
+        const real_t a_2 = g_1;
+        const real_t rolled = inv_l*contact_spin_i*rho;
+        m11 += g_1*g_1 + a_1*a_1;
+        m12 += g_1*g_2 + a_1*a_2;
+        m13 += g_1*g_3;
+        m22 += g_2*g_2 + a_2*a_2;
+        m23 += g_2*g_3;
+        m33 += g_3*g_3;
+        f1 += chi_dot_i*g_1 + a_1*rolled;
+        f2 += chi_dot_i*g_2 + a_2*rolled;
+        f3 += chi_dot_i*g_3;
+    }
+    const real_t pivot_1 = 1/m11;
+    const real_t u12 = m12*pivot_1;
+    const real_t u13 = m13*pivot_1;
+    const real_t d22 = m22 - m12*u12;
+    const real_t d23 = m23 - m12*u13;
+    const real_t pivot_2 = 1/d22;
+    const real_t u23 = d23*pivot_2;
+    const real_t d33 = m33 - m13*u13 - d23*u23;
+    const real_t z2 = f2 - f1*u12;
+    const real_t z3 = f3 - f1*u13 - u23*z2;
+    const real_t x_3 = z3/d33;
+    const real_t x_2 = pivot_2*z2 - u23*x_3;
+    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
 /* Rates of x, y and theta. Equations: (2.3). */
 OMNIROLL_API void omniroll_locked_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, real_t theta, real_t *pose_dot)

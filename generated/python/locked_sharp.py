@@ -275,6 +275,80 @@ def nu_from_wheels(model, chi_dot):
     return nu
 
 
+def nu_from_contacts(model, chi, chi_dot, contact_spin):
+    """Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more.
+
+    Equations: (2.1), (2.2).
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    chi_dot[N] [rad/s]: wheel rates.
+    contact_spin[N] [rad/s]: spins of the rollers in contact.
+    Returns:
+      nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    """
+    nu = [None] * 3
+    inverse_yaw_scale = model.inverse_yaw_scale
+    l = model.l
+    R_over_l = model.R_over_l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    m11 = 0
+    m12 = 0
+    m13 = 0
+    m22 = 0
+    m23 = 0
+    m33 = 0
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    t1 = 2*l
+    t2 = inverse_yaw_scale*R_over_l
+    inv_l = 1/l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        chi_dot_i = chi_dot[i]
+        contact_spin_i = contact_spin[i]
+        half_sine = sin(chi_i/2)
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        rho = tip + t1*below*above
+        g_1 = R_over_l*sin_alpha
+        R_over_l_cos_alpha = R_over_l*cos_alpha
+        g_2 = -R_over_l_cos_alpha
+        g_3 = -t2
+        a_1 = R_over_l_cos_alpha
+        a_2 = g_1
+        rolled = inv_l*contact_spin_i*rho
+        m11 = m11 + (g_1*g_1 + a_1*a_1)
+        m12 = m12 + (g_1*g_2 + a_1*a_2)
+        m13 = m13 + g_1*g_3
+        m22 = m22 + (g_2*g_2 + a_2*a_2)
+        m23 = m23 + g_2*g_3
+        m33 = m33 + g_3*g_3
+        f1 = f1 + (chi_dot_i*g_1 + a_1*rolled)
+        f2 = f2 + (chi_dot_i*g_2 + a_2*rolled)
+        f3 = f3 + chi_dot_i*g_3
+    pivot_1 = 1/m11
+    u12 = m12*pivot_1
+    u13 = m13*pivot_1
+    d22 = m22 - m12*u12
+    d23 = m23 - m12*u13
+    pivot_2 = 1/d22
+    u23 = d23*pivot_2
+    d33 = m33 - m13*u13 - d23*u23
+    z2 = f2 - f1*u12
+    z3 = f3 - f1*u13 - u23*z2
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu[0] = x_1
+    nu[1] = x_2
+    nu[2] = x_3
+    return nu
+
+
 def pose_rates(model, nu, theta):
     """Rates of x, y and theta.
 

@@ -129,6 +129,10 @@ class Kernel:
         """nu (..., 3) from the wheels' speeds (..., N) by least squares; N at least 3."""
         return self.call("nu_from_wheels", chi_dot)
 
+    def nu_from_contacts(self, chi: ArrayLike, chi_dot: ArrayLike, contact_spin: ArrayLike) -> np.ndarray:
+        """nu (..., 3) from the wheels' speeds and the contact rollers' spins (..., N) by least squares; N at least 2."""
+        return self.call("nu_from_contacts", chi, chi_dot, contact_spin)
+
     def pose_rates(self, nu: ArrayLike, theta: ArrayLike) -> np.ndarray:
         """x', y', theta' (..., 3)."""
         return self.call("pose_rates", nu, theta)
