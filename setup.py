@@ -12,4 +12,12 @@ if build["has_python_headers"]():
 else:
     kernels = {"ext_modules": build["shared_libraries"]()}
 
-setup(packages=[*find_packages("runtime", include=["omniroll*"]), "omniroll.csrc", "omniroll.generated", "omniroll.generated.python"], **kernels)
+setup(
+    packages=[
+        *find_packages("runtime", include=["omniroll*"]),
+        "omniroll.csrc",
+        "omniroll.generated",
+        "omniroll.generated.python",
+    ],
+    **kernels,
+)

@@ -191,8 +191,8 @@ def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray) -> n
 def integral_to_bernstein() -> np.ndarray:
     """(17, 16): Bernstein coefficients of degree 16 of the integrals from 0 to x of P_k(2x - 1), k = 0 ... 15.
 
-    P_k(2x - 1) = sum_j (-1)^(k - j) C(k, j) B_j^k(x) in the Bernstein basis of degree k; an integral has the running sums
-    of the coefficients over k + 1; the degree is raised to 16 exactly.
+    P_k(2x - 1) = sum_j (-1)^(k - j) C(k, j) B_j^k(x) in the Bernstein basis of degree k; an integral has the running
+    sums of the coefficients over k + 1; the degree is raised to 16 exactly.
     """
     matrix = np.zeros((NODES + 1, NODES))
     for k in range(NODES):

@@ -130,7 +130,7 @@ class Kernel:
         return self.call("nu_from_wheels", chi_dot)
 
     def nu_from_contacts(self, chi: ArrayLike, chi_dot: ArrayLike, contact_spin: ArrayLike) -> np.ndarray:
-        """nu (..., 3) from the wheels' speeds and the contact rollers' spins (..., N) by least squares; N at least 2."""
+        """nu (..., 3) from the wheels' speeds and the contact spins (..., N) by least squares; N at least 2."""
         return self.call("nu_from_contacts", chi, chi_dot, contact_spin)
 
     def pose_rates(self, nu: ArrayLike, theta: ArrayLike) -> np.ndarray:

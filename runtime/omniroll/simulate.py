@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from omniroll import states, validation
 from omniroll.comparison import difference, distance_at
-from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.compiled_engine import CompiledRun, can_run
+from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.kernels import ROLLER_MODELS, kernel
 from omniroll.python_engine import Run
 from omniroll.runs import Progress, Task

@@ -25,8 +25,15 @@ def random_start(rng, vehicle):
 @pytest.mark.parametrize("wheels, rollers", [(1, 4), (2, 3), (3, 5), (4, 8), (5, 6)])
 def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, law):
     rng = np.random.default_rng([wheels, rollers, MODELS.index(model), LAWS.index(law)])
-    vehicle = Vehicle.paper(wheels, rollers) if rollers > 3 else PAPER.replace(
-        wheels=wheels, rollers_per_wheel=rollers, wheel_angles=(0.3, 2.0)[:wheels], roller_axis_radius=0.03
+    vehicle = (
+        Vehicle.paper(wheels, rollers)
+        if rollers > 3
+        else PAPER.replace(
+            wheels=wheels,
+            rollers_per_wheel=rollers,
+            wheel_angles=(0.3, 2.0)[:wheels],
+            roller_axis_radius=0.03,
+        )
     )
     start, spins = random_start(rng, vehicle)
     task = {**start, "duration": 2, "roller_model": model, "switching": law, "accuracy": 1e-11}
@@ -47,7 +54,9 @@ def test_turning_back_near_the_joint():
     seen = set()
     for angle in np.linspace(-0.6, 0.6, 60):
         task = {"nu": (1, -0.2, 1), "chi": (angle, 0.1, -0.2), "duration": 6, "roller_model": "locked"}
-        runs = [simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")]
+        runs = [
+            simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")
+        ]
         kinds = [list(zip(r.switches.wheel, r.switches.direction, strict=True)) for r in runs]
         assert kinds[0] == kinds[1], angle
         seen.add(tuple(kinds[0]))
@@ -107,8 +116,17 @@ def test_batch_of_vehicles(model, count):
 
     arrays = [np.ascontiguousarray(a.reshape(count, -1).T) for a in (nu, chi, momenta)]
     function = getattr(module.lib, f"omniroll_{bound.set_name}_reduced_batch")
-    status = function(count, 3, 5, pointer(bound.model), len(bound.model), 1, *map(pointer, arrays),
-                      pointer(out), pointer(work))
+    status = function(
+        count,
+        3,
+        5,
+        pointer(bound.model),
+        len(bound.model),
+        1,
+        *map(pointer, arrays),
+        pointer(out),
+        pointer(work),
+    )
     assert status == 0
     wanted = bound.reduced(nu, chi, *([momenta] if model == "free" else []))
     scale = np.abs(wanted).max()
