@@ -1,0 +1,60 @@
+"""The compiled engine called from C alone, under the sanitizers, gives what simulate() gives."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCALARS = (
+    "mass",
+    "yaw_inertia",
+    "wheel_inertia",
+    "roller_inertia",
+    "yaw_scale",
+    "platform_radius",
+    "wheel_radius",
+    "roller_axis_radius",
+)
+FLAGS = [
+    "-std=c11",
+    "-g",
+    "-O1",
+    "-ffp-contract=off",
+    "-Wno-psabi",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+]
+
+
+@pytest.mark.slow
+def test_engine_from_c_under_sanitizers(tmp_path):
+    import omniroll
+
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("no gcc")
+    csrc, kernels = ROOT / "runtime/csrc", ROOT / "generated/c"
+    program = tmp_path / "engine"
+    sources = [ROOT / "tests/c/engine.c", csrc / "engine_free.c", kernels / "omniroll_free.c"]
+    built = subprocess.run(
+        [compiler, *FLAGS, f"-I{csrc}", f"-I{kernels}", *map(str, sources), "-lm", "-o", program],
+        capture_output=True,
+        text=True,
+    )
+    if "cannot find" in built.stderr and "san" in built.stderr:
+        pytest.skip("no sanitizer libraries")
+    assert built.returncode == 0, built.stderr
+    vehicle = omniroll.Vehicle.paper()
+    numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, 5.0]
+    ran = subprocess.run([program, *map(repr, map(float, numbers))], capture_output=True, text=True, timeout=120)
+    assert ran.returncode == 0, ran.stderr
+    status, switched, *state = ran.stdout.split()
+    run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11)
+    assert (int(status), int(switched)) == (0, len(run.switches))
+    nu, chi, pose = np.array(state, float).reshape(3, 3).T
+    np.testing.assert_allclose(nu, run.nu[-1], atol=1e-10)
+    np.testing.assert_allclose(chi, run.chi[-1], atol=1e-9)
+    np.testing.assert_allclose(pose, run.pose[-1], atol=1e-10)
