@@ -1,0 +1,264 @@
+"""Reference solutions over the generated Python kernel, by methods that no integrator under test uses.
+
+taylor        Taylor series in 40 digits (python-flint): each pass through the kernel gives one more coefficient
+extrapolated  Gragg's rule extrapolated (Bulirsch and Stoer) in NumPy's long double; it confirms the first
+
+Both follow the switching model (omniroll.switching has the rules) with code of their own.
+"""
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from omniroll.errors import OmnirollError
+from omniroll.kernels import VEHICLE_SCALARS
+from omniroll.runs import Task
+from omniroll.switching import tau
+
+DIGITS, ORDER = 40, 36
+TAYLOR_ERROR = 1e-26  # of a step
+COLUMNS = 12  # of the extrapolation table
+EXTRAPOLATED_STEP = 0.35  # of the joint's angle, at the speed of the fastest wheel
+LANDING = 7  # Newton's rule from a linear guess
+
+
+@dataclass
+class Reference:
+    """The motion as floats: samples y (T, 6 + N) = nu, chi, pose at `times` with the contact (T, N), and switches.
+
+    switches  [(t, wheel, direction)], in order; end (6 + N,), energy (T,) at the samples
+    """
+
+    times: np.ndarray
+    y: np.ndarray
+    contact: np.ndarray
+    energy: np.ndarray
+    switches: list[tuple[float, int, int]] = field(default_factory=list)
+    exact_end: list[Any] = field(default_factory=list)
+
+
+class Mechanics:
+    """The generated Python kernel in a number type; numbers are made from floats, exactly, by `number`."""
+
+    def __init__(self, task: Task, number: Callable[[float], Any]):
+        bound = task.kernel
+        self.task, self.number = task, number
+        self.module = importlib.import_module(f"omniroll.generated.python.{bound.set_name}")
+        self.wheels, self.rollers = bound.wheels, bound.rollers_per_wheel
+        scalars = [number(getattr(bound.vehicle, name)) for name in VEHICLE_SCALARS]
+        angles = [number(angle) for angle in bound.vehicle.wheel_angles]
+        self.model = self.module.prepare(self.wheels, self.rollers, *scalars, angles)
+        self.joint = elementary().circle_ratio(scalars[0]) / self.rollers
+        self.free = bound.has_spins
+
+    def momenta(self, axial: Any) -> tuple:
+        return (self.module.momenta(self.model, axial),) if self.free else ()
+
+    def rates(self, y: list, momenta: tuple) -> list:
+        """y' of y = (nu, chi, x, y, theta)."""
+        nu, chi = y[:3], y[3 : 3 + self.wheels]
+        nu_dot = self.module.reduced(self.model, nu, chi, *momenta)
+        return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
+
+    def energy(self, y: list, axial: Any) -> Any:
+        nu, chi = y[:3], y[3 : 3 + self.wheels]
+        if not self.free:
+            return self.module.energy(self.model, nu, chi)
+        return self.module.energy(self.model, nu, chi, self.module.spins_from_axial(self.model, nu, chi, axial))
+
+    def switched(self, y: list, axial: Any, moves: dict[int, int]) -> tuple[list, Any]:
+        """y and the free rollers' axial speeds [N][n-1] after the wheels in `moves` have switched together."""
+        nu, chi = y[:3], y[3 : 3 + self.wheels]
+        after = [-moves[i] * self.joint if i in moves else chi[i] for i in range(self.wheels)]
+        zero = self.number(0.0)
+        _, left_with = self.module.wheel_rates(self.model, nu, chi)
+        _, demanded = self.module.wheel_rates(self.model, nu, after)
+        entering, leaving = [zero] * self.wheels, [zero] * self.wheels
+        if self.free:
+            spins = self.module.spins_from_axial(self.model, nu, chi, axial)
+            contact = self.module.contact_axial(self.model, nu, chi)
+            axial = [list(wheel) for wheel in axial]
+        for i, direction in moves.items():
+            spin = zero
+            if self.free:
+                spin = spins[i][-1] if direction > 0 else spins[i][0]
+                axial[i] = [contact[i], *axial[i][:-1]] if direction > 0 else [*axial[i][1:], contact[i]]
+            else:
+                leaving[i] = left_with[i]
+            entering[i] = spin - demanded[i]
+        if self.task.switching == "impact" and hasattr(self.module, "impact"):
+            nu = self.module.impact(self.model, nu, after, entering, leaving)
+        return [*nu, *after, *y[-3:]], axial
+
+
+def elementary() -> Any:
+    return importlib.import_module("omniroll.generated.python.elementary")
+
+
+class Taylor:
+    """Steps by Taylor series of python-flint's balls, whose midpoints are taken."""
+
+    probes = 12
+
+    def __init__(self, task: Task):
+        try:
+            import flint
+        except ImportError:
+            raise OmnirollError(
+                "the reference solution needs python-flint, which is missing: pip install 'omniroll[accuracy]'"
+            ) from None
+        self.flint = flint
+        flint.ctx.dps, flint.ctx.cap = DIGITS, ORDER + 1
+        self.mechanics = Mechanics(task, flint.arb)
+
+    def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
+        """A step's length, at most `limit`, and y at any time within it."""
+        series = self.flint.arb_series
+        coefficients = [[value] for value in y]
+        for k in range(ORDER):
+            now = [series(c, k + 1) for c in coefficients]
+            for c, rate in zip(coefficients, self.mechanics.rates(now, momenta), strict=True):
+                c.append(series(rate)[k].mid() / (k + 1))
+        h = float(limit)
+        size = max(abs(float(value)) for value in y)
+        for c in coefficients:
+            for order in (ORDER - 1, ORDER):
+                last = abs(float(c[order]))
+                if last > 0:
+                    h = min(h, 0.9 * (TAYLOR_ERROR * size / last) ** (1 / order))
+
+        def at(time: Any) -> list:
+            return [horner(c, time).mid() for c in coefficients]
+
+        return (limit if h == float(limit) else self.flint.arb(h)), at
+
+
+def horner(coefficients: list, time: Any) -> Any:
+    total = coefficients[-1]
+    for c in reversed(coefficients[:-1]):
+        total = total * time + c
+    return total
+
+
+class Extrapolated:
+    """Steps by Gragg's rule with 2, 4, 6 ... parts, extrapolated to none, in long double."""
+
+    probes = 2
+
+    def __init__(self, task: Task):
+        self.mechanics = Mechanics(task, np.longdouble)
+
+    def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
+        m = self.mechanics
+        y = np.array(y, np.longdouble)
+
+        def rates(values: np.ndarray) -> np.ndarray:
+            return np.array(m.rates(list(values), momenta), np.longdouble)
+
+        slope = rates(y)
+        fastest = np.abs(slope[3 : 3 + m.wheels]).max()
+        h = min(limit, EXTRAPOLATED_STEP * m.joint / fastest) if fastest > 0 else limit
+        return h, lambda time: list(self._extrapolate(rates, y, slope, time))
+
+    @staticmethod
+    def _extrapolate(rates: Callable, y: np.ndarray, slope: np.ndarray, h: Any) -> np.ndarray:
+        table: list[np.ndarray] = []
+        parts = [2 * (k + 1) for k in range(COLUMNS)]
+        for k, count in enumerate(parts):
+            part = h / count
+            before, now = y, y + part * slope
+            for _ in range(count - 1):
+                before, now = now, before + 2 * part * rates(now)
+            row = [(before + now + part * rates(now)) / 2]
+            for j in range(1, k + 1):
+                ratio = np.longdouble(count) / parts[k - j]
+                row.append(row[j - 1] + (row[j - 1] - table[j - 1]) / (ratio * ratio - 1))
+            table = row
+        return table[-1]
+
+
+def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
+    """The motion of `task` from its start, by a method; samples at `times` counted from there, which rise."""
+    m = method.mechanics
+    state = task.state
+    y = [m.number(float(value)) for value in (*state.nu, *state.chi, *state.pose)]
+    free = state.free_axial()
+    axial = None if free is None else [[m.number(float(v)) for v in wheel] for wheel in free]
+    contact = np.zeros(m.wheels, int)
+    now, phase_start, end = m.number(0.0), m.number(0.0), m.number(task.duration)
+    found, wanted, rows, switches = [], list(times), [], []
+    limits = 0
+    y, axial = _due_at_start(m, y, axial, contact, switches)
+    while True:
+        h, at = method.step(y, m.momenta(axial), end - now)
+        crossings = _crossings(m, at, h, method.probes)
+        if crossings:
+            h = min((time for time, _ in crossings.values()), key=float)
+        while wanted and now + h > m.number(wanted[0]):
+            found.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
+        y, now = at(h), now + h
+        if crossings:
+            together = tau(float(now) + task.start_time, float(now - phase_start))
+            moves = {i: d for i, (time, d) in crossings.items() if float(time - h) < together}
+            y, axial = m.switched(y, axial, moves)
+            for i, direction in moves.items():
+                contact[i] = (contact[i] - direction) % m.rollers
+                switches.append((float(now), i, direction))
+            phase_start = now
+        limits += 1
+        if not end > now or limits > 100_000:
+            break
+    found += [(y, contact.copy(), axial) for _ in wanted]
+    rows = np.array([[float(v) for v in one] for one, _, _ in found])
+    energy = np.array([float(m.energy(one, its)) for one, _, its in found])
+    return Reference(np.array(times), rows, np.array([c for _, c, _ in found]), energy, switches, y)
+
+
+def _due_at_start(m: Mechanics, y: list, axial: Any, contact: np.ndarray, switches: list) -> tuple[list, Any]:
+    """Wheels that start at their joints and move outwards switch at once."""
+    speeds = m.module.wheel_speeds(m.model, y[:3])
+    edge = float(m.joint)
+    moves = {
+        i: int(np.sign(float(y[3 + i])))
+        for i in range(m.wheels)
+        if abs(float(y[3 + i])) >= edge and float(y[3 + i]) * float(speeds[i]) > 0
+    }
+    for i, direction in moves.items():
+        contact[i] = (contact[i] - direction) % m.rollers
+        switches.append((0.0, i, direction))
+    return m.switched(y, axial, moves) if moves else (y, axial)
+
+
+def _crossings(m: Mechanics, at: Callable, h: Any, probes: int) -> dict[int, tuple[Any, int]]:
+    """{wheel: (time in the step, direction)} of the wheels that leave their rollers in the step."""
+    left: dict[int, tuple[Any, int]] = {}
+    for k in range(1, probes + 1):
+        y = at(h * k / probes)
+        for i in range(m.wheels):
+            if i not in left and abs(float(y[3 + i])) > float(m.joint):
+                left[i] = (h * k / probes, 1 if float(y[3 + i]) > 0 else -1)
+        if left:
+            break
+    found = {}
+    for i, (time, direction) in left.items():
+        for _ in range(LANDING):
+            y = at(time)
+            speed = m.module.wheel_speeds(m.model, y[:3])[i]
+            time = time - (y[3 + i] - direction * m.joint) / speed
+            time = time.mid() if hasattr(time, "mid") else time
+        found[i] = (time, direction)
+    return found
+
+
+def distance(one: Reference, other: Reference, radius: float, speed: float) -> float:
+    """The largest difference of the two at their last sample, in the norm of `accuracy`, beyond floats' digits."""
+    gaps = [abs(float(a - type(a)(_plain(b, a)))) for a, b in zip(one.exact_end, other.exact_end, strict=True)]
+    return max(max(gaps[:3]) / speed, gaps[-3] / radius, gaps[-2] / radius, gaps[-1])
+
+
+def _plain(value: Any, like: Any) -> Any:
+    """A long double as something that `like`'s type takes exactly: its decimal digits."""
+    return np.format_float_positional(value, precision=24, unique=False) if isinstance(value, np.longdouble) else value
