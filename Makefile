@@ -67,7 +67,23 @@ formulas: ## derive again, then print the comparison with the paper's formulas
 	@$(MAKE) --no-print-directory regenerate
 	@$(MAKE) --no-print-directory $(if $(FORMULAS),show-formulas,not-there-yet)
 
-bench hard: not-there-yet
+BENCH_VENV := .venv-bench
+BENCH_STAMP := $(BENCH_VENV)/.peers-$(call key,cat tests/benchmarks/requirements.txt; echo $(DEPS_STAMP))
+
+# The peers have an environment of their own, which sees what .venv has, omniroll among it.
+$(BENCH_STAMP): tests/benchmarks/requirements.txt
+	$(call say,peers to compare with: $(BENCH_VENV))
+	@$(PYTHON) -m venv --clear $(BENCH_VENV)
+	@$(BENCH_VENV)/bin/python -m pip --disable-pip-version-check --quiet install --requirement $<
+	@$(BENCH_VENV)/bin/python -c "import pathlib, sysconfig as s; own = s.get_path('purelib'); pathlib.Path(own, 'omniroll-environment.pth').write_text('import site; site.addsitedir(' + repr(own.replace('$(BENCH_VENV)', '$(VENV)')) + ')\n')"
+	@touch $@
+
+bench: build ## compare with peers (CasADi, SymPy, heyoka, SciPy, MuJoCo), results into docs/benchmarks.md
+	@$(MAKE) --no-print-directory $(BENCH_STAMP)
+	$(call say,benchmarks -> docs/benchmarks.md)
+	@cd tests && ../$(BENCH_VENV)/bin/python -m benchmarks $(QUESTIONS)
+
+hard: not-there-yet
 
 not-there-yet:
 	@echo 'omniroll has nothing to run for this target yet' >&2; exit 1
@@ -81,7 +97,7 @@ test: build ## run the tests
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 clean: ## remove all that make has written, .venv too
-	rm -rf $(VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so
+	rm -rf $(VENV) $(BENCH_VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so
 	rm -rf .pytest_cache .hypothesis .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -1,0 +1,341 @@
+"""Question 3: the paper's motion 3 over 1000 s and some 3353 switches, at equal achieved error."""
+
+import math
+import time
+
+import heyoka
+import matplotlib.pyplot as plt
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+import omniroll
+from omniroll.compiled_engine import DONE, FULL, CompiledRun
+from omniroll.kernels import kernel
+from omniroll.runs import Task
+from omniroll.simulate import _initial_state
+
+from .common import ROOT, Answer, Target, numeric_model, reduced_form, repeated
+
+NU, DURATION = (1.0, 0.0, 1.0), 1000.0
+GOALS = (1e-5, 1e-9)
+LADDER = tuple(10.0**-k for k in range(3, 16))
+SCIPY_LADDER = (1e-8, 1e-12, 1e-13)
+REPEATS = 5
+
+
+def error_at_end(vehicle, end, reference):
+    """The norm of `accuracy`: ((x, y)/R, theta, nu/|nu(0)|); end = (nu, pose)."""
+    nu, pose = np.asarray(end[0], float) - reference[0], np.asarray(end[1], float) - reference[1]
+    scaled = [*pose[:2] / vehicle.platform_radius, pose[2], *nu / np.linalg.norm(NU)]
+    return float(np.abs(scaled).max())
+
+
+# This project
+
+
+class Engine:
+    """The C engine alone: one run, its buffers filled and not read."""
+
+    def __init__(self, vehicle, tolerance, roller_model="locked", switching="smooth", duration=DURATION):
+        start = _initial_state(vehicle, roller_model, NU, 0, 0, (0, 0, 0), "compiled")
+        compiled = kernel(vehicle, roller_model, "compiled")
+        self.task = Task(compiled, start, duration, 0.0, switching, tolerance, "compiled", None)
+        self.tolerance = tolerance
+
+    def __call__(self):
+        run = CompiledRun(self.task, self.tolerance)
+        step = getattr(run.module.lib, f"omniroll_{run.kernel.set_name}_run")
+        model, size = run._pointer(run.kernel.model), len(run.kernel.model)
+        seconds, status, self.switches = 0.0, FULL, 0
+        while status == FULL:
+            run.run.row_count = run.run.switch_count = 0
+            start = time.perf_counter()
+            status = step(run.struct, model, size)
+            seconds += time.perf_counter() - start
+            self.switches += run.run.switch_count
+        assert status == DONE
+        self.end, self.steps, self.sweeps = (run.nu, run.pose), run.run.step_count, run.run.sweep_count
+        return seconds
+
+
+def simulated(vehicle, tolerance, control):
+    found = omniroll.simulate(
+        vehicle,
+        nu=NU,
+        duration=DURATION,
+        roller_model="locked",
+        switching="smooth",
+        accuracy=tolerance,
+        control=control,
+    )
+    return found.nu[-1], found.pose[-1]
+
+
+# heyoka
+
+
+class Heyoka:
+    """A Taylor integrator; terminal events at the joints, whose callback passes the contact on."""
+
+    def __init__(self, vehicle, tolerance, number=float, **options):
+        self.number, n = number, vehicle.rollers_per_wheel
+        pi = number(math.pi) if number is float else 4 * np.arctan(number(1))
+        self.joint = pi / n
+        names = ["nu0", "nu1", "nu2", *(f"chi{i}" for i in range(vehicle.wheels)), "x", "y", "theta"]
+        symbols = heyoka.make_vars(*names)
+        nu, chi, theta = symbols[:3], symbols[3:-3], symbols[-1]
+        form = reduced_form("locked", heyoka.sin, heyoka.cos)
+        model = self._model(vehicle, form)
+        rates = [
+            *form.reduced(model, nu, chi), *form.wheel_speeds(model, nu), *form.pose_rates(model, nu, theta)
+        ]  # fmt: skip
+        events = []
+        for i in range(vehicle.wheels):
+            for sign, direction in ((1, heyoka.event_direction.positive), (-1, heyoka.event_direction.negative)):
+                equation = symbols[3 + i] - heyoka.expression(number(sign) * self.joint)
+                events.append(
+                    heyoka.t_event(
+                        equation, direction=direction, callback=self._passing(3 + i, -sign * self.joint), fp_type=number
+                    )
+                )
+        self.start = np.array([*NU, *[0] * vehicle.wheels, 0, 0, 0], dtype=number)
+        self.integrator = heyoka.taylor_adaptive(
+            list(zip(symbols, rates, strict=True)), self.start.copy(), t_events=events, tol=number(tolerance),
+            fp_type=number, **options,
+        )  # fmt: skip
+
+    def _model(self, vehicle, form):
+        if self.number is float:
+            return numeric_model(vehicle, "locked")
+        scalars = {name: self.number(getattr(vehicle, name)) for name in omniroll.kernels.VEHICLE_SCALARS}
+        angles = [self.number(angle) for angle in vehicle.wheel_angles]
+        plain = reduced_form("locked", np.sin, np.cos)
+        return plain.prepare(vehicle.wheels, vehicle.rollers_per_wheel, wheel_angles=angles, **scalars)
+
+    def _passing(self, place, angle):
+        def callback(integrator, direction):
+            integrator.state[place] = angle
+            self.switches += 1
+            return True
+
+        return callback
+
+    def __call__(self):
+        self.switches = 0
+        self.integrator.state[:] = self.start
+        self.integrator.time = self.number(0)
+        self.integrator.reset_cooldowns()
+        self.integrator.propagate_until(self.number(DURATION))
+        self.end = self.integrator.state[:3].copy(), self.integrator.state[-3:].copy()
+
+
+# SciPy
+
+
+def numpy_flow(vehicle):
+    """The reduced form in NumPy: the wheels are an axis."""
+    model = numeric_model(vehicle, "locked")
+    cos_alpha, sin_alpha = np.array(model.cos_alpha), np.array(model.sin_alpha)
+    R, l, B, inverse = model.R, model.l, model.B, model.inverse_yaw_scale  # noqa: E741
+    r = vehicle.roller_axis_radius
+    constant = np.array(
+        [
+            [model.m0_11, model.m0_12, model.m0_13],
+            [model.m0_12, model.m0_22, model.m0_23],
+            [model.m0_13, model.m0_23, model.m0_33],
+        ]
+    )
+
+    def flow(_, y):
+        nu, chi, theta = y[:3], y[3:-3], y[-1]
+        sine, cosine, yaw_rate = np.sin(chi), np.cos(chi), inverse * nu[2]
+        rho = l * cosine - r
+        roll = R / l * (nu[0] * sin_alpha - nu[1] * cos_alpha)
+        chi_dot = roll - R / l * yaw_rate
+        rolling = R * (nu[0] * cos_alpha + nu[1] * sin_alpha) / rho
+        rows = np.stack([R / rho * cos_alpha, R / rho * sin_alpha])
+        stretch = l * sine * chi_dot / rho * rolling
+        couple = B * cosine * rolling
+        mass = constant.copy()
+        mass[:2, :2] += B * rows @ rows.T
+        cross = B * inverse * rows @ sine
+        mass[2, :2] += cross
+        mass[:2, 2] += cross
+        force = np.empty(3)
+        force[:2] = -B * rows @ (stretch + yaw_rate * cosine * chi_dot)
+        force[0] += model.coriolis * nu[2] * nu[1] + R / l * yaw_rate * (sin_alpha @ couple)
+        force[1] -= model.coriolis * nu[2] * nu[0] + R / l * yaw_rate * (cos_alpha @ couple)
+        force[2] = -inverse * (B * sine @ stretch + roll @ couple)
+        nu_dot = np.linalg.solve(mass, force)
+        c, s = math.cos(theta), math.sin(theta)
+        pose = [R * (nu[0] * c - nu[1] * s), R * (nu[0] * s + nu[1] * c), yaw_rate]
+        return np.concatenate([nu_dot, chi_dot, pose])
+
+    return flow
+
+
+class Scipy:
+    """DOP853; a step that passes a joint gives the switch's time by its interpolant and is taken again up to there."""
+
+    def __init__(self, vehicle, tolerance):
+        self.tolerance, self.joint, self.flow = tolerance, math.pi / vehicle.rollers_per_wheel, numpy_flow(vehicle)
+        self.wheels = slice(3, 3 + vehicle.wheels)
+
+    def _stepper(self, t, y, bound, first):
+        first = None if first is None else min(first, bound - t)
+        return DOP853(self.flow, t, y, bound, rtol=self.tolerance, atol=0.01 * self.tolerance, first_step=first)
+
+    def _joint_time(self, stepper):
+        """(t, wheel) of the first joint that the step passed, or None."""
+        inside, found = stepper.dense_output(), None
+        for i in range(*self.wheels.indices(len(stepper.y))):
+            if abs(stepper.y[i]) > self.joint:
+                bound = math.copysign(self.joint, stepper.y[i])
+                if (inside(stepper.t_old)[i] - bound) * (stepper.y[i] - bound) >= 0:
+                    continue
+                time = brentq(lambda t, i=i, bound=bound: inside(t)[i] - bound, stepper.t_old, stepper.t, xtol=1e-15)
+                if found is None or time < found[0]:
+                    found = time, i
+        return found
+
+    def __call__(self):
+        start = time.perf_counter()
+        t, y = 0.0, np.array([*NU, 0, 0, 0, 0, 0, 0], float)
+        self.switches, self.evaluations, first = 0, 0, None
+        while t < DURATION:
+            stepper, found = self._stepper(t, y, DURATION, first), None
+            while stepper.status == "running" and found is None:
+                before = stepper.y
+                stepper.step()
+                found = self._joint_time(stepper)
+            self.evaluations += stepper.nfev
+            if found is None:
+                t, y = stepper.t, stepper.y
+                break
+            last, first = stepper.t_old, stepper.step_size
+            if found[0] > last:
+                stepper = self._stepper(last, before, found[0], found[0] - last)
+                while stepper.status == "running":
+                    stepper.step()
+                self.evaluations += stepper.nfev
+            t, y = found[0], stepper.y.copy()
+            y[found[1]] = -math.copysign(self.joint, y[found[1]])
+            self.switches += 1
+        self.end = y[:3], y[-3:]
+        return time.perf_counter() - start
+
+
+# The comparison
+
+
+def ladder(make, vehicle, reference, tolerances, repeats=REPEATS):
+    """[(tolerance, Times, error)]"""
+    found = []
+    for tolerance in tolerances:
+        tool = make(vehicle, tolerance)
+        times = repeated(tool, repeats)
+        found.append((tolerance, times, error_at_end(vehicle, tool.end, reference)))
+    return found
+
+
+def cheapest(found, goal):
+    """The fastest setting whose achieved error is below the goal, or None."""
+    enough = [entry for entry in found if entry[2] <= goal]
+    return min(enough, key=lambda entry: entry[1].least) if enough else None
+
+
+def references(vehicle):
+    """(reference end state, its distance from this project's finest run)."""
+    fine = Heyoka(vehicle, 1e-18, np.longdouble)
+    fine()
+    own = Engine(vehicle, 1e-15)
+    own()
+    reference = [np.asarray(part, float) for part in fine.end]
+    return reference, error_at_end(vehicle, own.end, reference), own.switches
+
+
+class Simulate:
+    """simulate(), whole: with the trajectory that it returns."""
+
+    control = False
+
+    def __init__(self, vehicle, tolerance):
+        self.vehicle, self.tolerance = vehicle, tolerance
+
+    def __call__(self):
+        self.end = simulated(self.vehicle, self.tolerance, self.control)
+
+
+class ControlledSimulate(Simulate):
+    """simulate() with its control of the error."""
+
+    control = True
+
+
+def measure():
+    vehicle = omniroll.Vehicle.paper()
+    reference, confirmed, switches = references(vehicle)
+    tools = {
+        "omniroll, the C engine alone": (Engine, LADDER, REPEATS),
+        "omniroll, simulate(control=False)": (Simulate, LADDER, 3),
+        "omniroll, simulate()": (ControlledSimulate, (1e-5, 1e-7, 1e-9), 3),
+        "heyoka": (Heyoka, LADDER, 3),
+        "SciPy DOP853": (Scipy, SCIPY_LADDER, 1),
+    }
+    found = {tool: ladder(make, vehicle, reference, tols, n) for tool, (make, tols, n) in tools.items()}
+    return found, confirmed, switches
+
+
+def answer() -> Answer:
+    found, confirmed, switches = measure()
+    rows = []
+    for tool, entries in found.items():
+        cells = []
+        for goal in GOALS:
+            best = cheapest(entries, goal)
+            cells += (
+                ["-", "not reached"] if best is None else [best[1].in_unit(1e3), f"{best[2]:.0e} (tol {best[0]:.0e})"]
+            )
+        rows.append([tool, *cells])
+    targets = []
+    for peer, wanted in (("heyoka", 10), ("SciPy DOP853", 1000)):
+        for goal in GOALS:
+            own, other = cheapest(found["omniroll, the C engine alone"], goal), cheapest(found[peer], goal)
+            value = other[1].least / own[1].least if own and other else math.nan
+            claim = f"motion 3, error <= {goal:g}: >= {wanted}x faster than {peer}"
+            measured = "the peer does not get there" if math.isnan(value) else f"{value:.1f}x"
+            targets.append(Target(claim, measured, value >= wanted))
+    _figure(found)
+    return Answer(
+        title="3. Motion 3 over 1000 s",
+        text=(
+            f"Locked rollers, smooth switches, nu = (1, 0, 1), {switches} switches. ms for the whole "
+            "motion, minimum (median), of the fastest setting of each tool's ladder of tolerances whose "
+            "error of the end state, in the norm of `accuracy`, is below the goal. heyoka: terminal "
+            "events at +-pi/n, Python callbacks that only move an angle. SciPy: a NumPy kernel, the "
+            "switch by the interpolant and a step onto it; one run a setting. Building the integrators is "
+            "not counted. The C engine writes its rows and dense output; `simulate()` makes a Trajectory "
+            "of them."
+        ),
+        headings=["tool", "ms to 1e-5", "error", "ms to 1e-9", "error"],
+        rows=rows,
+        targets=targets,
+        closing=(
+            f"Reference: heyoka in long double at tolerance 1e-18. This project's run at 1e-15 is {confirmed:.1e} from it."
+        ),
+        figures=["benchmark-motion-3.png"],
+    )
+
+
+def _figure(found):
+    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    for tool, entries in found.items():
+        axes.loglog(
+            [1e3 * times.least for _, times, _ in entries], [max(e, 1e-16) for *_, e in entries], "-o", label=tool
+        )
+    axes.set(xlabel="ms for 1000 s of motion", ylabel="error of the end state")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize="small")
+    figure.savefig(ROOT / "docs/benchmark-motion-3.png", dpi=120, metadata={"Software": None})
+    plt.close(figure)

@@ -1,0 +1,397 @@
+"""Question 1: nanoseconds for a right-hand side, against the number of rollers, beside CasADi's and SymPy's C."""
+
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import casadi
+import matplotlib.pyplot as plt
+import mpmath
+import numpy as np
+import sympy
+
+import omniroll
+
+from .common import (
+    ROOT,
+    Answer,
+    RightHandSide,
+    Target,
+    c_model,
+    numeric_model,
+    random_states,
+    reduced_form,
+    relative_error,
+)
+from .generic_mechanics import coordinate_rates, kinetic_energy
+
+ROLLERS = (5, 15, 30, 60)
+MOST_FOR_QR = 15  # CasADi's default factorisation grows to hundreds of megabytes of C beyond
+STATES = 32
+GENERATED_C = ROOT / "generated/c"
+
+OURS = """
+{how}
+static const double model[] = {{{model}}};
+void rhs(const double *in, double *out)
+{{
+    omniroll_free_{name}({wheels}, {rollers}, model, in, in + 3, in + {state}, out{outputs});
+}}
+"""
+
+# The kernel as a library has it, with the vehicle as data; or included, so that the compiler knows the vehicle.
+INCLUDES = {
+    "omniroll": '#include "omniroll_free.h"',
+    "omniroll, vehicle compiled in": (
+        '#define OMNIROLL_API static inline __attribute__((unused))\n#include "omniroll_free.c"'
+    ),
+}
+
+# Dense Cholesky, as a user of a mass matrix and a force would solve; M and f come from SymPy's C.
+CHOLESKY = """
+#include <math.h>
+#define SIZE {size}
+void mass_and_force(const double *in, double m[SIZE][SIZE], double *f);
+void rhs(const double *in, double *x)
+{{
+    static double m[SIZE][SIZE];
+    mass_and_force(in, m, x);
+    for (int i = 0; i < SIZE; i++) {{
+        for (int j = 0; j <= i; j++) {{
+            double sum = m[i][j];
+            for (int k = 0; k < j; k++)
+                sum -= m[i][k]*m[j][k];
+            m[i][j] = i == j ? 1/sqrt(sum) : sum*m[j][j];
+        }}
+        double sum = x[i];
+        for (int k = 0; k < i; k++)
+            sum -= m[i][k]*x[k];
+        x[i] = sum*m[i][i];
+    }}
+    for (int i = SIZE; i-- > 0; ) {{
+        double sum = x[i]*m[i][i];
+        x[i] = sum;
+        for (int k = 0; k < i; k++)
+            x[k] -= m[i][k]*sum;
+    }}
+}}
+"""
+
+
+def ours(folder, vehicle, name, tool="omniroll"):
+    """This project's C: `accelerations`, or `reduced` with two momenta a wheel."""
+    wheels, rollers = vehicle.wheels, vehicle.rollers_per_wheel
+    full = name == "accelerations"
+    source = folder / f"ours_{name}.c"
+    sources = [source, GENERATED_C / "omniroll_free.c"] if tool == "omniroll" else [source]
+    library = f"ours_{name}_{len(sources)}"
+    source.write_text(
+        OURS.format(
+            how=INCLUDES[tool],
+            model=", ".join(float(x).hex() for x in c_model(vehicle, "free")),
+            name=name, wheels=wheels, rollers=rollers, state=3 + wheels, outputs=", out + 3" if full else "",
+        )
+    )  # fmt: skip
+    size = 3 + wheels * (rollers - 1) if full else 3
+    return RightHandSide(folder, library, sources, size, f"-I{GENERATED_C}")
+
+
+# CasADi
+
+
+def casadi_function(folder, name, inputs, output):
+    """CasADi's generated C of output(inputs), with its own elimination of common subexpressions."""
+    function = casadi.Function("peer", [casadi.vertcat(*inputs)], [output], {"cse": True})
+    generator = casadi.CodeGenerator(f"{name}.c")
+    generator.add(function)
+    generator.generate(str(folder) + "/")
+    work = function.sz_w() + 1
+    wrapper = folder / f"{name}_call.c"
+    wrapper.write_text(
+        "int peer(const double **arg, double **res, long long int *iw, double *w, int mem);\n"
+        "void rhs(const double *in, double *out)\n{\n"
+        f"    static double w[{work}];\n    const double *arg[8] = {{in}};\n    double *res[8] = {{out}};\n"
+        "    peer(arg, res, 0, w, 0);\n}\n"
+    )
+    return RightHandSide(folder, name, [folder / f"{name}.c", wrapper], output.numel())
+
+
+def casadi_generic(folder, vehicle, solver):
+    """M w' = f by CasADi's differentiation, solved by its symbolic QR ("qr") or sparse LDL^T ("ldl").
+
+    "ldl, nu first" has the unknowns in the order of the output.
+    """
+    wheels, places = vehicle.wheels, vehicle.rollers_per_wheel - 1
+    nu, chi = casadi.SX.sym("nu", 3), casadi.SX.sym("chi", wheels)
+    spins, theta = casadi.SX.sym("spins", wheels * places), casadi.SX.sym("theta")
+    # With the spins first, LDL^T has no fill; with nu first, the order in which one writes it, it fills up.
+    first, second = (spins, nu) if solver != "ldl, nu first" else (nu, spins)
+    w, q = casadi.vertcat(first, second), casadi.vertcat(theta, chi)
+    rates = casadi.vertcat(
+        *coordinate_rates(
+            vehicle,
+            casadi.vertsplit(nu),
+            casadi.vertsplit(spins),
+            theta,
+            casadi.vertsplit(chi),
+            casadi.sin,
+            casadi.cos,
+        )
+    )
+    v = casadi.SX.sym("v", rates.numel())
+    energy = kinetic_energy(vehicle, casadi.vertsplit(chi), casadi.vertsplit(v), casadi.sin)
+    momenta, slope = casadi.substitute([casadi.gradient(energy, v), casadi.gradient(energy, q)], [v], [rates])
+    V, q_dot = casadi.jacobian(rates, w), rates[2 : 3 + wheels]
+    mass = V.T @ casadi.jacobian(momenta, w)
+    force = -(V.T @ casadi.jtimes(momenta, q, q_dot))
+    force += casadi.jacobian(rates[2 : 3 + wheels], w).T @ slope
+    mass, force = casadi.substitute([mass, force], [theta], [casadi.SX(0)])
+    mass = casadi.sparsify(casadi.simplify(mass))
+    if solver == "qr":
+        found = casadi.solve(mass, force)
+    else:
+        D, LT, p = casadi.ldl(mass, False)
+        found = casadi.ldl_solve(force, D, LT, p)
+    if first is spins:
+        count = spins.numel()
+        found = casadi.vertcat(found[count:], found[:count])
+    return casadi_function(folder, f"casadi_{solver[:3]}_{first is nu}", [nu, chi, spins], found)
+
+
+def casadi_reduced(folder, vehicle, as_data=False):
+    """The reduced form with the vehicle's numbers in the code, or as data."""
+    nu, chi = casadi.SX.sym("nu", 3), casadi.SX.sym("chi", vehicle.wheels)
+    momenta = casadi.SX.sym("momenta", 2 * vehicle.wheels)
+    pairs = [[momenta[2 * i], momenta[2 * i + 1]] for i in range(vehicle.wheels)]
+    form = reduced_form("free", casadi.sin, casadi.cos)
+    model = numeric_model(vehicle, "free")
+    inputs = [nu, chi, momenta]
+    if as_data:
+        model, data = model_as_data(model, lambda name: casadi.SX.sym(name))
+        inputs += data
+    out = form.reduced(model, casadi.vertsplit(nu), casadi.vertsplit(chi), pairs)
+    return casadi_function(folder, f"casadi_reduced_{as_data}", inputs, casadi.vertcat(*out))
+
+
+def model_as_data(model, symbol):
+    """The model with symbols for its numbers (those that `reduced` reads), and these symbols in their order."""
+    changed, symbols = SimpleNamespace(**vars(model)), []
+    for name, value in model_numbers(model):
+        if isinstance(value, list):
+            setattr(changed, name, [symbol(f"{name}_{i}") for i in range(len(value))])
+            symbols += getattr(changed, name)
+        else:
+            setattr(changed, name, symbol(name))
+            symbols.append(getattr(changed, name))
+    return changed, symbols
+
+
+def model_numbers(model):
+    """(name, number or list of numbers) of the constants that do not belong to a free roller's place."""
+    skipped = ("wheels", "rollers_per_wheel", "cos_kappa", "sin_kappa")
+    return [(name, value) for name, value in vars(model).items() if name not in skipped]
+
+
+# SymPy
+
+
+def sympy_c(name, symbols, outputs):
+    """A C function of cse() and ccode(): void name(const double *in, outputs...)."""
+    shared, results = sympy.cse([expression for _, expression in outputs], sympy.numbered_symbols("t"))
+    lines = [f"    const double {symbol} = in[{k}];" for k, symbol in enumerate(symbols)]
+    lines += [f"    const double {symbol} = {sympy.ccode(value)};" for symbol, value in shared]
+    lines += [f"    {place} = {sympy.ccode(value)};" for (place, _), value in zip(outputs, results, strict=True)]
+    return "#include <math.h>\n" + name + "\n{\n" + "\n".join(lines) + "\n}\n"
+
+
+def sympy_generic(folder, vehicle):
+    """M and f by SymPy's differentiation, cse() and ccode(); a dense Cholesky solver around them."""
+    wheels, places = vehicle.wheels, vehicle.rollers_per_wheel - 1
+    nu = list(sympy.symbols("nu:3"))
+    chi = list(sympy.symbols(f"chi:{wheels}"))
+    spins = list(sympy.symbols(f"spin:{wheels * places}"))
+    theta = sympy.Symbol("theta")
+    w, q = nu + spins, [theta, *chi]
+    rates = coordinate_rates(vehicle, nu, spins, theta, chi, sympy.sin, sympy.cos)
+    v = list(sympy.symbols(f"v:{len(rates)}"))
+    energy = kinetic_energy(vehicle, chi, v, sympy.sin)
+    values = dict(zip(v, rates, strict=True))
+    terms = {symbol: [] for symbol in v + q}
+    for term in sympy.Add.make_args(sympy.expand(energy)):  # term by term: SymPy's diff of long sums is slow
+        for symbol in term.free_symbols:
+            terms[symbol].append(term.diff(symbol))
+    gradient = {symbol: sympy.Add(*found).xreplace(values) for symbol, found in terms.items()}
+    momenta = [gradient[symbol] for symbol in v]
+    at_zero = {theta: sympy.Integer(0)}
+
+    def derivatives(expressions, symbols):
+        return [{b: e.diff(s) for b, s in enumerate(symbols) if s in e.free_symbols} for e in expressions]
+
+    V, by_w, by_q = derivatives(rates, w), derivatives(momenta, w), derivatives(momenta, q)
+    mass, force = {}, [0] * len(w)
+    for k, row in enumerate(V):
+        drift = sum(slope * rates[2 + c] for c, slope in by_q[k].items())
+        if 2 <= k < 3 + wheels:
+            drift -= gradient[q[k - 2]]
+        for a, factor in row.items():
+            force[a] -= factor * drift
+            for b, inertia in by_w[k].items():
+                mass[a, b] = mass.get((a, b), 0) + factor * inertia
+    outputs = [(f"f[{a}]", sympy.sympify(value).xreplace(at_zero)) for a, value in enumerate(force)]
+    outputs += [(f"m[{a}][{b}]", value.xreplace(at_zero)) for (a, b), value in sorted(mass.items()) if b <= a]
+    size = len(w)
+    source, solver = folder / "sympy_generic.c", folder / "sympy_solve.c"
+    zero = [(f"m[{a}][{b}]", sympy.Integer(0)) for a in range(size) for b in range(a) if (a, b) not in mass]
+    source.write_text(
+        sympy_c(
+            f"void mass_and_force(const double *in, double m[{size}][{size}], double *f)",
+            nu + chi + spins,
+            outputs + zero,
+        )
+    )
+    solver.write_text(CHOLESKY.format(size=size))
+    return RightHandSide(folder, "sympy_generic", [source, solver], size)
+
+
+def sympy_reduced(folder, vehicle, as_data=False):
+    """The reduced form with the vehicle's numbers in the code, or as data."""
+    wheels = vehicle.wheels
+    nu, chi = list(sympy.symbols("nu:3")), list(sympy.symbols(f"chi:{wheels}"))
+    momenta = list(sympy.symbols(f"momentum:{2 * wheels}"))
+    pairs = [momenta[2 * i : 2 * i + 2] for i in range(wheels)]
+    form = reduced_form("free", sympy.sin, sympy.cos)
+    model, data = numeric_model(vehicle, "free"), []
+    if as_data:
+        model, data = model_as_data(model, sympy.Symbol)
+    out = form.reduced(model, nu, chi, pairs)
+    source = folder / f"sympy_reduced_{as_data}.c"
+    places = [(f"out[{k}]", value) for k, value in enumerate(out)]
+    source.write_text(sympy_c("void rhs(const double *in, double *out)", nu + chi + momenta + data, places))
+    return RightHandSide(folder, f"sympy_reduced_{as_data}", [source], 3)
+
+
+# Both rows
+
+
+def exact(vehicle, name, nu, chi, third):
+    """The same function in 40 digits."""
+    module = reduced_form("free", mpmath.sin, mpmath.cos)
+    with mpmath.workdps(40):
+        numbers = [[mpmath.mpf(float(x)) for x in values] for values in (nu, chi)]
+        rest = [[mpmath.mpf(float(x)) for x in row] for row in third]
+        scalars = {
+            key: mpmath.mpf(getattr(vehicle, key))
+            for key in (
+                "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale",
+                "platform_radius", "wheel_radius", "roller_axis_radius",
+            )
+        }  # fmt: skip
+        angles = [mpmath.mpf(a) for a in vehicle.wheel_angles]
+        model = module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, wheel_angles=angles, **scalars)
+        out = getattr(module, name)(model, *numbers, rest)
+        flat = [*out[0], *(x for row in out[1] for x in row)] if name == "accelerations" else out
+        return [float(x) for x in flat]
+
+
+def measured(function, states, truth):
+    error = relative_error(np.array([function(state) for state in states[: len(truth)]]), truth)
+    return function.per_call(states), error
+
+
+def measure(rollers):
+    """{(row, tool): (Times, error)} for one n."""
+    vehicle = omniroll.Vehicle.paper(3, rollers)
+    nu, chi, spins = random_states(vehicle, STATES)
+    momenta = np.random.default_rng(2).uniform(-1, 1, (STATES, 3, 2)) * vehicle.roller_inertia
+    full = np.concatenate([nu, chi, spins.reshape(STATES, -1)], axis=1)
+    short = np.concatenate([nu, chi, momenta.reshape(STATES, -1)], axis=1)
+    constants = np.concatenate([np.atleast_1d(value) for _, value in model_numbers(numeric_model(vehicle, "free"))])
+    with_model = np.concatenate([short, np.tile(constants, (STATES, 1))], axis=1)
+    truth = np.array([exact(vehicle, "accelerations", *state) for state in zip(nu[:4], chi, spins)])  # noqa: B905
+    truth_reduced = np.array([exact(vehicle, "reduced", *state) for state in zip(nu[:4], chi, momenta)])  # noqa: B905
+    found = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for tool in INCLUDES:
+            found["full", tool] = measured(ours(folder, vehicle, "accelerations", tool), full, truth)
+            found["reduced", tool] = measured(ours(folder, vehicle, "reduced", tool), short, truth_reduced)
+        for tool, peer in (("CasADi", casadi_reduced), ("SymPy", sympy_reduced)):
+            found["reduced", f"{tool}, vehicle compiled in"] = measured(peer(folder, vehicle), short, truth_reduced)
+            found["reduced", tool] = measured(peer(folder, vehicle, True), with_model, truth_reduced)
+        found["full", "CasADi, LDL, spins first"] = measured(casadi_generic(folder, vehicle, "ldl"), full, truth)
+        if rollers <= MOST_FOR_QR:
+            for tool, solver in (("solve()", "qr"), ("LDL, nu first", "ldl, nu first")):
+                peer = casadi_generic(folder, vehicle, solver)
+                found["full", f"CasADi, {tool}"] = measured(peer, full, truth)
+        found["full", "SymPy, Cholesky"] = measured(sympy_generic(folder, vehicle), full, truth)
+    return found
+
+
+KNOWN = ", vehicle compiled in"
+PEERS = ("CasADi, solve()", "CasADi, LDL, nu first", "CasADi, LDL, spins first")
+TOOLS = (
+    *(("full", tool) for tool in (*INCLUDES, *PEERS, "SymPy, Cholesky")),
+    *(("reduced", tool + how) for how in ("", KNOWN) for tool in ("omniroll", "CasADi", "SymPy")),
+)
+
+
+def answer() -> Answer:
+    found = {n: measure(n) for n in ROLLERS}
+    rows = []
+    for row, tool in TOOLS:
+        cells = [
+            f"{found[n][row, tool][0].in_unit(1e9)}; {found[n][row, tool][1]:.0e}" if (row, tool) in found[n] else "-"
+            for n in ROLLERS
+        ]
+        rows.append([row, tool, *cells])
+
+    def ratio(n, row, tool, own):
+        return found[n][row, tool][0].least / found[n][row, own][0].least
+
+    targets = []
+    for n, wanted in ((5, 10), (15, 50)):
+        for tool in PEERS:
+            value = ratio(n, "full", tool, "omniroll" + KNOWN)
+            claim = f"same inputs and outputs, n = {n}: >= {wanted}x faster than {tool}, the vehicle compiled into both"
+            targets.append(Target(claim, f"{value:.1f}x", value >= wanted))
+    for tool in ("CasADi", "SymPy"):
+        for how in ("", KNOWN):
+            value = min(ratio(n, "reduced", tool + how, "omniroll" + how) for n in ROLLERS)
+            claim = f"reduced form: faster than {tool}'s C at every n{how or ', vehicle as data'}"
+            targets.append(Target(claim, f"{value:.2f}x at worst", value > 1))
+    growth = found[60]["reduced", "omniroll"][0].least / found[5]["reduced", "omniroll"][0].least
+    targets.append(Target("reduced form: time at n = 60 over n = 5 <= 1.05", f"{growth:.2f}", growth <= 1.05))
+    _figure(found)
+    return Answer(
+        title="1. A right-hand side against the number of rollers",
+        text=(
+            "Free rollers, N = 3, one vehicle, random states; ns per call, minimum (median); after the "
+            "semicolon the largest error over the largest component, against 40 digits. *Full*: every "
+            "spin in and out; the peers get energy and constraints (`generic_mechanics.py`) and "
+            "differentiate, CasADi solves M w' = f for all 3 + N (n-1) unknowns by its `solve()` (a "
+            "symbolic QR) or by its LDL^T, in two orders of the unknowns: as they stand in the output (nu "
+            "first, which fills the factor; both not tried beyond n = 15) and with the spins first (no "
+            "fill). SymPy's C of M and f stands in a dense Cholesky solver. *Reduced*: the same formulas, "
+            "this project's, go through each tool's code generator. The peers of the full form have the "
+            "vehicle's numbers and N, n in their code; of this project's kernel, which takes them as "
+            "data, both variants are shown."
+        ),
+        headings=["form", "tool", *(f"n = {n}" for n in ROLLERS)],
+        rows=rows,
+        targets=targets,
+        figures=["benchmark-right-hand-side.png"],
+    )
+
+
+def _figure(found):
+    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    for row, tool in TOOLS:
+        ns = [n for n in ROLLERS if (row, tool) in found[n]]
+        style = "-o" if row == "full" else "--s"
+        axes.loglog(ns, [1e9 * found[n][row, tool][0].least for n in ns], style, label=f"{tool} ({row})")
+    axes.set(xlabel="rollers per wheel", ylabel="ns per right-hand side", xticks=ROLLERS, xticklabels=map(str, ROLLERS))
+    axes.minorticks_off()
+    axes.legend(fontsize="small")
+    axes.grid(alpha=0.3)
+    figure.savefig(ROOT / "docs/benchmark-right-hand-side.png", dpi=120, metadata={"Software": None})
+    plt.close(figure)

@@ -1,0 +1,156 @@
+"""What the kernels and the engine cost: operation counts, growth with n, vector code. Never a wall time."""
+
+import importlib.util
+import platform
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import generated_data
+
+SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
+KINDS = ("add", "mul", "div", "sqrt", "sincos")
+NODES = 16  # of a step of the compiled engine
+
+
+def operations(set_name, name):
+    """Operation counts of a generated function by place: once, wheel, slot, roller."""
+    (found,) = [
+        function["operations"]
+        for function in generated_data.load("kernels")["functions"]
+        if (function["set"], function["name"]) == (set_name, name)
+    ]
+    return found
+
+
+def total(set_name, name, wheels, rollers):
+    """All operations of one call."""
+    free = rollers - 1
+    counts = {"once": 1, "wheel": wheels, "slot": free, "roller": wheels * free}
+    return sum(counts[place] * sum(numbers.values()) for place, numbers in operations(set_name, name).items())
+
+
+@pytest.mark.parametrize("name", ["reduced", "wheel_speeds", "pose_rates", "mass_matrix", "bias", "impact"])
+@pytest.mark.parametrize("set_name", SETS)
+def test_cost_does_not_depend_on_the_number_of_rollers(set_name, name):
+    if (set_name, name) == ("massless", "impact"):
+        pytest.skip("massless rollers have no impact")
+    found = operations(set_name, name)
+    for place in ("slot", "roller"):
+        assert not any(found[place].values()), f"{name} has operations for each {place}: {found[place]}"
+
+
+@pytest.mark.parametrize("set_name", ["massless", "locked", "free"])
+def test_the_reduced_form_stays_small(set_name):
+    """Three wheels: some 300 operations, three sines with cosines and four divisions of the elimination."""
+    found = operations(set_name, "reduced")
+    assert total(set_name, "reduced", 3, 5) <= 320
+    assert found["wheel"]["sincos"] <= 2, "the sine and the cosine of one half angle"
+    assert found["wheel"]["div"] <= 1
+    assert found["once"]["div"] <= 4
+
+
+@pytest.mark.parametrize("set_name", ["free", "free_sharp"])
+def test_accelerations_grow_linearly_with_the_rollers(set_name):
+    """Every spin in and out costs O(N n): a bounded number of sums and products for each, no sine, no division."""
+    per_roller = operations(set_name, "accelerations")["roller"]
+    assert per_roller["sincos"] == per_roller["div"] == per_roller["sqrt"] == 0
+    assert 0 < per_roller["add"] + per_roller["mul"] <= 20
+    costs = [total(set_name, "accelerations", 3, rollers) for rollers in (5, 15, 30, 60)]
+    slopes = np.diff(costs) / np.diff([5, 15, 30, 60])
+    assert np.ptp(slopes) == 0
+    assert costs[0] <= 2.2 * total(set_name, "reduced", 3, 5)
+
+
+def test_a_model_without_spins_needs_no_more_than_one_with_them():
+    """The cheaper model is cheaper: an effect that is left out computes nothing."""
+    costs = [total(set_name, "reduced", 3, 5) for set_name in ("massless", "locked", "free")]
+    assert costs == sorted(costs)
+
+
+# The batch kernel's object code
+
+VECTOR_PRODUCT = re.compile(r"\bv?mulpd\b.*%(?P<register>[xyz]mm)\d+")
+SCALAR_PRODUCT = re.compile(r"\bv?mulsd\b")
+
+
+@pytest.fixture(scope="module")
+def batch_code():
+    """The disassembly of reduced_batch of the locked set, {level: text}; compiled as for the package."""
+    if platform.machine() not in ("x86_64", "AMD64") or platform.system() != "Linux":
+        pytest.skip("the object code is looked at on x86-64 Linux only")
+    if shutil.which("objdump") is None:
+        pytest.skip("objdump is not there")
+    spec = importlib.util.find_spec("omniroll._engine") or importlib.util.find_spec("omniroll._shared_engine")
+    if spec is None:
+        pytest.skip("the compiled engine was not built")
+    shown = subprocess.run(["objdump", "-d", "--no-show-raw-insn", spec.origin], capture_output=True, text=True)
+    if shown.returncode != 0:
+        pytest.skip(f"objdump cannot read the module: {shown.stderr.strip()}")
+    return functions(shown.stdout, "omniroll_locked_reduced_batch")
+
+
+def functions(disassembly, name):
+    """{clone: its code}: the loader chooses between clones of `name`, for instance name.arch_x86_64_v3."""
+    parts = re.split(r"^[0-9a-f]+ <(.+)>:$", disassembly, flags=re.MULTILINE)[1:]
+    code = dict(zip(parts[::2], parts[1::2], strict=True))
+    return {label: text for label, text in code.items() if re.fullmatch(rf"{name}(\.[\w.]+)?", label)}
+
+
+@pytest.mark.parametrize(
+    ("level", "register"), [("arch_x86_64_v3", "ymm"), ("arch_x86_64_v4", "zmm")], ids=["AVX2", "AVX-512"]
+)
+def test_the_batch_kernel_is_vectorised(batch_code, level, register):
+    clones = [text for label, text in batch_code.items() if level in label]
+    if not clones:
+        pytest.skip(f"no clone for {level} in this build: {sorted(batch_code)}")
+    text = "\n".join(clones)
+    vectors = [match["register"] for match in VECTOR_PRODUCT.finditer(text)]
+    scalars = SCALAR_PRODUCT.findall(text)
+    assert vectors.count(register) > 100, f"{vectors.count(register)} products in {register}"
+    assert len(scalars) < 0.1 * len(vectors), "most of the kernel is scalar"
+
+
+def test_no_level_fuses_products_and_sums(batch_code):
+    """Fused, results would depend on the machine."""
+    assert batch_code
+    assert not any(re.search(r"\bvfn?m(add|sub)\w*pd\b", text) for text in batch_code.values())
+
+
+# The engine's evaluations
+
+
+def evaluations(duration=10.0, accuracy=1e-9, rollers=5):
+    found = omniroll.simulate(
+        omniroll.Vehicle.paper(3, rollers),
+        nu=(1, 0, 1),
+        duration=duration,
+        roller_model="locked",
+        switching="smooth",
+        accuracy=accuracy,
+        control=False,
+    )
+    return found.stats["evaluations"], found.stats["steps"], len(found.switches)
+
+
+def test_evaluations_grow_with_the_switches_alone():
+    """Twice the time, twice the switches, twice the evaluations."""
+    short, _, switches = evaluations(20.0)
+    long, _, more_switches = evaluations(40.0)
+    assert long / short == pytest.approx(more_switches / switches, rel=0.25)
+
+
+def test_a_phase_takes_few_evaluations():
+    """Three steps of half a dozen sweeps; an explicit Runge-Kutta of order 8 takes 110 to 150 calls, one by one."""
+    calls, steps, switches = evaluations(100.0)
+    assert steps <= 3.5 * (switches + 1)
+    assert calls / steps <= 8 * NODES
+
+
+def test_digits_are_cheap():
+    """Six more digits cost less than three times the evaluations."""
+    assert evaluations(accuracy=1e-11)[0] < 3 * evaluations(accuracy=1e-5)[0]
