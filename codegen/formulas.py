@@ -61,11 +61,9 @@ class Comparison:
         return [self.record(data) for data in self.derivation.part("formulas")]
 
     def record(self, data: dict) -> dict:
-        shared = {
-            key: data[key] for key in ("id", "kind", "verdict", "equation", "section", "title", "printed")
-        }
+        shared = {key: data[key] for key in ("id", "kind", "verdict", "equation", "section", "title", "printed")}
         fill = {"formula": self.formula, "claim": self.claim, "unjudged": self.unjudged}[data["kind"]]
-        return with_text(shared | fill(data) | {"note": data["note"]})
+        return with_text(shared | fill(data) | {"note": data["note"], "run": data.get("run", "")})
 
     def formula(self, data: dict) -> dict:
         corrected, wrong = data["corrected"], data["counterexample"]
@@ -90,9 +88,7 @@ class Comparison:
             "component": data["component"],
             "printed": self.expression(data["printed"]),
             "derived": self.expression(data["derived"]),
-            "values": [
-                f"{self.expression(name)} = {self.expression(value)}" for name, value in data["values"]
-            ],
+            "values": [f"{self.expression(name)} = {self.expression(value)}" for name, value in data["values"]],
         }
 
     def claim(self, data: dict) -> dict:

@@ -108,6 +108,7 @@ def entry(record: dict, width: int) -> str:
         ("in short", text["summary"] if short else ""),
         *((("true" if c["holds"] else "false"), case_of(c)) for c in record.get("cases", [])),
         ("note", text["note"]),
+        ("shown by", f"{record['run']} in tests/formulas" if record["run"] else ""),
         ("checked", checked(record) if formula else ""),
     ]
     for name, value in rows:
