@@ -1,13 +1,14 @@
 """Reference solutions over the generated Python kernel, by methods that no integrator under test uses.
 
-taylor        Taylor series in 40 digits (python-flint): each pass through the kernel gives one more coefficient
+taylor        Taylor series in 28 digits (python-flint): each pass through the kernel gives one more coefficient
 extrapolated  Gragg's rule extrapolated (Bulirsch and Stoer) in NumPy's long double; it confirms the first
 
 Both follow the switching model (omniroll.switching has the rules) with code of their own.
 """
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,10 +19,10 @@ from omniroll.kernels import VEHICLE_SCALARS
 from omniroll.runs import Task
 from omniroll.switching import tau
 
-DIGITS, ORDER = 40, 36
-TAYLOR_ERROR = 1e-26  # of a step
-COLUMNS = 12  # of the extrapolation table
-EXTRAPOLATED_STEP = 0.35  # of the joint's angle, at the speed of the fastest wheel
+DIGITS, ORDER = 28, 26
+TAYLOR_ERROR = 1e-22  # of a step, relative
+COLUMNS = 6  # of the extrapolation table; more would cost digits
+EXTRAPOLATED_STEP = 0.05  # of the joint's angle, at the speed of the fastest wheel
 LANDING = 7  # Newton's rule from a linear guess
 
 
@@ -98,20 +99,35 @@ def elementary() -> Any:
     return importlib.import_module("omniroll.generated.python.elementary")
 
 
+def flint_module() -> Any:
+    """python-flint. Raises OmnirollError where it is missing."""
+    try:
+        return importlib.import_module("flint")
+    except ImportError:
+        raise OmnirollError(
+            "the reference solution needs python-flint, which is missing: pip install 'omniroll[accuracy]'"
+        ) from None
+
+
+@contextmanager
+def digits() -> Iterator[None]:
+    """The working precision of python-flint, which is global to it; put back afterwards."""
+    context = flint_module().ctx
+    before = context.prec, context.cap
+    context.dps, context.cap = DIGITS, ORDER + 1
+    try:
+        yield
+    finally:
+        context.prec, context.cap = before
+
+
 class Taylor:
-    """Steps by Taylor series of python-flint's balls, whose midpoints are taken."""
+    """Steps by Taylor series of python-flint's balls, whose midpoints are taken. Use it inside digits()."""
 
     probes = 12
 
     def __init__(self, task: Task):
-        try:
-            import flint
-        except ImportError:
-            raise OmnirollError(
-                "the reference solution needs python-flint, which is missing: pip install 'omniroll[accuracy]'"
-            ) from None
-        self.flint = flint
-        flint.ctx.dps, flint.ctx.cap = DIGITS, ORDER + 1
+        self.flint = flint = flint_module()
         self.mechanics = Mechanics(task, flint.arb)
 
     def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:

@@ -1,0 +1,130 @@
+"""`omniroll accuracy SCENE`: what it shows, writes and refuses."""
+
+import csv
+import json
+import math
+
+import pytest
+
+from omniroll import cli
+from omniroll.accuracy.peers import PEERS
+from omniroll.accuracy.study import Point, advice, study
+from omniroll.scene import load_scene
+
+pytest.importorskip("flint")
+SCENES = ["motion-1", "motion-2", "motion-3", "motion-3-impact"]
+NAMES = [peer.name for peer in PEERS]
+
+
+@pytest.fixture(scope="module")
+def found():
+    return study(load_scene("scenes/motion-3.toml"), 1.0, wanted=1e-2)
+
+
+def points(found, name):
+    return [point for point in found.points if point.series == name]
+
+
+def test_every_integrator_is_there(found):
+    assert list(dict.fromkeys(point.series for point in found.points)) == NAMES and not found.failed
+    for name in NAMES:
+        errors = [point.trajectory for point in points(found, name)]
+        assert min(errors) < max(errors) / 10 or "float" in name
+        assert all(point.evaluations > 0 and point.microseconds > 0 for point in points(found, name))
+
+
+def test_the_reference_is_finer_than_what_is_shown(found):
+    assert found.confirmed < 1e-16
+    for point in found.points:
+        shown = (point.end, point.trajectory, point.energy)
+        assert min(shown) >= 100 * found.confirmed
+
+
+def test_omnirolls_engines_keep_what_is_asked(found):
+    for name in ("compiled", "Python engine"):
+        for point in points(found, name):
+            assert point.trajectory <= 10 * max(point.setting, 1e-14)
+        constant, exponent = found.laws[name]
+        assert 0.7 < exponent < 1.3 and constant < 10
+
+
+def test_float_is_no_better_than_its_digits(found):
+    assert min(point.trajectory for point in points(found, "RK4 fixed, float")) > 1e-6
+
+
+def test_models_and_advice(found):
+    best = {p.series: p.trajectory for p in found.models}  # the last is the finest
+    assert best["free"] < 1e-11 and best["massless"] > 1e-5 and best["locked"] > 1e-5
+    cheapest, following = found.advice["cheapest"], found.advice["next_digit"]
+    assert cheapest["error"] <= 1e-2 and following["error"] <= 1e-3
+    assert cheapest["microseconds"] <= following["microseconds"]
+
+
+def test_advice_is_none_where_nothing_will_do(found):
+    assert advice(found, 1e-30) == {"wanted": 1e-30, "cheapest": None, "next_digit": None}
+
+
+def test_files_and_tables(tmp_path, capsys):
+    arguments = ["accuracy", "scenes/motion-3-impact.toml", "--duration", "0.4", "--folder", str(tmp_path)]
+    assert cli.main([*arguments, "--error", "1e-3"]) == 0
+    shown = capsys.readouterr().out
+    assert "For an error of 0.001" in shown and "compiled" in shown
+    assert cli.main([*arguments, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == json.loads((tmp_path / "accuracy.json").read_text())
+    rows = list(csv.DictReader((tmp_path / "accuracy.csv").open()))
+    assert len(rows) == len(printed["points"]) + len(printed["models"])
+    assert set(Point.__dataclass_fields__) < set(rows[0]) and not math.isnan(float(rows[0]["end"]))
+    pytest.importorskip("matplotlib")
+    assert (tmp_path / "accuracy.png").stat().st_size > 10_000
+    assert "compiled" in (tmp_path / "accuracy.svg").read_text() or (tmp_path / "accuracy.svg").exists()
+
+
+def test_bad_calls(tmp_path, capsys):
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[vehicle]\npreset = 'papr'\n[start]\nnu = [1, nan, 0]\n[run]\nduraton = 1\n[roller]\n")
+    assert cli.main(["accuracy", str(bad)]) == 2
+    said = capsys.readouterr().err
+    assert "did you mean duration?" in said and "did you mean rollers?" in said
+    assert cli.main(["accuracy", str(tmp_path / "absent.toml")]) == 2
+    assert cli.main(["accuracy", "scenes/motion-3.toml", "--error", "-1"]) == 2
+    assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0"]) == 2
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_shipped_scenes_are_read(name):
+    assert load_scene(f"scenes/{name}.toml").options["duration"] == 20.0
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("[vehicle]\npreset = 'papr'\n", ["[start]: is missing", "[run]: is missing"]),
+        ("[vehicle]\npreset='papr'\n[start]\nnu=[1,0,0]\n[run]\nduration=1", ["preset = 'papr': must be one of paper"]),
+        ("[vehicle]\npreset='paper'\n[start]\nnu=[1,nan,0]\n[run]\nduration=-1\nengine='x'\n[rollers]\nmodel='y'",
+         ["[start] nu", "[run] duration = -1", "[run] engine = 'x'", "[rollers] model = 'y'"]),
+        ("[vehicle]\nwheels=3\n[start]\nnu=[1,0,0]\n[run]\nduration=1", ["[vehicle]: missing"]),
+        ("vehicle = 3", ["must be a table"]),
+        ("[[", ["not TOML"]),
+        ("[vehicle]\npreset=['paper']\n[start]\nnu='x'\n[run]\nduration={a=1}\n[switching]\nlaw=[1]\n", ["preset"]),
+        ("x" * 2_000_000, ["longer than"]),
+    ],
+)  # fmt: skip
+def test_all_that_is_wrong_is_said_at_once(text, said, tmp_path):
+    from omniroll.scene import SceneError
+
+    path = tmp_path / "scene.toml"
+    path.write_text(text)
+    with pytest.raises(SceneError) as raised:
+        load_scene(path)
+    for part in said:
+        assert part in str(raised.value)
+
+
+def test_garbage_is_refused(tmp_path):
+    from omniroll.scene import SceneError
+
+    path = tmp_path / "scene.toml"
+    path.write_bytes(bytes(range(256)))
+    with pytest.raises(SceneError, match="UTF-8"):
+        load_scene(path)
