@@ -152,5 +152,5 @@ def test_a_phase_takes_few_evaluations():
 
 
 def test_digits_are_cheap():
-    """Six more digits cost less than three times the evaluations."""
-    assert evaluations(accuracy=1e-11)[0] < 3 * evaluations(accuracy=1e-5)[0]
+    """Six more digits cost less than five times the evaluations."""
+    assert evaluations(accuracy=1e-11)[0] < 5 * evaluations(accuracy=1e-5)[0]

@@ -15,7 +15,12 @@ typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
 
 ALWAYS_INLINE lanes_t lanes_of(double x)
 {
+#if defined __clang__ || __GNUC__ >= 12
+    const lanes_t first = {x};      /* gcc copies a list of eight lane by lane */
+    return __builtin_shufflevector(first, first, 0, 0, 0, 0, 0, 0, 0, 0);
+#else
     return (lanes_t){x, x, x, x, x, x, x, x};
+#endif
 }
 
 /* a where the mask is set, b elsewhere. */

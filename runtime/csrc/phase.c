@@ -115,11 +115,9 @@ ALWAYS_INLINE double sweep(step_t *s, const int wheels)
     return lanes_largest(change)*s->h;
 }
 
-/* Ends of the step: nu, chi and the wheels' rates there. */
+/* Ends of the step: chi and the wheels' rates there. */
 ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
 {
-    for (int k = 0; k < 3; k++)
-        s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
     for (int i = 0; i < wheels; i++) {
         s->end_chi[i] = s->chi[i] + s->h*weighted(&s->rate_chi[i], &gauss_weight);
         s->end_rate[i] = weighted(&s->rate_chi[i], &gauss_end);
@@ -154,7 +152,7 @@ ALWAYS_INLINE double missed(const step_t *s)
 enum { SETTLED, UNSETTLED, TOO_LONG };
 
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
-ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
+ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance, double reach)
 {
     double last = INFINITY;
     for (int k = 0; k < MOST_SWEEPS; k++) {
@@ -164,8 +162,10 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double ratio = change/last;
         /* What the next sweeps would still change, as a geometric series. */
         const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
-        if (rest <= sweep_tolerance && fabs(moved) <= 1e-8*s->h) {
+        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
             s->late = moved;
+            for (int m = 0; m < 3; m++)
+                s->end_nu[m] = s->nu[m] + s->h*weighted(&s->rate_nu[m], &gauss_weight);
             return SETTLED;
         }
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
@@ -461,9 +461,11 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         s->chi[i] = run->chi[i];
     const double size = largest3(s->nu);
+    /* end_late() has an error of the order of (late/h)^2, so that the joint need not be hit better than this. */
+    const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     for (int trial = 0; trial < 200; trial++) {
         guess(s, wheels, most, run->slope_nu);
-        const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance);
+        const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
             run->rejected_count++;
@@ -486,6 +488,10 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
         }
         end_late(s, wheels);
         run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
+        /* A joint cut the step short: the length that was meant stands for the next phase. At fine tolerances a try that is
+         * too long costs more than a step that is too short. */
+        if (s->landing >= 0)
+            run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
         return OMNIROLL_DONE;
     }
     return OMNIROLL_NO_STEP;
