@@ -5,6 +5,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/motions
+BUILT := $(addprefix runtime/omniroll/,_kernels_*.so _engine*.so _shared_*.so)
 PYTEST_ARGS ?=
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
@@ -18,15 +19,12 @@ BUILD_STAMP := $(VENV)/.build-$(call key,cat $(KERNEL_SOURCES); echo "$(CC) $(OM
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
-# The comparison with the paper's formulas is a command of omniroll; this tree has it where this file is.
-FORMULAS := $(wildcard runtime/omniroll/commands/formulas.py)
-
 .DEFAULT_GOAL := all
-.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench hard clean help not-there-yet
+.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
-STEPS := regenerate build $(if $(FORMULAS),show-formulas) motions
+STEPS := regenerate build show-formulas motions
 all:
 	@for step in $(STEPS); do $(MAKE) --no-print-directory $$step || exit 1; done
 
@@ -43,7 +41,7 @@ $(DEPS_STAMP): $(VENV_STAMP)
 
 $(BUILD_STAMP): $(DEPS_STAMP)
 	$(call say,build: the C kernels (three number types) and the package)
-	@rm -f runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so  # setuptools does not see new headers or flags
+	@rm -f $(BUILT)  # setuptools does not see new headers or flags
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@rm -f $(VENV)/.build-* && touch $@
 
@@ -65,7 +63,7 @@ show-formulas: build
 
 formulas: ## derive again, then print the comparison with the paper's formulas
 	@$(MAKE) --no-print-directory regenerate
-	@$(MAKE) --no-print-directory $(if $(FORMULAS),show-formulas,not-there-yet)
+	@$(MAKE) --no-print-directory show-formulas
 
 BENCH_VENV := .venv-bench
 BENCH_STAMP := $(BENCH_VENV)/.peers-$(call key,cat tests/benchmarks/requirements.txt; echo $(DEPS_STAMP))
@@ -83,11 +81,6 @@ bench: build ## compare with peers (CasADi, SymPy, heyoka, SciPy, MuJoCo), resul
 	$(call say,benchmarks -> docs/benchmarks.md)
 	@cd tests && ../$(BENCH_VENV)/bin/python -m benchmarks $(QUESTIONS)
 
-hard: not-there-yet
-
-not-there-yet:
-	@echo 'omniroll has nothing to run for this target yet' >&2; exit 1
-
 motions: build ## run the paper's motions into out/motions/
 	$(call say,motions: section 5 of the paper -> $(OUT)/)
 	@$(BIN)/python -m omniroll motions $(OUT)
@@ -97,7 +90,7 @@ test: build ## run the tests
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 clean: ## remove all that make has written, .venv too
-	rm -rf $(VENV) $(BENCH_VENV) build dist out runtime/*.egg-info *.egg-info runtime/omniroll/_kernels_*.so runtime/omniroll/_engine*.so runtime/omniroll/_shared_*.so
+	rm -rf $(VENV) $(BENCH_VENV) build dist out runtime/*.egg-info *.egg-info $(BUILT)
 	rm -rf .pytest_cache .hypothesis .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
