@@ -43,6 +43,7 @@ def render(derivation: Derivation) -> dict[str, bytes]:
         texts |= kernel_texts(effects, [shared[f"{effects.name}.{f.name}"] for f in effects.functions])
     texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
     texts["latex/equations.tex"] = latex_text(derivation)
+    texts["symbols.md"] = template("symbols.md", symbols=derivation.data["symbols"])
     texts |= data_texts(derivation, shared) | formula_texts(derivation)
     return {path: texts[path].encode("utf-8") for path in sorted(texts)}
 
