@@ -23,6 +23,7 @@ DIGITS, ORDER = 28, 26
 TAYLOR_ERROR = 1e-22  # of a step, relative
 COLUMNS = 6  # of the extrapolation table; more would cost digits
 EXTRAPOLATED_STEP = 0.05  # of the joint's angle, at the speed of the fastest wheel
+EXTRAPOLATION_ERROR = 1e-17  # of the column before the last, relative
 LANDING = 7  # Newton's rule from a linear guess
 
 
@@ -166,6 +167,7 @@ class Extrapolated:
 
     def __init__(self, task: Task):
         self.mechanics = Mechanics(task, np.longdouble)
+        self.part = 1.0  # of the longest step, as the last one went
 
     def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         m = self.mechanics
@@ -176,11 +178,19 @@ class Extrapolated:
 
         slope = rates(y)
         fastest = np.abs(slope[3 : 3 + m.wheels]).max()
-        h = min(limit, EXTRAPOLATED_STEP * m.joint / fastest) if fastest > 0 else limit
-        return h, lambda time: list(self._extrapolate(rates, y, slope, time))
+        most = EXTRAPOLATED_STEP * m.joint / fastest if fastest > 0 else limit
+        h = min(limit, most * self.part)
+        while True:
+            end, missed = self._extrapolate(rates, y, slope, h)
+            if missed <= EXTRAPOLATION_ERROR or self.part < 1e-3:
+                break
+            self.part, h = self.part / 2, h / 2
+        self.part = min(1.0, 1.1 * self.part)
+        return h, lambda time: list(end if time == h else self._extrapolate(rates, y, slope, time)[0])
 
     @staticmethod
-    def _extrapolate(rates: Callable, y: np.ndarray, slope: np.ndarray, h: Any) -> np.ndarray:
+    def _extrapolate(rates: Callable, y: np.ndarray, slope: np.ndarray, h: Any) -> tuple[np.ndarray, float]:
+        """y after h, and how far the last two columns are apart, relative to y."""
         table: list[np.ndarray] = []
         parts = [2 * (k + 1) for k in range(COLUMNS)]
         for k, count in enumerate(parts):
@@ -193,7 +203,7 @@ class Extrapolated:
                 ratio = np.longdouble(count) / parts[k - j]
                 row.append(row[j - 1] + (row[j - 1] - table[j - 1]) / (ratio * ratio - 1))
             table = row
-        return table[-1]
+        return table[-1], float(np.abs(table[-1] - table[-2]).max() / np.abs(y).max())
 
 
 def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
