@@ -5,9 +5,11 @@ What is not known is an error, so that nothing is shown wrongly.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from html import escape
+
+from .programs import ContractError
 
 GREEK = {
     "alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "delta": "\u03b4", "theta": "\u03b8",
@@ -20,7 +22,7 @@ SIGNS = {  # command: (plain, MathML)
     "sum": ("sum", "\u2211"), "partial": ("d", "\u2202"), "times": ("x", "\u00d7"), "in": ("in", "\u2208"),
     "equiv": ("==", "\u2261"), "ge": (">=", "\u2265"), "le": ("<=", "\u2264"), "ne": ("!=", "\u2260"),
     "pm": ("+-", "\u00b1"), "dots": ("...", "\u2026"), "cdots": ("...", "\u22ef"), "vdots": ("...", "\u22ee"),
-    "ddots": ("...", "\u22f1"),
+    "ddots": ("...", "\u22f1"), "perp": ("perp", "\u22a5"),
 }  # fmt: skip
 SPACES = {"quad": "  ", ",": "", ";": " ", " ": " ", "thinspace": ""}
 RELATIONS = {"+", "-", "=", "<", ">", "==", ">=", "<=", "!=", "in", "+-"}
@@ -33,7 +35,7 @@ THIN = "<mspace width='0.17em'/>"
 TOKEN = re.compile(r"\\([A-Za-z]+|.)|(\d+)|(\s+)|(.)", re.DOTALL)
 
 
-class MathError(ValueError):
+class MathError(ContractError):
     """LaTeX that this module does not know."""
 
 
@@ -329,8 +331,7 @@ def markup(node: Node) -> str:
         case Leaf(kind, _, shown):
             return leaf_markup(kind, shown)
         case Row(items):
-            inner = (markup(item) + (THIN if is_function(item) else "") for item in items)
-            return f"<mrow>{''.join(inner)}</mrow>"
+            return f"<mrow>{''.join(spaced(items))}</mrow>"
         case Script(Leaf("sign", "sum", _) as base, below, above):
             return scripts("munder", "mover", "munderover", base, below, above)
         case Script(base, below, above):
@@ -346,6 +347,19 @@ def markup(node: Node) -> str:
             opening, closing = BRACKETS[kind]
             return f"<mrow><mo>{opening}</mo><mtable>{cells}</mtable><mo>{closing}</mo></mrow>"
     raise MathError(f"no MathML for {node}")
+
+
+def spaced(items: tuple[Node, ...]) -> Iterator[str]:
+    """The items of a row, with thin spaces around names of functions."""
+    for before, item in zip((None, *items), items, strict=False):
+        if is_function(item):
+            yield THIN * (before is not None and not is_bracket_or_sign(before)) + markup(item) + THIN
+        else:
+            yield markup(item)
+
+
+def is_bracket_or_sign(node: Node) -> bool:
+    return isinstance(node, Leaf) and node.kind in ("sign", "fence", "space")
 
 
 def is_function(node: Node) -> bool:

@@ -36,6 +36,9 @@ DERIVATIONS = [
 ]  # fmt: skip
 
 
+SYMMETRIC = {"section3:potential"}  # holds with either sign: kappa and -kappa run through the same rollers
+
+
 @pytest.mark.slow
 def test_each_change_of_the_transcription_turns_the_verdict(tmp_path):
     printed, entries = printed_statements(), table_entries()
@@ -89,7 +92,7 @@ def test_each_change_of_the_derivation_turns_verdicts(tmp_path):
 @pytest.mark.slow
 def test_one_sign_turns_the_verdict_of_a_claim(tmp_path):
     holding = {r["id"] for r in RECORDS if r["kind"] == "claim" and r["verdict"] == "holds"}
-    claims = {name: text for name, text in claim_statements().items() if name in holding and flips(text)}
+    claims = {n: text for n, text in claim_statements().items() if n in holding - SYMMETRIC and flips(text)}
     assert len(claims) >= 8
     brute = (ROOT / "maxima/brute_force.mac").read_text()
     (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))
