@@ -179,10 +179,11 @@ def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray) -> n
     """
     h, late = steps[starts, 0], steps[starts, 1]
     rates = steps[starts, 2:].reshape(len(starts), -1, NODES)
-    change = h[:, None, None] * np.einsum("bk,sck->sbc", integral_to_bernstein(), rates)
-    coefficients = y[starts, None, :] + change
-    slopes = np.diff(coefficients, axis=1, prepend=coefficients[:, :1])
-    coefficients += (late / h)[:, None, None] * np.arange(NODES + 1)[:, None] * slopes
+    coefficients = np.swapaxes(rates @ integral_to_bernstein().T, 1, 2) * h[:, None, None]
+    coefficients += y[starts, None, :]
+    landed = np.flatnonzero(late)
+    slopes = np.diff(coefficients[landed], axis=1)
+    coefficients[landed, 1:] += (late / h)[landed, None, None] * np.arange(1, NODES + 1)[:, None] * slopes
     coefficients[:, 0], coefficients[:, -1] = y[starts], y[starts + 1]
     return coefficients
 
