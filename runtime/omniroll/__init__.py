@@ -16,6 +16,7 @@ from omniroll.errors import (
 from omniroll.kernels import Kernel, kernel
 from omniroll.many import Many, simulate_many
 from omniroll.parts import cylinder
+from omniroll.scene import Scene, SceneError, load_scene, run
 from omniroll.simulate import simulate
 from omniroll.switching import tau
 from omniroll.trajectory import Samples, Trajectory
@@ -31,12 +32,16 @@ __all__ = [
     "Many",
     "OmnirollError",
     "Samples",
+    "Scene",
+    "SceneError",
     "SimulationStopped",
     "Trajectory",
     "Vehicle",
     "accelerations",
     "cylinder",
     "kernel",
+    "load_scene",
+    "run",
     "simulate",
     "simulate_many",
     "tau",

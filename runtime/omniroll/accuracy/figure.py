@@ -27,11 +27,12 @@ def draw(study: Study, folder: Path) -> list[Path]:
             x=0.01, ha="left", fontweight="bold",
         )  # fmt: skip
         _panel(left, study.points, "numerical accuracy: one curve per integrator")
+        left.legend(loc="center", bbox_to_anchor=(0.3, 0.36), fontsize=8, frameon=False)  # where no curve goes
         _panel(right, study.models, "model accuracy: compiled engine, against free rollers")
         left.set_ylabel("largest error over the trajectory, norm of `accuracy`")
         left.axhline(study.floor, color="0.6", lw=0.8, ls=":")
         left.annotate(
-            "100 times the reference's own error", (0.42, study.floor), (0, 3), color="0.45", fontsize=7.5,
+            "100 times the reference's own error", (0.42, study.floor), (0, -10), color="0.45", fontsize=7.5,
             ha="center", xycoords=("axes fraction", "data"), textcoords="offset points",
         )  # fmt: skip
         paths = [folder / "accuracy.png", folder / "accuracy.svg"]

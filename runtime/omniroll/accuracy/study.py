@@ -197,7 +197,10 @@ def _ladder(scene: Scene, options: dict[str, Any], duration: float, times: np.nd
 
 
 def advice(result: Study, wanted: float) -> dict[str, Any]:
-    """The cheapest setting whose error over the trajectory, the model's included, is at most `wanted`; and a digit more."""
+    """The cheapest setting whose error over the trajectory, the model's included, is at most `wanted`.
+
+    And the cheapest for a digit more.
+    """
     model_error = min((p.trajectory for p in result.models if p.series == result.model), default=math.inf)
     offers = [
         {"model": p.series, "integrator": "compiled", "setting": p.setting, "error": p.trajectory,
