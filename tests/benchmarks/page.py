@@ -4,9 +4,9 @@ from .common import Answer, machine
 
 INTRODUCTION = """# Benchmarks
 
-Written by `make bench` (tests/benchmarks/, one file a question). All figures of a table are from one run on one machine;
-times are minima, with medians in parentheses, and each stands beside an error. Peers whose installation fails are not
-left out: the run fails.
+Written by `make bench` (tests/benchmarks/, one file a question). All numbers of a table are from one run on one
+machine; times are minima, with medians in parentheses, and each stands beside an error. A peer that is missing fails
+the run; none is left out.
 """
 
 
