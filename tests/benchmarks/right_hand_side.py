@@ -397,8 +397,8 @@ def _plain_words(found):
     if words:
         words.append("It writes three wheels out in one straight line; this kernel loops and serves every N.")
     words.append(
-        "A user who orders the unknowns well and solves M w' = f by a sparse factorisation gets most of the way: see the "
-        "row `LDL, spins first`, whose error grows with n all the same."
+        "A sparse factorisation in the right order is the peers' best: row `LDL, spins first`. "
+        "Its error grows with n."
     )
     return " ".join(words)
 
