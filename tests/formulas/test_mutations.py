@@ -27,6 +27,8 @@ DERIVATIONS = [
      "2.1 7.1:m11 7.1:m22"),
     ("constraints", "[R*nu_1*cos(theta) - R*nu_2*sin(theta)", "[R*nu_1*cos(theta) + R*nu_2*sin(theta)",
      "2:pose 2.3 7.2:p_x 3.3:P2"),
+    ("constraints", "R*nu_1*sin(theta) + R*nu_2*cos(theta)", "R*nu_1*sin(theta) - R*nu_2*cos(theta)",
+     "2:pose 2.3 7.2:p_y 3.3:P2"),
     ("kinetic_energy", "B*(spin^2 + 2*theta_dot", "B*(spin^2 - 2*theta_dot",
      "7.1:m13 7.1:m23 7.2:p_phi_k 7:p13"),
     ("parts", "disk_spin + phi_dot*roller_axis", "disk_spin - phi_dot*roller_axis",
