@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench clean help
+.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench hard clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -80,6 +80,10 @@ bench: build ## compare with peers (CasADi, SymPy, heyoka, SciPy, MuJoCo), resul
 	@$(MAKE) --no-print-directory $(BENCH_STAMP)
 	$(call say,benchmarks -> docs/benchmarks.md)
 	@cd tests && ../$(BENCH_VENV)/bin/python -m benchmarks $(QUESTIONS)
+
+hard: build ## measure the hard cases, results into docs/hard-cases.md
+	$(call say,hard cases -> docs/hard-cases.md)
+	@cd tests && ../$(BIN)/python -m hard $(CASES)
 
 motions: build ## run the paper's motions into out/motions/
 	$(call say,motions: section 5 of the paper -> $(OUT)/)

@@ -1,0 +1,73 @@
+"""What a hard case is, and what measuring it gives."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeVar
+
+T = TypeVar("T")
+SECTIONS = ("Switches", "Formulas", "Magnitudes and time", "Number types and compilers", "Input")
+
+
+class Scale(Enum):
+    """How much is measured: TEST in `make test`, FULL in `make hard`."""
+
+    TEST = "test"
+    FULL = "full"
+
+    def of(self, test: T, full: T) -> T:
+        """The one of two amounts that this scale takes."""
+        return test if self is Scale.TEST else full
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One number that must not exceed its bound.
+
+    what         the quantity, with its unit: "error of the switch time / allowed"
+    on           the engine or kernel: "compiled", "python", "kernel reduced"
+    number_type  "double", "float", "long double", "balls"
+    setting      roller model and law, or whatever else it was measured for: "locked, impact"
+    measured     the worst found; a NaN is never within a bound
+    bound        what is promised
+    naive        what a naive implementation gives on the same case; None where that is measured elsewhere
+    """
+
+    what: str
+    on: str
+    number_type: str
+    setting: str
+    measured: float
+    bound: float
+    naive: float | None = None
+
+    @property
+    def kept(self) -> bool:
+        return self.measured <= self.bound
+
+    @property
+    def share(self) -> float:
+        """Part of the bound that is used up."""
+        if not self.kept:
+            return float("inf")
+        return self.measured / self.bound if self.bound > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case in which implementations go wrong.
+
+    name     short and unique, for the command line and the tests: "two-wheels-together"
+    section  one of SECTIONS
+    title    the case, in words
+    naive    what a naive implementation does
+    promise  what this one promises
+    run      measures it
+    """
+
+    name: str
+    section: str
+    title: str
+    naive: str
+    promise: str
+    run: Callable[[Scale], list[Measurement]]

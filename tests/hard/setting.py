@@ -1,0 +1,49 @@
+"""What the cases share: engines, roller models and laws, vehicles, and runs without control."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import omniroll
+from omniroll import Trajectory, Vehicle
+from omniroll.runs import Task
+from omniroll.simulate import checked_task
+
+EPS = 2.0**-52
+ENGINES = ("compiled", "python")
+MODELS = ("massless", "locked", "free")
+LAWS = ("smooth", "impact")
+PAPER = Vehicle.paper()
+JOINT = 3.141592653589793 / 5  # of the paper's vehicle
+DOUBLE = "double"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A roller model, a law and an engine."""
+
+    model: str
+    law: str
+    engine: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.model}, {self.law}"
+
+    def options(self, **task: Any) -> dict[str, Any]:
+        if self.model != "free":
+            task.pop("spins", None)
+        return task | {"roller_model": self.model, "switching": self.law, "engine": self.engine}
+
+    def run(self, vehicle: Vehicle = PAPER, *, accuracy: float = 1e-12, **task: Any) -> Trajectory:
+        return omniroll.simulate(vehicle, **self.options(**task), accuracy=accuracy, control=False)
+
+    def task(self, vehicle: Vehicle = PAPER, **task: Any) -> Task:
+        return checked_task(vehicle, **self.options(**task))
+
+
+def settings(models=MODELS, laws=LAWS, engines=ENGINES) -> Iterator[Setting]:
+    for engine in engines:
+        for model in models:
+            for law in laws:
+                yield Setting(model, law, engine)
