@@ -22,6 +22,7 @@ CALLS = {
     "prove_vehicle": "prove_vehicle(2, 3)",
     "prove_reduced": "prove_vehicle(2, 3)",
     "sum_of_omega": "map(sum_over_free_with_omega, free_reduced_force)",
+    "sum_of_torque": 'yaw_momentum_rate("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -32,6 +33,7 @@ WRONG = {
     "gyroscopic terms do no work": "map(lambda([g], [nu_1, nu_2, -nu_3, nu_s] . g), gyroscopic_parts)",
     "massless wheel": "wheel_force",
     "locked free rollers": "first_three(third(force_parts))",
+    "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
 }
 PASS_ON = {"prove", "prove_steps", "prove_exact"}
 NOT_DERIVED = {"claims", "effects", "write_data"}  # chapters without a claim

@@ -1,0 +1,1 @@
+"""Reactions against Newton and Euler, body by body."""
