@@ -6,12 +6,11 @@ import math
 import sys
 from pathlib import Path
 
-from omniroll.errors import InvalidValueError, SimulationStopped
-from omniroll.scene import SceneError, load_scene
+from omniroll.errors import InvalidValueError
+from omniroll.scene import load_scene
 
 SUMMARY = "show what accuracy costs in time: every integrator and model of a scene against a reference solution"
 DURATION = 8.0  # s, where the scene runs longer
-BAD_SCENE, STOPPED = 2, 3
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,27 +23,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--folder", type=Path, help="for figure, CSV and JSON; default: out/accuracy/ and the scene's name"
     )
     parser.add_argument("--json", action="store_true", help="print JSON in place of the tables")
-    parser.epilog = "Exit code: 0 done, 2 bad scene or call, 3 the simulation stopped."
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """0 done, 2 bad scene, 3 the simulation stopped."""
+    """0 where all was measured and written. Raises SceneError, InvalidValueError, SimulationStopped."""
     from omniroll.accuracy.study import study
 
-    try:
-        scene = load_scene(arguments.scene)
-    except SceneError as error:
-        print(error, file=sys.stderr)
-        return BAD_SCENE
+    scene = load_scene(arguments.scene)
     duration = _duration(arguments.duration, scene.options["duration"])
     if arguments.error is not None and not 0 < arguments.error < math.inf:
         raise InvalidValueError("--error", arguments.error, "must be positive")
     folder = arguments.folder or Path("out/accuracy") / scene.name
-    try:
-        result = study(scene, duration, wanted=arguments.error, report=_report())
-    except SimulationStopped as error:
-        print(f"{arguments.scene}: {error}", file=sys.stderr)
-        return STOPPED
+    result = study(scene, duration, wanted=arguments.error, report=_report())
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "accuracy.json").write_text(result.as_json() + "\n", encoding="utf-8")
     (folder / "accuracy.csv").write_text(result.as_csv(), encoding="utf-8")

@@ -21,7 +21,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("id", nargs="?", metavar="ID", help="one entry in full, for instance 7.1:m33")
     parser.add_argument("--verdict", choices=VERDICTS, help="only the entries with this verdict")
     parser.add_argument("--json", action="store_true", help="a list of objects, mathematics as LaTeX")
-    parser.epilog = "Exit code: 0 done, 1 the comparison is not installed, 2 no such ID."
 
 
 def run(arguments: Namespace) -> int:

@@ -1,0 +1,69 @@
+"""omniroll run SCENE: simulate a scene, keep the results, say what happened."""
+
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+
+from omniroll.errors import OmnirollError
+from omniroll.scene import load_scene
+from omniroll.scene.outcome import Outcome, as_json, run_scene, write
+from omniroll.scene.progress import progress
+
+SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
+LEDGER = {
+    "start": "at the start",
+    "end": "at the end",
+    "switches": "switches",
+    "residual": "residual",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
+    parser.add_argument("--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name")
+    parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """0 where the simulation came to its end. Raises SimulationStopped after what was done has been kept."""
+    scene = load_scene(arguments.scene)
+    if arguments.plot and importlib.util.find_spec("matplotlib") is None:
+        raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
+    folder = arguments.output or Path("out/run") / scene.name
+    folder.mkdir(parents=True, exist_ok=True)
+    with progress(scene.options["duration"]) as report:
+        outcome = run_scene(scene, report)
+    files = write(outcome, folder, picture=arguments.plot)
+    print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")
+    for warning in outcome.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    if outcome.stopped is not None:
+        raise outcome.stopped
+    return 0
+
+
+def text(outcome: Outcome) -> str:
+    """The summary for people."""
+    said = outcome.summary()
+    start, end = said["t"]
+    x, y, theta = said["pose"]
+    lines = [
+        f"{said['scene']}: {said['roller_model']} rollers, {said['switching']} switches, {start:g} to {end:g} s"
+        + (", stopped there" if said["stopped"] else ""),
+        "",
+        f"{'took':<12}{said['seconds']:.3g} s, {said['steps']} steps, {said['evaluations']} evaluations",
+        f"{'switches':<12}{said['switches']}",
+        f"{'error':<12}{_number(said['error_estimate'])} estimated, sensitivity {_number(said['sensitivity'])}",
+        f"{'end':<12}x {x:.6g} m, y {y:.6g} m, heading {theta:.6g} rad",
+        f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in said["nu"]) + " 1/s",
+        "",
+        f"{'energy':<12}J",
+        *(f"  {LEDGER[name]:<14}{value: .6e}" for name, value in said["energy"].items()),
+    ]
+    return "\n".join(lines)
+
+
+def _number(value: float | None) -> str:
+    return "not" if value is None else f"{value:.2g}"

@@ -1,0 +1,119 @@
+"""What a run of a scene leaves: a summary, and files."""
+
+import csv
+import json
+import time
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from omniroll.errors import AccuracyWarning, SimulationStopped
+from omniroll.scene.loading import Scene, run
+from omniroll.scene.progress import Report
+from omniroll.trajectory import Trajectory
+
+STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
+FILES = ("trajectory.npz", "trajectory.csv", "switches.csv", "samples.csv", "summary.json", "picture.png")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A scene that was run.
+
+    trajectory  the motion, up to the stop where there was one
+    seconds     that it took
+    warnings    what simulate warned of
+    stopped     the error that stopped it, or None
+    """
+
+    scene: Scene
+    trajectory: Trajectory
+    seconds: float
+    warnings: tuple[str, ...]
+    stopped: SimulationStopped | None
+
+    def summary(self) -> dict[str, Any]:
+        """What there is to know in short, in plain Python types; units SI."""
+        trajectory, stopped = self.trajectory, self.stopped
+        return {
+            "scene": self.scene.name,
+            "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": stopped.wheel},
+            "warnings": list(self.warnings),
+            "roller_model": trajectory.roller_model,
+            "switching": trajectory.switching,
+            "engine": trajectory.engine,
+            "t": [float(trajectory.t[0]), float(trajectory.t[-1])],
+            "seconds": self.seconds,
+            **{name: trajectory.stats.get(name) for name in STATS},
+            "nu": trajectory.nu[-1].tolist(),
+            "pose": trajectory.pose[-1].tolist(),
+            "energy": ledger(trajectory),
+        }
+
+
+def ledger(trajectory: Trajectory) -> dict[str, float]:
+    """Where the kinetic energy went, in J. `residual` is what the rest does not explain."""
+    start, end = trajectory.energy[0], trajectory.energy[-1]
+    switches = trajectory.switches["energy_jump"].sum()
+    return {
+        "start": float(start), "end": float(end), "switches": float(switches), "residual": float(end - start - switches)
+    }  # fmt: skip
+
+
+def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
+    """Run a scene, also one that stops before its end."""
+    stopped = None
+    began = time.perf_counter()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", AccuracyWarning)
+        try:
+            trajectory = run(scene, progress=report)
+        except SimulationStopped as error:
+            stopped, trajectory = error, error.trajectory
+    seconds = time.perf_counter() - began
+    return Outcome(scene, trajectory, seconds, tuple(str(warning.message) for warning in caught), stopped)
+
+
+def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
+    """Write the files of a run into `folder`; their names. Files of an earlier run go away."""
+    for name in FILES:
+        (folder / name).unlink(missing_ok=True)
+    trajectory = outcome.trajectory
+    trajectory.save(folder / "trajectory.npz")
+    trajectory.save(folder / "trajectory.csv", dense=False)
+    _write_switches(trajectory, folder / "switches.csv")
+    times = outcome.scene.sample_times(float(trajectory.t[-1]))
+    if times is not None:
+        _write_samples(trajectory, times, folder / "samples.csv")
+    (folder / "summary.json").write_text(as_json(outcome.summary()) + "\n", encoding="utf-8")
+    if picture:
+        from omniroll.scene.picture import draw
+
+        draw(outcome, folder / "picture.png")
+    return [name for name in FILES if (folder / name).exists()]
+
+
+def as_json(summary: dict[str, Any]) -> str:
+    return json.dumps(summary, indent=1, allow_nan=False)
+
+
+def _write_switches(trajectory: Trajectory, path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(trajectory.switches.dtype.names)
+        rows.writerows(trajectory.switches.tolist())
+
+
+def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:
+    samples, wheels = trajectory.sample(times), range(1, trajectory.vehicle.wheels + 1)
+    names = ["t", "x", "y", "theta", "nu_1", "nu_2", "nu_3"]
+    names += [f"{name}_{i}" for name in ("chi", "contact", "contact_spin") for i in wheels] + ["energy"]
+    columns = (samples.t, samples.pose, samples.nu, samples.chi, samples.contact, samples.contact_spin, samples.energy)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(names)
+        for row in zip(*(column.reshape(len(times), -1).tolist() for column in columns), strict=True):
+            rows.writerow([value for part in row for value in part])

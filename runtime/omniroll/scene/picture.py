@@ -1,0 +1,18 @@
+"""The picture of a run: path, heading, energy and speeds."""
+
+from pathlib import Path
+
+from omniroll.motions import figures
+from omniroll.motions.cases import Motion, Setting
+from omniroll.scene.outcome import Outcome
+
+
+def draw(outcome: Outcome, path: Path) -> None:
+    """Write the picture as PNG."""
+    run = outcome.trajectory
+    motion = Motion(0, outcome.scene.name, tuple(run.nu[0]))
+    setting = Setting(run.roller_model, run.switching)
+    end = " (stopped)" if outcome.stopped else ""
+    with figures.plt.rc_context(figures.STYLE):
+        title = f"{motion.title}: {run.t[0]:g} to {run.t[-1]:g} s{end}"
+        figures.save(figures.sheet(motion, [setting], {(0, setting.key): run}, run.t[-1], title), path)

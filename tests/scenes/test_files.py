@@ -1,0 +1,230 @@
+"""Scene files: what is read, and what is said of files that make no sense."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+import omniroll
+from omniroll import cli
+from omniroll.scene import SceneError, load_scene
+from omniroll.scene.kinds import Choice, Whole
+from omniroll.scene.reading import lines_of
+from omniroll.scene.schema import SCENE, TABLES
+
+START = "[start]\nnu = [1, 0, 0]\n[run]\nduration = 1\n"
+GOOD = "[vehicle]\npreset = 'paper'\n" + START
+PARTS = """[vehicle]
+wheels = 3
+rollers_per_wheel = 20
+platform_radius = 0.057
+wheel_radius = 0.0345
+roller_axis_radius = 0.0285
+platform_mass = 0.374
+platform_disk_radius = 0.06
+hub_mass = 0.0266
+hub_radius = 0.0285
+hub_width = 0.02
+roller_mass = 0.00337
+roller_axial_inertia = 6.06e-8
+roller_radius = 0.006
+roller_length = 0.01
+"""
+
+
+def written(folder: Path, content: str | bytes) -> Path:
+    path = folder / "scene.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def said_of(folder: Path, content: str | bytes) -> list[str]:
+    """The lines of the message that a scene is refused with, without the file's name."""
+    path = written(folder, content)
+    with pytest.raises(SceneError) as raised:
+        load_scene(path)
+    lines = str(raised.value).splitlines()
+    assert len(lines) == len(raised.value.problems) and all(line.startswith(str(path)) for line in lines)
+    return [line.removeprefix(str(path)).lstrip(":") for line in lines]
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("[vehicle]\npreset = 'papr'\n", ["2: [vehicle] preset = 'papr': must be one of paper",
+          " [start]: is missing; it needs nu", " [run]: is missing; it needs duration"]),
+        ("[vehicle]\npreset='paper'\nwheels=true\n[start]\nnu=[1,nan,0]\n[run]\nduration=-1\nengine='x'\n"
+         "[rollers]\nmodel='y'\n[switching]\nlaw=[1]\n",
+         ["3: [vehicle] wheels = True: must be a whole number from 1 to 1000",
+          "5: [start] nu = [1, nan, 0]: must be finite, in 1/s",
+          "7: [run] duration = -1: must be a number, >= 0, in s",
+          "8: [run] engine = 'x': must be one of compiled, python",
+          "10: [rollers] model = 'y': must be one of massless, locked, free",
+          "12: [switching] law = [1]: must be one of smooth, impact"]),
+        ("vehicle = 3\n" + START, ["1: vehicle = 3: must be a table, [vehicle]"]),
+        ("duration = 3\n" + GOOD, ["1: duration = 3: stands in no table; did you mean [run] duration?"]),
+        (GOOD + "duraton = 1", ["7: [run] duraton = 1: no such key; did you mean duration?"]),
+        (GOOD + "chi = 1", ["7: [run] chi = 1: no such key; did you mean [start] chi?"]),
+        (GOOD + "[roller]", ["7: [roller]: no such table; did you mean [rollers]?"]),
+        (GOOD + "[zzz]", ["7: [zzz]: no such table; there are " + ", ".join(TABLES)]),
+        ("[vehicle]\npreset='paper'\nwheels=4\nwheel_angles=[0,1]\n[start]\nnu=[1,0]\nchi=9\n[run]\nduration=1",
+         ["4: [vehicle] wheel_angles = [0, 1]: must be 4 numbers, in rad",
+          "6: [start] nu = [1, 0]: must be 3 numbers, in 1/s",
+          "7: [start] chi = [9.0, 9.0, 9.0, 9.0]: must lie within +-pi/n = 0.6283185307179586, the roller in contact"]),
+        (GOOD + "step = 0.1\ntimes = [0.5, 3]", ["7: [run] step = 0.1: cannot stand beside times",
+                                                "8: [run] times = [0.5, 3]: must lie within the run, 0 to 1 s"]),
+        (GOOD + "times = [0.5, 0.2]", ["7: [run] times = [0.5, 0.2]: must be K numbers, increasing, in s"]),
+        (GOOD + "step = 1e-9", ["7: [run] step = 1e-09: must leave at most 1000000 samples of the run"]),
+        ("[vehicle]\nwheels=3\nmass=1.0\n" + START,
+         [f"1: [vehicle] {name}: is missing" for name in ("rollers_per_wheel", "platform_radius", "wheel_radius")]
+         + [f"1: [vehicle] {name}: is missing; give it, a preset, or parts"
+            for name in ("yaw_inertia", "wheel_inertia", "roller_inertia")]),
+        (PARTS.replace("hub_width = 0.02\n", "mass = 1.0\n") + START,
+         ["1: [vehicle] hub_axial_inertia: is missing; give it, or hub_radius and hub_width",
+          "1: [vehicle] hub_transverse_inertia: is missing; give it, or hub_radius and hub_width",
+          "11: [vehicle] mass = 1.0: cannot stand beside parts, which give it"]),
+        ("[vehicle]\npreset = 'paper'\nhub_mass = 1.0\n" + START,
+         ["3: [vehicle] hub_mass = 1.0: cannot stand beside a preset"]),
+    ],
+)  # fmt: skip
+def test_all_that_is_wrong_is_said_at_once(text, said, tmp_path):
+    assert said_of(tmp_path, text) == said
+
+
+def test_numbers_that_do_not_go_together_are_all_named(tmp_path):
+    """Both bounds of the derivation, and the start beside them."""
+    text = "[vehicle]\npreset = 'paper'\nroller_axis_radius = 0.07\nyaw_inertia = 1e-6\n"
+    text += "[start]\nnu = 3\n[run]\nduration = 1"
+    lines = said_of(tmp_path, text)
+    assert [line.split(" = ")[0] for line in lines] == [
+        "3: [vehicle] roller_axis_radius", "4: [vehicle] yaw_inertia", "6: [start] nu",
+    ]  # fmt: skip
+    assert "roller_axis_radius < wheel_radius cos(pi/n)" in lines[0] and "roller_inertia/2" in lines[1]
+
+
+def test_files_that_are_no_scenes(tmp_path):
+    assert said_of(tmp_path, bytes(range(256))) == [" byte 128 is not UTF-8 text"]
+    assert said_of(tmp_path, b"x" * 10_000_000) == [" longer than 1000000 bytes, which no scene is"]
+    for text in ("[[", "a = " + "9" * 5000):
+        assert said_of(tmp_path, text)[0].startswith(" not TOML: ")
+    assert "recursion" in said_of(tmp_path, "a = " + "[" * 100_000)[0]
+    for path in (tmp_path, tmp_path / "absent.toml", "null\0byte"):
+        with pytest.raises(SceneError):
+            load_scene(path)
+
+
+VALUES = st.recursive(
+    st.one_of(
+        st.booleans(), st.integers(), st.floats(), st.text(max_size=5), st.just(10**400),
+        st.dates(), st.datetimes(), st.sampled_from(["paper", "free", "impact", 1.0, 3, [1, 0, 0], [0.1, 0.1, 0.1]]),
+    ),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(st.sampled_from("ab"), inner, max_size=2)),
+    max_leaves=6,
+)  # fmt: skip
+NAMES = st.one_of(st.sampled_from(sorted(TABLES)), st.text(max_size=6))
+KEYS = st.one_of(st.sampled_from(sorted({key.name for table in SCENE for key in table.keys})), st.text(max_size=6))
+DOCUMENTS = st.dictionaries(NAMES, st.one_of(VALUES, st.dictionaries(KEYS, VALUES, max_size=5)), max_size=5)
+
+
+def as_toml(value) -> str:
+    """A value as TOML, tables inline."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{quoted(key)} = {as_toml(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(as_toml, value)) + "]"
+    return (
+        quoted(value) if isinstance(value, str) else value.isoformat() if hasattr(value, "isoformat") else repr(value)
+    )
+
+
+def quoted(text: str) -> str:
+    return '"' + "".join(f"\\U{ord(letter):08x}" for letter in text) + '"'
+
+
+def refused_or_read(path: Path) -> None:
+    """Reading a scene gives a scene or a SceneError, and nothing else."""
+    try:
+        load_scene(path)
+    except SceneError as error:
+        assert str(error) and all(len(line) < 1000 for line in str(error).splitlines())
+
+
+@settings(max_examples=150, deadline=None)
+@given(document=DOCUMENTS)
+@example(document={"vehicle": {"preset": "paper", "wheels": 10**400}, "start": {"nu": [10**400, 0, 0]}})
+def test_wrong_types_never_give_a_traceback(document, tmp_path_factory):
+    text = "\n".join(f"{quoted(name)} = {as_toml(value)}" for name, value in document.items())
+    assert tomllib.loads(text).keys() == document.keys()
+    refused_or_read(written(tmp_path_factory.getbasetemp(), text))
+
+
+@settings(max_examples=150, deadline=None)
+@given(table=st.sampled_from(SCENE), data=st.data())
+def test_any_value_at_a_known_key_never_gives_a_traceback(table, data, tmp_path_factory):
+    key, value = data.draw(st.sampled_from(table.keys)), data.draw(VALUES)
+    tables = tomllib.loads(GOOD)
+    tables.setdefault(table.name, {})[key.name] = value
+    text = "\n".join(f"{name} = {as_toml(content)}" for name, content in tables.items())
+    refused_or_read(written(tmp_path_factory.getbasetemp(), text))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    garbage=st.one_of(st.binary(max_size=200), st.text(alphabet="[]=\"'{}.,#\n 1ae-_:", max_size=60).map(str.encode))
+)
+def test_garbage_never_gives_a_traceback(garbage, tmp_path_factory):
+    refused_or_read(written(tmp_path_factory.getbasetemp(), garbage))
+
+
+def test_a_bad_scene_is_exit_code_2_of_every_command_that_takes_one(tmp_path, capsys):
+    path = written(tmp_path, "[vehicle]")
+    for command in ("accuracy", "run"):
+        assert cli.main([command, str(path)]) == 2
+        assert f"{path}:1: [vehicle]" in capsys.readouterr().err
+
+
+def test_lines_of_keys():
+    text = "a.b = 1\n[t] # x\n 'k' = 2\n\n[ u ]\nk=3\nk2 = [\n1]\n[[v]]\nx.y = 1"
+    assert lines_of(text) == {
+        ("a", None): 1, ("a", "b"): 1, ("t", None): 2, ("t", "k"): 3, ("u", None): 5, ("u", "k"): 6, ("u", "k2"): 7,
+        ("v", None): 9, ("v", "x"): 10,
+    }  # fmt: skip
+
+
+def test_parts_give_the_vehicle_that_they_give_in_python(tmp_path):
+    vehicle = load_scene(written(tmp_path, PARTS + START)).vehicle
+    hub, roller = omniroll.cylinder(0.0266, 0.0285, 0.02), omniroll.cylinder(0.00337, 0.006, 0.01)
+    assert vehicle == omniroll.Vehicle.from_parts(
+        wheels=3, rollers_per_wheel=20, platform_radius=0.057, wheel_radius=0.0345, roller_axis_radius=0.0285,
+        platform_mass=0.374, platform_inertia=omniroll.cylinder(0.374, 0.06, 1.0)[0],
+        hub_mass=0.0266, hub_axial_inertia=hub[0], hub_transverse_inertia=hub[1],
+        roller_mass=0.00337, roller_axial_inertia=6.06e-8, roller_transverse_inertia=roller[1],
+    )  # fmt: skip
+
+
+def test_a_preset_with_other_numbers(tmp_path):
+    scene = load_scene(written(tmp_path, GOOD.replace("'paper'", "'paper'\nwheels = 4\nmass = 7.0")))
+    assert scene.vehicle == omniroll.Vehicle.paper(4).replace(mass=7.0)
+
+
+def test_times_of_samples(tmp_path):
+    scene = load_scene(written(tmp_path, GOOD + "start_time = 2\nstep = 0.1"))
+    assert np.allclose(scene.sample_times(3.0), 2 + np.arange(11) / 10, rtol=0, atol=1e-15)
+    assert scene.sample_times(2.55)[-1] == 2.5
+    assert load_scene(written(tmp_path, GOOD)).sample_times(1.0) is None
+    assert load_scene(written(tmp_path, GOOD + "times = [0.25, 1]")).sample_times(1.0).tolist() == [0.25, 1.0]
+
+
+def test_the_schema_names_units_and_bounds():
+    for table in SCENE:
+        for key in table.keys:
+            assert key.meaning or key.name == "gravity"
+            assert bool(key.unit) != isinstance(key.kind, (Choice, Whole)), f"[{table.name}] {key.name}"
+            assert not (key.needed and key.default)
+            assert math.isfinite(len(key.kind.expected({})))

@@ -1,0 +1,137 @@
+"""`omniroll run SCENE`: files, summary, progress, and exit codes."""
+
+import builtins
+import csv
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import cli
+from omniroll.scene import load_scene
+from omniroll.scene.progress import lines
+from omniroll.switching import SwitchingModel
+
+SCENES = sorted(Path("scenes").glob("*.toml"))
+SHORT = 0.5  # s
+
+
+def shortened(scene: Path, folder: Path, more: str = "") -> Path:
+    """A copy of a scene that runs for SHORT seconds."""
+    text = [f"duration = {SHORT}" if line.startswith("duration") else line for line in scene.read_text().splitlines()]
+    path = folder / scene.name
+    path.write_text("\n".join(text).replace("[run]", f"[run]\n{more}") + "\n")
+    return path
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.stem)
+def test_every_shipped_scene_runs_and_closes_its_ledger(scene, tmp_path, capsys):
+    path = shortened(scene, tmp_path)
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary == json.loads((tmp_path / "out/summary.json").read_text())
+    assert summary["stopped"] is None and summary["t"] == [0.0, SHORT] and summary["error_estimate"] <= 1e-9
+    energy = summary["energy"]
+    assert abs(energy["residual"]) <= 1e-8 * max(energy["start"], energy["end"])
+    run = omniroll.Trajectory.load(tmp_path / "out/trajectory.npz")
+    same = omniroll.Trajectory.load(tmp_path / "out/trajectory.csv")
+    assert np.array_equal(run.nu, same.nu) and run.pose[-1].tolist() == summary["pose"]
+
+
+def test_the_ledger_is_of_all_switches():
+    """The switches' jumps are what remains where nothing else acts; broken if one of them were left out."""
+    from omniroll.scene.outcome import run_scene
+
+    outcome = run_scene(load_scene("scenes/motion-3-impact.toml"))
+    energy = outcome.summary()["energy"]
+    assert energy["switches"] < -1e-6 and len(outcome.trajectory.switches) > 10
+    assert abs(energy["start"] + energy["switches"] - energy["end"]) < 1e-12
+
+
+def test_files_samples_and_text(tmp_path, capsys):
+    path, folder = shortened(Path("scenes/motion-3.toml"), tmp_path, "step = 0.1"), tmp_path / "deep/out"
+    assert cli.main(["run", str(path), "--output", str(folder)]) == 0
+    said = capsys.readouterr().out
+    assert "locked rollers, smooth switches, 0 to 0.5 s" in said and "residual" in said and "samples.csv" in said
+    rows = list(csv.DictReader((folder / "samples.csv").open()))
+    run = omniroll.Trajectory.load(folder / "trajectory.npz")
+    assert [float(row["t"]) for row in rows] == [0.1 * k for k in range(6)]
+    assert [float(row["x"]) for row in rows] == run.sample([0.1 * k for k in range(6)]).pose[:, 0].tolist()
+    switches = list(csv.DictReader((folder / "switches.csv").open()))
+    assert [float(row["energy_jump"]) for row in switches] == run.switches["energy_jump"].tolist() and switches
+
+
+def test_a_run_without_samples_leaves_none_of_an_earlier_run(tmp_path):
+    path = shortened(Path("scenes/motion-3.toml"), tmp_path, "times = [0.1]")
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0
+    path = shortened(Path("scenes/motion-3.toml"), tmp_path)
+    assert (tmp_path / "out/samples.csv").exists()
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0
+    assert not (tmp_path / "out/samples.csv").exists()
+
+
+def test_the_picture(tmp_path):
+    pytest.importorskip("matplotlib")
+    path = shortened(Path("scenes/motion-3.toml"), tmp_path)
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--plot"]) == 0
+    assert (tmp_path / "out/picture.png").stat().st_size > 10_000
+
+
+def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypatch):
+    """A law that sends every wheel back to where it came from: endless switches at one instant."""
+    apply = SwitchingModel.apply
+    monkeypatch.setattr(
+        SwitchingModel, "apply", lambda model, state, moves: replace(apply(model, state, moves), nu=-state.nu)
+    )
+    path = tmp_path / "bouncing.toml"
+    path.write_text(Path("scenes/motion-1.toml").read_text().replace("[run]", "[run]\nengine = 'python'"))
+    assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--json"]) == 3
+    captured = capsys.readouterr()
+    summary = json.loads(captured.out)
+    assert "without progress" in captured.err and "wheel" in captured.err
+    assert summary["stopped"]["t"] == summary["t"][1] < 20 and "without progress" in summary["stopped"]["reason"]
+    assert omniroll.Trajectory.load(tmp_path / "out/trajectory.npz").t[-1] == summary["t"][1]
+
+
+def test_a_folder_that_cannot_be_made_is_exit_code_1_before_the_run(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert cli.main(["run", "scenes/motion-3.toml", "--output", str(tmp_path / "file/out")]) == 1
+    assert "Not a directory" in capsys.readouterr().err
+
+
+def test_progress_without_tqdm_is_a_line_now_and_then(capsys):
+    now = iter((0.0, 1.0, 6.0, 6.0, 7.0)).__next__
+    report = lines(now)
+    for done in (1.0, 2.0, 3.0):
+        report(done, 20.0)
+    assert capsys.readouterr().err == "simulated 2 of 20 s\n"
+
+
+def test_progress_with_tqdm_is_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
+    pytest.importorskip("tqdm")
+    from omniroll.scene import progress as module
+
+    with module.progress(2.0) as report:
+        report(1.0, 2.0)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(module, "DELAY", 0.0)
+    with module.progress(2.0) as report:
+        report(1.0, 2.0)
+        report(2.0, 2.0)
+    assert "2 s" in capsys.readouterr().err
+    real = builtins.__import__
+
+    def without_tqdm(name, *rest):
+        if name == "tqdm":
+            raise ImportError(name)
+        return real(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without_tqdm)
+    with module.progress(2.0) as report:
+        report(1.0, 2.0)
+    assert capsys.readouterr().err == ""
