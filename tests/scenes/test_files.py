@@ -184,7 +184,7 @@ def test_garbage_never_gives_a_traceback(garbage, tmp_path_factory):
 
 def test_a_bad_scene_is_exit_code_2_of_every_command_that_takes_one(tmp_path, capsys):
     path = written(tmp_path, "[vehicle]")
-    for command in ("accuracy", "run"):
+    for command in ("accuracy", "run", "explain"):
         assert cli.main([command, str(path)]) == 2
         assert f"{path}:1: [vehicle]" in capsys.readouterr().err
 

@@ -1,0 +1,68 @@
+"""omniroll explain SCENE: what will be simulated, and why."""
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from omniroll.scene import load_scene
+
+SUMMARY = "show what a scene simulates: state, effects, costs, how large what it leaves out would be, what looks wrong"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
+    parser.add_argument("--json", action="store_true", help="print JSON in place of text")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """0 where the scene was explained. Raises SceneError, SimulationStopped."""
+    from omniroll.scene.explanation import explained
+
+    said = explained(load_scene(arguments.scene))
+    print(json.dumps(said, indent=1, allow_nan=False) if arguments.json else text(said))
+    return 0
+
+
+def text(said: dict[str, Any]) -> str:
+    """The explanation for people."""
+    vehicle = said["vehicle"]
+    lines = [f"{said['scene']}: {vehicle['wheels']} wheels of {vehicle['rollers_per_wheel']} rollers", "", "State"]
+    lines += [f"  {e['name']:<14}{e['count']:>5}  {e['unit']:<10} {e['meaning']}" for e in said["state"]]
+    lines += ["", "Effects that are on"]
+    lines += [f"  {_named(e)}  {e['meaning']}" for e in said["effects"] if e["on"]]
+    lines += ["", f"Effects that are off, and how far each would take the motion away within {said['compared']:g} s"]
+    for effect in said["effects"]:
+        if not effect["on"]:
+            lines += [f"  {_named(effect)}  {_estimated(effect['estimate'])}"]
+    lines += _cost(said)
+    lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in said["lints"])]
+    return "\n".join(lines if said["lints"] else [*lines, "  nothing"])
+
+
+def _named(effect: dict[str, Any]) -> str:
+    return f"{effect['name']:<15} [{effect['table']}]".ljust(28)
+
+
+def _estimated(estimate: dict[str, Any] | None) -> str:
+    if estimate is None:
+        return f"{'-':<9} not estimated"
+    distance = "-" if estimate["distance"] is None else f"{estimate['distance']:.1e}"
+    percent = f"; 1 % at {estimate['percent']}" if estimate["percent"] else ""
+    return f"{distance:<9} {estimate['setting']}{percent}"
+
+
+def _cost(said: dict[str, Any]) -> list[str]:
+    measured = said["time"]
+    return [
+        "",
+        f"Cost of an evaluation, kernel {said['set']}: operations (+ * / sqrt, sine or cosine)",
+        f"  {'':<14}{'constant':>10}{'a wheel':>10}{'a roller':>10}{'total':>10}",
+        *(
+            f"  {c['function']:<14}{c['constant']:>10}{c['per_wheel']:>10}{c['per_roller']:>10}{c['total']:>10}"
+            for c in said["operations"]["functions"]
+        ),
+        f"  {'total':<44}{said['operations']['total']:>10}",
+        f"  {measured['nanoseconds']:.3g} ns per evaluation, measured here: steps and switches included, "
+        f"{measured['engine']} engine",
+    ]

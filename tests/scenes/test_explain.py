@@ -1,0 +1,154 @@
+"""`omniroll explain SCENE`: state, effects, costs, estimates, and what looks wrong."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import cli
+from omniroll.scene import load_scene
+from omniroll.scene.estimates import estimates
+from omniroll.scene.lints import lints, ring
+
+PAPER = omniroll.Vehicle.paper()
+FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, (int, float))}
+PARTS = {
+    "wheels": 3, "rollers_per_wheel": 5, "platform_radius": 0.15, "wheel_radius": 0.07, "platform_mass": 1.0,
+    "platform_inertia": 0.01, "hub_mass": 0.15, "hub_axial_inertia": 2e-4, "hub_transverse_inertia": 1e-4,
+    "roller_mass": 0.05, "roller_axial_inertia": 2e-6, "roller_transverse_inertia": 2e-5,
+}  # fmt: skip
+
+
+def scene_of(folder: Path, vehicle: dict, more: str = "", nu: str = "[1, 0, 1]") -> omniroll.Scene:
+    numbers = "\n".join(f"{name} = {value!r}" for name, value in vehicle.items())
+    path = folder / "scene.toml"
+    path.write_text(f"[vehicle]\n{numbers}\n[start]\nnu = {nu}\n[run]\nduration = 1\n{more}")
+    return load_scene(path)
+
+
+def keys_of(found) -> list[str]:
+    return [lint.key for lint in found]
+
+
+@pytest.mark.parametrize("scene", sorted(Path("scenes").glob("*.toml")), ids=lambda scene: scene.stem)
+def test_every_shipped_scene_is_explained(scene, capsys):
+    assert cli.main(["explain", str(scene), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["operations"]["total"] > 100 and 1 < said["time"]["nanoseconds"] < 1e7
+    options = load_scene(scene).options
+    on = [effect["name"] for effect in said["effects"] if effect["on"]]
+    assert on[:2] == [options.get("roller_model", "free"), options.get("switching", "impact")]
+    assert not [effect for effect in said["effects"] if effect["on"] and effect["estimate"]]
+
+
+def test_text(capsys):
+    assert cli.main(["explain", "scenes/motion-3.toml"]) == 0
+    said = capsys.readouterr().out
+    for part in (
+        "3 wheels of 5 rollers",
+        "massless        [rollers]",
+        "in place of locked",
+        "ns per evaluation",
+        "nothing",
+    ):
+        assert part in said
+
+
+def test_operations_add_up(tmp_path):
+    """The paper's table of counts, on the kernel's own numbers: constant + per wheel N, nothing per roller."""
+    few, many = (load_scene("scenes/motion-3.toml"), scene_of(tmp_path, {"preset": "paper", "rollers_per_wheel": 60}))
+    from omniroll.scene.explanation import explained
+
+    for scene in (few, many):
+        said = explained(scene)
+        for cost in said["operations"]["functions"]:
+            assert cost["total"] == cost["constant"] + scene.vehicle.wheels * cost["per_wheel"] > 0
+            assert cost["per_roller"] == 0
+    counted = {entry["name"]: entry["count"] for entry in said["state"]}
+    assert counted == {"nu": 3, "chi": 3, "pose": 3, "contact": 3, "axial": 3 * 59}
+
+
+def test_an_estimate_is_the_distance_of_two_motions():
+    scene = load_scene("scenes/motion-3.toml")
+    duration, found = estimates(scene)
+    estimate = {entry.effect: entry for entry in found}["massless"]
+    base, other = (
+        omniroll.simulate(PAPER, nu=(1, 0, 1), duration=duration, roller_model=model, switching="smooth")
+        for model in ("locked", "massless")
+    )
+    times = np.linspace(0, duration, 101)
+    apart = np.abs(base.sample(times).pose - other.sample(times).pose) / [0.15, 0.15, 1.0]
+    assert apart.max() <= estimate.distance * (1 + 1e-6) < 0.02
+
+
+def test_models_without_free_rollers_are_compared_from_rest(tmp_path):
+    """Spins at the start make sense with free rollers only."""
+    scene = scene_of(tmp_path, {"preset": "paper"}, "[switching]\nlaw = 'smooth'\n")
+    scene.options["spins"] = 0.1
+    found = {entry.effect: entry.distance for entry in estimates(scene)[1]}
+    assert set(found) >= {"massless", "locked", "impact"} and all(distance > 0 for distance in found.values())
+
+
+def test_a_scene_of_no_time_is_explained(tmp_path, capsys):
+    path = tmp_path / "standing.toml"
+    path.write_text(Path("scenes/motion-3.toml").read_text().replace("duration = 20.0", "duration = 0"))
+    assert cli.main(["explain", str(path)]) == 0
+    assert "not estimated" in capsys.readouterr().out
+
+
+def test_a_ring_has_all_of_its_mass_at_its_radius():
+    assert ring(0.7, 0.03) == pytest.approx(0.7 * 0.03**2, rel=1e-15)
+
+
+def test_nothing_looks_wrong_with_good_vehicles(tmp_path):
+    assert lints(scene_of(tmp_path, {"preset": "paper"})) == []
+    assert lints(scene_of(tmp_path, PARTS)) == []
+
+
+SHARE = PAPER.mass / 3
+THICKNESS = PAPER.wheel_radius - PAPER.roller_axis_radius
+
+
+@pytest.mark.parametrize(
+    "changes, keys",
+    [
+        ({"wheel_inertia": 1.01 * SHARE * PAPER.wheel_radius**2}, ["wheel_inertia"]),
+        ({"wheel_inertia": 0.99 * SHARE * PAPER.wheel_radius**2}, []),
+        ({"yaw_inertia": 1.01 * PAPER.mass * (2 * (0.15 + PAPER.wheel_radius)) ** 2}, ["yaw_inertia"]),
+        ({"yaw_inertia": 0.99 * PAPER.mass * (2 * (0.15 + PAPER.wheel_radius)) ** 2}, []),
+        ({"roller_inertia": 1.01 * PAPER.wheel_inertia / 5 * (THICKNESS / 0.05) ** 2}, ["roller_inertia"]),
+        ({"roller_inertia": 0.99 * PAPER.wheel_inertia / 5 * (THICKNESS / 0.05) ** 2}, []),
+        ({"roller_inertia": 1.01 * SHARE / 5 * THICKNESS**2, "wheel_inertia": SHARE * PAPER.wheel_radius**2},
+         ["roller_inertia"]),
+        ({"roller_axis_radius": PAPER.wheel_radius * 0.999 * np.cos(np.pi / 5)}, ["roller_axis_radius"]),
+    ],
+)  # fmt: skip
+def test_numbers_that_look_wrong(changes, keys, tmp_path):
+    """Each lint at both sides of its bound, which is worked out here by hand."""
+    numbers = FIELDS | {name: float(value) for name, value in changes.items()}
+    assert keys_of(lints(scene_of(tmp_path, numbers))) == keys
+
+
+@pytest.mark.parametrize(
+    "changes, key",
+    [
+        ({"platform_inertia": 1.01 * 1.0 * (2 * 0.22) ** 2}, "platform_inertia"),
+        ({"hub_axial_inertia": 1.01 * 0.15 * 0.07**2, "hub_transverse_inertia": 5e-4}, "hub_axial_inertia"),
+        ({"hub_axial_inertia": 2.02e-4}, "hub_axial_inertia"),
+        ({"roller_axial_inertia": 1.01 * 0.05 * (0.07 * (1 - np.cos(np.pi / 4))) ** 2}, "roller_axial_inertia"),
+        ({"hub_mass": 0.04, "hub_axial_inertia": 5e-5, "hub_transverse_inertia": 5e-5}, "roller_mass"),
+    ],
+)
+def test_parts_that_look_wrong(changes, key, tmp_path):
+    parts = PARTS | {name: float(value) for name, value in changes.items()}
+    assert key in keys_of(lints(scene_of(tmp_path, parts)))
+
+
+def test_choices_that_look_wrong(tmp_path):
+    pumping = "[switching]\nlaw = 'smooth'\n[rollers]\nmodel = 'free'\n"
+    assert [lint.table for lint in lints(scene_of(tmp_path, {"preset": "paper"}, pumping))] == ["switching"]
+    light = scene_of(tmp_path, FIELDS | {"roller_inertia": 1e-12})
+    (found,) = [lint for lint in lints(light, estimates(light)[1][0].distance)]
+    assert found.table == "rollers" and "massless would do" in found.text
