@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: packages from two folders, and the kernels that are compiled."""
+"""What pyproject.toml cannot say: packages from several folders, and the kernels that are compiled."""
 
 import runpy
 
@@ -15,6 +15,7 @@ else:
 setup(
     packages=[
         *find_packages("runtime", include=["omniroll*"]),
+        "omniroll.codegen",
         "omniroll.csrc",
         "omniroll.generated",
         "omniroll.generated.python",

@@ -11,7 +11,7 @@ from .programs import Array, Element, Function, Step
 KEYWORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int
 long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile
-while real_t real_number real_sin real_cos real_sqrt h work""".split()
+while real_t real_number real_sin real_cos real_sqrt real_exp h work""".split()
 )
 SIZES = {"N": "wheels", "n-1": "slots"}
 CONSTANTS = {
@@ -90,9 +90,7 @@ class CFunction(Infix):
         """(declaration, name) of each parameter."""
         own = [
             (
-                f"{'const ' * (a.role == 'in')}real_t *{a.name}"
-                if a.shape or a.role == "out"
-                else f"real_t {a.name}",
+                f"{'const ' * (a.role == 'in')}real_t *{a.name}" if a.shape or a.role == "out" else f"real_t {a.name}",
                 a.name,
             )
             for a in self.function.arguments

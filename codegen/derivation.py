@@ -1,38 +1,24 @@
 """The derivation's data: read from what Maxima wrote, checked, every expression canonical."""
 
 import json
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from .expressions import FUNCTIONS, Canonical, Order, to_json
 from .programs import (
-    Array,
     ContractError,
+    EffectSet,
     Function,
     array_to_json,
-    function_to_json,
     read_array,
     read_function,
+    signature_to_json,
 )
+from .specialise import Registry, specialised
 
 FORMAT = 1
-PARTS = ("symbols", "effects", "sets", "functions", "equations", "proofs", "bounds")
+PARTS = ("symbols", "effects", "bases", "sets", "functions", "equations", "proofs", "bounds")
 OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
-
-
-@dataclass(frozen=True)
-class EffectSet:
-    """One kernel: a set of effects, with its model and its functions."""
-
-    name: str
-    effects: tuple[str, ...]
-    meaning: str
-    fields: tuple[Array, ...]
-    functions: tuple[Function, ...]
-
-    def function(self, name: str) -> Function | None:
-        return next((f for f in self.functions if f.name == name), None)
 
 
 class Derivation:
@@ -61,22 +47,32 @@ class Derivation:
             raise ContractError(f"{path.name}: {problem}") from None
 
     @cached_property
-    def sets(self) -> tuple[EffectSet, ...]:
-        known = {s["name"] for s in self.data["sets"]}
-        stray = sorted({f["set"] for f in self.data["functions"]} - known)
+    def registry(self) -> Registry:
+        return Registry.read(self.data["effects"])
+
+    @cached_property
+    def bases(self) -> dict[str, EffectSet]:
+        """The programs with every effect in them, by the name of their roller model."""
+        stray = sorted({f["set"] for f in self.data["functions"]} - {b["name"] for b in self.data["bases"]})
         if stray:
             raise ContractError(f"functions of unknown sets: {', '.join(stray)}")
-        return tuple(map(self._set, self.data["sets"]))
+        return {data["name"]: self._base(data) for data in self.data["bases"]}
 
-    def _set(self, data: dict) -> EffectSet:
+    def _base(self, data: dict) -> EffectSet:
         fields = tuple(read_array(f, "field") for f in data["model"])
-        functions = tuple(
-            read_function(f, fields) for f in self.data["functions"] if f["set"] == data["name"]
-        )
+        functions = tuple(read_function(f, fields) for f in self.data["functions"] if f["set"] == data["name"])
         names = [f.name for f in functions]
         if len(set(names)) < len(names):
             raise ContractError(f"{data['name']}: a function stands twice")
-        return EffectSet(data["name"], tuple(data["effects"]), data.get("meaning", ""), fields, functions)
+        return EffectSet(data["name"], tuple(data["effects"]), "", fields, functions)
+
+    @cached_property
+    def sets(self) -> tuple[EffectSet, ...]:
+        """The sets of effects whose kernels are generated beforehand."""
+        return tuple(
+            specialised(self.bases[s["base"]], s["effects"], self.registry, s.get("meaning", ""))
+            for s in self.data["sets"]
+        )
 
     def part(self, name: str) -> object:
         """A part of the data with canonical expressions; not for sets and functions."""
@@ -95,17 +91,15 @@ class Derivation:
 
 
 def set_to_json(effects: EffectSet) -> dict:
-    return {
-        "name": effects.name,
-        "effects": list(effects.effects),
-        "meaning": effects.meaning,
-        "model": [array_to_json(f) for f in effects.fields],
-    }
+    data = {"name": effects.name, "effects": list(effects.effects), "meaning": effects.meaning}
+    return (
+        data | ({"base": effects.base} if effects.base else {}) | {"model": [array_to_json(f) for f in effects.fields]}
+    )
 
 
 def kernel_to_json(function: Function, operations: dict, intermediates: int) -> dict:
-    """A function as data: its own steps, before sharing, and the work that is left after it."""
-    return function_to_json(function) | {"operations": operations, "intermediates": intermediates}
+    """A function of a kernel as data: how it is called, and the work that it is."""
+    return signature_to_json(function) | {"operations": operations, "intermediates": intermediates}
 
 
 def json_text(data: object, indent: int = 0, before: int = 0, width: int = 110) -> str:

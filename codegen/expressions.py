@@ -15,12 +15,12 @@ Canonical means, bottom up:
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import isqrt
 
-FUNCTIONS = ("sin", "cos", "sqrt")
+FUNCTIONS = ("sin", "cos", "sqrt", "exp")
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,9 +127,7 @@ def negated(e: Expression) -> Expression:
 def natural(name: str) -> tuple:
     """Sort key of a name: nu_2 before nu_10, upper and lower case apart but steady."""
     return tuple(
-        (not part.isdigit(), int(part) if part.isdigit() else 0, part)
-        for part in re.split(r"(\d+)", name)
-        if part
+        (not part.isdigit(), int(part) if part.isdigit() else 0, part) for part in re.split(r"(\d+)", name) if part
     )
 
 
@@ -216,15 +214,14 @@ class Canonical:
 
     def power(self, base: Expression, exponent: int) -> Expression:
         value, factors = split_coefficient(base)
-        raised = (
-            Power(f.base, f.exponent * exponent) if isinstance(f, Power) else Power(f, exponent)
-            for f in factors
-        )
+        raised = (Power(f.base, f.exponent * exponent) if isinstance(f, Power) else Power(f, exponent) for f in factors)
         return self.product([number(value**exponent), *raised])
 
     def call(self, function: str, argument: Expression) -> Expression:
-        """sin, cos or sqrt; an odd or even function takes the sign of its argument out."""
+        """sin, cos, sqrt or exp; an odd or even function takes the sign of its argument out."""
         value, factors = split_coefficient(argument)
+        if function == "exp":
+            return ONE if argument == ZERO else Call(function, argument)
         if function == "sqrt":
             root = rational_root(argument.value) if isinstance(argument, Number) else None
             return Call(function, argument) if root is None else Number(root)
@@ -234,6 +231,20 @@ class Canonical:
             return Call(function, argument)
         positive = Call(function, negated(argument))
         return negated(positive) if function == "sin" else positive
+
+    def substituted(self, e: Expression, values: Mapping[str, Expression]) -> Expression:
+        """e with symbols replaced, canonical anew; e itself where it has none of them."""
+        if not symbols(e) & values.keys():
+            return e
+        match e:
+            case Symbol(name):
+                return values[name]
+            case Power(base, exponent):
+                return self.power(self.substituted(base, values), exponent)
+            case Call(function, argument):
+                return self.call(function, self.substituted(argument, values))
+        parts = [self.substituted(part, values) for part in operands(e)]
+        return self.sum(parts) if isinstance(e, Sum) else self.product(parts)
 
     def read(self, data: object) -> Expression:
         """The canonical expression of the JSON form. ValueError says what is not of that form."""

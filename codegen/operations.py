@@ -5,7 +5,7 @@ from collections import Counter
 from .expressions import Call, Expression, Number, Power, Product, Sum, number, operands
 from .programs import Function, Loop, Step, steps
 
-KINDS = ("add", "mul", "div", "sqrt", "sincos")
+KINDS = ("add", "mul", "div", "sqrt", "sincos", "exp")
 PLACES = {(): "once", ("i",): "wheel", ("i", "j"): "roller", ("j",): "slot"}
 
 
@@ -41,7 +41,7 @@ def operations(e: Expression) -> Counter:
         case Sum(terms):
             total["add"] += len(terms) - 1
         case Call(function, _):
-            total["sqrt" if function == "sqrt" else "sincos"] += 1
+            total["sincos" if function in ("sin", "cos") else function] += 1
         case Product() | Power():
             above, below, scale = fraction(e)
             total["mul"] += max(len(above) - 1, 0) + max(len(below) - 1, 0)

@@ -32,6 +32,7 @@ class Array:
     role: str
     unit: str
     meaning: str
+    effect: str = ""  # the effect that it belongs to; without that it is not there
 
     @property
     def indices(self) -> tuple[str, ...]:
@@ -74,6 +75,7 @@ class Function:
     fields: tuple[Array, ...]  # the model's; empty for a set without a model
     elements: dict[str, Element]  # every symbol that is read from an array
     body: tuple[Step | Loop, ...]
+    cases: tuple[tuple[str, ...], ...] = ((),)  # effects that call for the function, see specialise.py
 
     @property
     def inputs(self) -> list[Array]:
@@ -91,6 +93,25 @@ class Function:
     @property
     def reads_model(self) -> bool:
         return bool(self.fields) and not self.prepares
+
+
+@dataclass(frozen=True)
+class EffectSet:
+    """The functions of a set of effects, with the fields of its model.
+
+    A base has the programs of one roller model with every effect in them; `effects` are those that make the model. The
+    set that is made of a base has `effects` beside those.
+    """
+
+    name: str
+    effects: tuple[str, ...]
+    meaning: str
+    fields: tuple[Array, ...]
+    functions: tuple[Function, ...]
+    base: str = ""
+
+    def function(self, name: str) -> Function | None:
+        return next((f for f in self.functions if f.name == name), None)
 
 
 def steps(body: tuple[Step | Loop, ...]) -> Iterator[Step]:
@@ -129,7 +150,7 @@ def read_array(data: dict, role: str) -> Array:
     shape = tuple(data["shape"])
     if any(not isinstance(size, int) and size not in SHAPES for size in shape):
         raise ContractError(f"{data['name']}: unknown shape {list(shape)}")
-    return Array(data["name"], shape, role, data.get("unit", ""), data.get("meaning", ""))
+    return Array(data["name"], shape, role, data.get("unit", ""), data.get("meaning", ""), data.get("effect", ""))
 
 
 def read_function(data: dict, fields: tuple[Array, ...]) -> Function:
@@ -138,8 +159,9 @@ def read_function(data: dict, fields: tuple[Array, ...]) -> Function:
     try:
         arguments = tuple(read_array(a, a["role"]) for a in data["arguments"])
         function = Function(
-            data["set"], data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, ()
-        )
+            data["set"], data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, (),
+            tuple(map(tuple, data.get("cases", [[]]))),
+        )  # fmt: skip
         elements = _elements(function, data.get("elements") or {})
         names = [*elements, *_declared(data["body"]), *CONSTANTS]
         reader = _Reader(replace(function, elements=elements), Canonical(Order(names)))
@@ -151,9 +173,7 @@ def read_function(data: dict, fields: tuple[Array, ...]) -> Function:
 
 def _declared(body: list) -> Iterator[str]:
     for node in body:
-        yield from (
-            _declared(node["body"]) if "loop" in node else filter(None, [node.get("let"), node.get("var")])
-        )
+        yield from (_declared(node["body"]) if "loop" in node else filter(None, [node.get("let"), node.get("var")]))
 
 
 def _elements(function: Function, named: dict) -> dict[str, Element]:
@@ -244,22 +264,30 @@ class _Reader:
         return element
 
 
-def function_to_json(function: Function) -> dict:
-    """The canonical JSON form of the function; fields of the model are the set's, not repeated here."""
-    own = {a.name for a in function.fields} if function.reads_model else set()
+def signature_to_json(function: Function) -> dict:
+    """What a function is called with, as data."""
     return {
         "set": function.set,
         "name": function.name,
         "summary": function.summary,
         "equations": list(function.equations),
         "arguments": [array_to_json(a) | {"role": a.role} for a in function.arguments],
+    }
+
+
+def function_to_json(function: Function) -> dict:
+    """The canonical JSON form of the function; fields of the model are the set's, not repeated here."""
+    own = {a.name for a in function.fields} if function.reads_model else set()
+    return signature_to_json(function) | {
+        "cases": [list(case) for case in function.cases],
         "elements": {s: [e.array.name, *e.index] for s, e in function.elements.items() if s not in own},
         "body": [_node_to_json(node) for node in function.body],
     }
 
 
 def array_to_json(array: Array) -> dict:
-    return {"name": array.name, "shape": list(array.shape), "unit": array.unit, "meaning": array.meaning}
+    data = {"name": array.name, "shape": list(array.shape), "unit": array.unit, "meaning": array.meaning}
+    return data | ({"effect": array.effect} if array.effect else {})
 
 
 def _node_to_json(node: Step | Loop) -> dict:

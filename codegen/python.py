@@ -21,6 +21,7 @@ KEYWORDS = frozenset(
         "sin",
         "cos",
         "sqrt",
+        "exp",
         "number",
         "ratio",
         "circle_ratio",

@@ -9,18 +9,18 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from . import formulas
 from .c import CFunction, Layout, plus, prototype, times
-from .derivation import Derivation, EffectSet, json_text, kernel_to_json, set_to_json
+from .derivation import Derivation, json_text, kernel_to_json, set_to_json
 from .expressions import Canonical
 from .latex import Latex, escaped
 from .operations import count_intermediates, count_operations
-from .programs import Array, Function, Loop
+from .programs import Array, EffectSet, Function, Loop, function_to_json
 from .python import PythonFunction
-from .quadrature import gauss
 from .sharing import share
 
 SOURCE = "maxima/derive.mac"
 NODES = 16  # of a step of the compiled engine: two vectors of eight lanes
 STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates")
+FURTHER_STATE = ("momenta_rates", "roller_rates")  # functions of sets whose free rollers' momenta change in a phase
 PLACE_WORDS = {
     "once": "once",
     "wheel": "per wheel",
@@ -31,12 +31,12 @@ PLACE_WORDS = {
 
 def render(derivation: Derivation) -> dict[str, bytes]:
     """{path below generated/: contents}, in a fixed order."""
+    from .quadrature import gauss  # needs mpmath, which the kernels alone do not
+
     shared = {f"{s.name}.{f.name}": share(f) for s in derivation.sets for f in s.functions}
     texts = {
         "__init__.py": template("package.py", text="Everything that codegen wrote. Never edited by hand."),
-        "python/__init__.py": template(
-            "package.py", text="The kernels in Python, one module a set of effects."
-        ),
+        "python/__init__.py": template("package.py", text="The kernels in Python, one module a set of effects."),
         "python/elementary.py": template("elementary.py"),
     }
     for effects in derivation.sets:
@@ -59,7 +59,15 @@ def kernel_texts(effects: EffectSet, functions: list[Function]) -> dict[str, str
     layout = Layout(effects.fields)
     step = step_function(effects)
     in_c = [CFunction(f, layout) for f in functions]
-    values = {"set": effects, "layout": layout, "functions": in_c, "step": step}
+    reduced = effects.function("reduced")
+    values = {
+        "set": effects,
+        "layout": layout,
+        "functions": in_c,
+        "step": step,
+        "asked": "".join(f"{a.name}, " for a in reduced.inputs[2:]) if reduced else "",
+        "uses_exp": any(f.operations[place]["exp"] for f in in_c for place in f.operations),
+    }
     in_python = [PythonFunction(f) for f in functions]
     return {
         f"c/omniroll_{effects.name}.h": template("omniroll_set.h", **values),
@@ -69,12 +77,13 @@ def kernel_texts(effects: EffectSet, functions: list[Function]) -> dict[str, str
 
 
 def step_function(effects: EffectSet) -> dict | None:
-    """What the fixed step needs to know, where the set has the functions that it is made of."""
-    if not all(effects.function(name) for name in STEP_NEEDS):
+    """What the fixed step needs to know, where the set has the functions that it is made of and no further state."""
+    if not all(effects.function(name) for name in STEP_NEEDS) or any(map(effects.function, FURTHER_STATE)):
         return None
     reduced = effects.function("reduced")
     assert reduced is not None
-    passed = [a for a in reduced.inputs if a.name not in ("nu", "chi")]
+    asked = [a for a in reduced.inputs if a.name not in ("nu", "chi")]
+    passed = [a for a in asked if a.shape]  # what has no shape is the heading, which is a part of the pose
     name = f"omniroll_{effects.name}_step"
     parameters = [
         "int wheels",
@@ -87,7 +96,12 @@ def step_function(effects: EffectSet) -> dict | None:
         "real_t *pose",
         "real_t *work",
     ]
-    return {"name": name, "passed": passed, "prototype": prototype("OMNIROLL_API void", name, parameters)}
+    return {
+        "name": name,
+        "passed": passed,
+        "asked": [a.name if a.shape else "theta_stage" for a in asked],
+        "prototype": prototype("OMNIROLL_API void", name, parameters),
+    }
 
 
 def latex_text(derivation: Derivation) -> str:
@@ -110,12 +124,13 @@ def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str,
         for s in derivation.sets
         for f in s.functions
     ]
-    parts = {
-        name: {name: derivation.part(name)}
-        for name in ("symbols", "effects", "equations", "proofs", "bounds")
-    }
+    parts = {name: {name: derivation.part(name)} for name in ("symbols", "effects", "equations", "proofs", "bounds")}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
+    parts["programs"] = {
+        "bases": [set_to_json(base) for base in derivation.bases.values()],
+        "functions": [function_to_json(f) for base in derivation.bases.values() for f in base.functions],
+    }
     parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels}
     return {
         f"data/{name}.json": template(
@@ -146,15 +161,15 @@ def sizes(array: Array) -> str:
     return "".join(f"[{size}]" for size in array.shape)
 
 
-def wrapped(text: str, before: str, width: int = 110) -> str:
-    """Prose in lines that each start with `before`."""
+def wrapped(text: str, before: str, then: str | None = None, width: int = 110) -> str:
+    """Prose in lines of which the first starts with `before`, each other one with `then` or `before`."""
     return (
         "\n".join(
             textwrap.wrap(
                 text,
                 width,
                 initial_indent=before,
-                subsequent_indent=before,
+                subsequent_indent=before if then is None else then,
                 break_long_words=False,
                 break_on_hyphens=False,
             )

@@ -47,6 +47,30 @@ OMNIROLL_API void omniroll_parts_inertias(int wheels, int rollers_per_wheel, rea
     *roller_inertia = roller_axial_inertia;
 }
 
+/* Inertia of a wheel about its axle together with a rotor behind its gear. Equations: (3.2). */
+OMNIROLL_API void omniroll_parts_geared_inertia(int wheels, int rollers_per_wheel, real_t wheel_inertia,
+                                                real_t gear_ratio, real_t rotor_axial_inertia,
+                                                real_t *geared_inertia)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    const real_t J = wheel_inertia;
+    *geared_inertia = gear_ratio*gear_ratio*rotor_axial_inertia + J;
+}
+
+/* Places of wheels that stand on rays from S, on their own axles. Equations: section 2. */
+OMNIROLL_API void omniroll_parts_places_on_rays(int wheels, int rollers_per_wheel, real_t platform_radius,
+                                                const real_t *wheel_angles, real_t *places)
+{
+    (void)rollers_per_wheel;
+    const real_t R = platform_radius;
+    for (int i = 0; i < wheels; i++) {
+        const real_t alpha = wheel_angles[i];
+        places[2*i] = R*real_cos(alpha);
+        places[2*i + 1] = R*real_sin(alpha);
+    }
+}
+
 /* Inertias of a solid cylinder. Equations: (3.2). */
 OMNIROLL_API void omniroll_parts_cylinder(int wheels, int rollers_per_wheel, real_t cylinder_mass,
                                           real_t cylinder_radius, real_t cylinder_length,

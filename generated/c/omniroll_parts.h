@@ -67,6 +67,28 @@ OMNIROLL_API void omniroll_parts_inertias(int wheels, int rollers_per_wheel, rea
                                           real_t platform_radius, real_t roller_axis_radius, real_t *mass,
                                           real_t *yaw_inertia, real_t *wheel_inertia, real_t *roller_inertia);
 
+/* Inertia of a wheel about its axle together with a rotor behind its gear.
+ *
+ * Equations: (3.2).
+ *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
+ *   in  gear_ratio [1]: turns of the rotor per turn of the wheel
+ *   in  rotor_axial_inertia [kg m^2]: inertia of a rotor about its axis
+ *   out geared_inertia [kg m^2]: inertia about the axle with the rotor
+ * Operations: once 1 add, 3 mul. Intermediates: 0. */
+OMNIROLL_API void omniroll_parts_geared_inertia(int wheels, int rollers_per_wheel, real_t wheel_inertia,
+                                                real_t gear_ratio, real_t rotor_axial_inertia,
+                                                real_t *geared_inertia);
+
+/* Places of wheels that stand on rays from S, on their own axles.
+ *
+ * Equations: section 2.
+ *   in  platform_radius [m]: distance of the wheel centres from S
+ *   in  wheel_angles[N] [rad]: directions of the wheel axles
+ *   out places[N][2] [m]: places of the wheel centres in the platform's frame
+ * Operations: per wheel 2 mul, 2 sincos. Intermediates: 0. */
+OMNIROLL_API void omniroll_parts_places_on_rays(int wheels, int rollers_per_wheel, real_t platform_radius,
+                                                const real_t *wheel_angles, real_t *places);
+
 /* Inertias of a solid cylinder.
  *
  * Equations: (3.2).

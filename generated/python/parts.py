@@ -57,6 +57,41 @@ def inertias(wheels, rollers_per_wheel, platform_mass, platform_inertia, hub_mas
     return mass, yaw_inertia, wheel_inertia, roller_inertia
 
 
+def geared_inertia(wheels, rollers_per_wheel, wheel_inertia, gear_ratio, rotor_axial_inertia):
+    """Inertia of a wheel about its axle together with a rotor behind its gear.
+
+    Equations: (3.2).
+    wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
+    gear_ratio [1]: turns of the rotor per turn of the wheel.
+    rotor_axial_inertia [kg m^2]: inertia of a rotor about its axis.
+    Returns:
+      geared_inertia [kg m^2]: inertia about the axle with the rotor.
+    Operations: once 1 add, 3 mul. Intermediates: 0.
+    """
+    J = wheel_inertia
+    geared_inertia = gear_ratio*gear_ratio*rotor_axial_inertia + J
+    return geared_inertia
+
+
+def places_on_rays(wheels, rollers_per_wheel, platform_radius, wheel_angles):
+    """Places of wheels that stand on rays from S, on their own axles.
+
+    Equations: section 2.
+    platform_radius [m]: distance of the wheel centres from S.
+    wheel_angles[N] [rad]: directions of the wheel axles.
+    Returns:
+      places[N][2] [m]: places of the wheel centres in the platform's frame.
+    Operations: per wheel 2 mul, 2 sincos. Intermediates: 0.
+    """
+    places = [[None] * 2 for _ in range(wheels)]
+    R = platform_radius
+    for i in range(wheels):
+        alpha = wheel_angles[i]
+        places[i][0] = R*cos(alpha)
+        places[i][1] = R*sin(alpha)
+    return places
+
+
 def cylinder(wheels, rollers_per_wheel, cylinder_mass, cylinder_radius, cylinder_length):
     """Inertias of a solid cylinder.
 

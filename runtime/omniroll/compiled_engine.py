@@ -31,8 +31,8 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
 def can_run(task: Task) -> bool:
-    """Whether the compiled engine takes this vehicle; the Python engine over compiled kernels takes all."""
-    return task.kernel.wheels <= MOST_WHEELS and task.kernel.backend == "compiled"
+    """Whether the compiled engine takes this task; the Python engine over compiled kernels takes all."""
+    return task.kernel.wheels <= MOST_WHEELS and task.kernel.backend == "compiled" and not task.kernel.effects
 
 
 @cache

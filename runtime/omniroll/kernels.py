@@ -7,12 +7,13 @@ arrays whose leading axes broadcast. Two backends have the same methods:
   python     the Python kernels omniroll.generated.python.<set>
 
 What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
-code here beyond its method. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicle.
+code here beyond its method. A kernel has the effects that it is asked for and no others; sets that were not
+generated beforehand are made by omniroll.specialised. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicle.
 """
 
 import importlib
 import importlib.util
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from types import ModuleType, SimpleNamespace
@@ -20,7 +21,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import generated_data
+from omniroll import generated_data, specialised
 from omniroll.errors import KernelsMissingError
 from omniroll.shared_kernels import has_shared_kernels, shared_kernels
 from omniroll.validation import choice
@@ -44,6 +45,7 @@ VEHICLE_SCALARS = (
 SHARP = 1e3  # beyond this the sharp kernels are the more accurate ones
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
+Constants = tuple[tuple[str, float | tuple], ...]  # arguments of `prepare` by name, in a form that can be hashed
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,8 @@ class Signature:
 
 
 @cache
-def signatures(set_name: str, wheels: int, rollers_per_wheel: int) -> dict[str, Signature]:
-    """The signature of every function of a set but `prepare`, by name."""
+def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_wheel: int) -> dict[str, Signature]:
+    """The signature of every function of a set, by name."""
     sizes = {"N": wheels, "n": rollers_per_wheel, "n-1": rollers_per_wheel - 1}
 
     def arguments(function: dict, role: str) -> tuple[Argument, ...]:
@@ -76,34 +78,79 @@ def signatures(set_name: str, wheels: int, rollers_per_wheel: int) -> dict[str, 
 
     return {
         function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
-        for function in generated_data.load("kernels")["functions"]
-        if function["set"] == set_name and function["name"] != "prepare"
+        for function in specialised.functions(base, effects)
     }
 
 
-def kernel_set(vehicle: Vehicle, roller_model: str) -> str:
-    """The set of kernels for a vehicle: that of its roller model, or its twin for rollers with sharp tips.
+def kernel_base(vehicle: Vehicle, roller_model: str) -> str:
+    """The programs for a vehicle: those of its roller model, or their twin for rollers with sharp tips.
 
     Both compute the same; where the contact rollers' inertia B/rho^2 outgrows all other inertia at the joint,
     only the twin is accurate.
     """
     twin = f"{roller_model}_sharp"
-    sharp = vehicle.sharpness() > SHARP and twin in {
-        entry["name"] for entry in generated_data.load("kernels")["sets"]
-    }
+    sharp = vehicle.sharpness() > SHARP and twin in specialised.set_names()
     return twin if sharp else roller_model
 
 
+@cache
+def optional_effects() -> tuple[str, ...]:
+    """The effects that a kernel may have beside its roller model, in the registry's order."""
+    return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["neutral"])
+
+
+def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
+    """The effects in the registry's order, with those that the vehicle itself brings."""
+    for effect in effects:
+        choice("effects", effect, optional_effects())
+    present = {*effects, *(["layout"] if vehicle.has_layout else [])}
+    return tuple(effect for effect in optional_effects() if effect in present)
+
+
+def _constants_of(vehicle: Vehicle, constants: Constants) -> dict[str, ArrayLike]:
+    """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
+    own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
+    if vehicle.has_layout:
+        own |= {"wheel_places": _wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
+    return own | dict(constants)
+
+
+def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> list[np.ndarray]:
+    """The arguments of `prepare` in its order. One number stands for all wheels."""
+    wanted = [argument.name for argument in signature.inputs]
+    if set(wanted) != set(given):
+        raise TypeError(f"constants {sorted(given)}; these effects need {wanted}")
+    return [
+        np.array(np.broadcast_to(np.asarray(given[argument.name], float), argument.shape), order="C")
+        for argument in signature.inputs
+    ]
+
+
+def _wheel_places(vehicle: Vehicle) -> ArrayLike:
+    if vehicle.wheel_places is not None:
+        return vehicle.wheel_places
+    parts = importlib.import_module("omniroll.generated.python.parts")
+    return parts.places_on_rays(
+        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, list(vehicle.wheel_angles)
+    )
+
+
 class Kernel:
-    """The generated functions of one set, for one vehicle. Made by `kernel`."""
+    """The generated functions of one set, for one vehicle. Made by `kernel`.
+
+    effects   names of the effects beside the roller model, in the registry's order
+    set_name  of the set of effects
+    """
 
     backend: str
 
-    def __init__(self, vehicle: Vehicle, roller_model: str):
+    def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         self.vehicle, self.roller_model = vehicle, roller_model
         self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
-        self.set_name = kernel_set(vehicle, roller_model)
-        self.signatures = signatures(self.set_name, self.wheels, self.rollers_per_wheel)
+        self.base, self.effects = kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)
+        self.set_name = specialised.set_name(self.base, self.effects)
+        self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
+        self.constants = _prepare_arguments(self.signatures.pop("prepare"), _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
 
     def call(self, name: str, *values: ArrayLike):
@@ -141,21 +188,29 @@ class Kernel:
         """M* (..., 3, 3); of the reduced form where rollers are free."""
         return self.call("mass_matrix", chi)
 
-    def bias(self, nu: ArrayLike, chi: ArrayLike, *momenta: ArrayLike) -> np.ndarray:
-        """The force f (..., 3) of M* nu' = f, (3.4). Free rollers: momenta (..., N, 2)."""
-        return self.call("bias", nu, chi, *momenta)
+    def bias(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """The force f (..., 3) of M* nu' = f, (3.4). Further inputs as of `reduced`."""
+        return self.call("bias", nu, chi, *inputs)
 
-    def reduced(self, nu: ArrayLike, chi: ArrayLike, *momenta: ArrayLike) -> np.ndarray:
-        """nu' (..., 3). Free rollers: momenta (..., N, 2)."""
-        return self.call("reduced", nu, chi, *momenta)
+    def reduced(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """nu' (..., 3).
 
-    def accelerations(self, nu: ArrayLike, chi: ArrayLike, *spins: ArrayLike):
-        """nu' (..., 3); with free rollers, whose spins are (..., N, n-1), also spins' of that shape."""
-        return self.call("accelerations", nu, chi, *spins)
+        Further inputs, those that the set has, in this order: momenta (..., N, 2) of free rollers; the heading
+        (...,) on a slope; torque (..., N) of drives; damping (..., N) of motors; roller_drag (..., N) of free
+        rollers with Coulomb's friction.
+        """
+        return self.call("reduced", nu, chi, *inputs)
 
-    def inverse_dynamics(self, nu: ArrayLike, chi: ArrayLike, *momenta_and_nu_dot: ArrayLike) -> np.ndarray:
-        """The generalised force (..., 3) that gives nu_dot. Free rollers: momenta before nu_dot."""
-        return self.call("inverse_dynamics", nu, chi, *momenta_and_nu_dot)
+    def accelerations(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike):
+        """nu' (..., 3); with free rollers, whose spins are (..., N, n-1), also spins' of that shape.
+
+        Further inputs: spins of free rollers, then heading, torque and damping as of `reduced`.
+        """
+        return self.call("accelerations", nu, chi, *inputs)
+
+    def inverse_dynamics(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """The generalised force (..., 3) that gives nu_dot; inputs as of `reduced`, and nu_dot (..., 3) last."""
+        return self.call("inverse_dynamics", nu, chi, *inputs)
 
     def wheel_torques(self, force: ArrayLike) -> np.ndarray:
         """Torques (..., N) of least norm that make a generalised force; N at least 3."""
@@ -185,6 +240,48 @@ class Kernel:
         """The two constants (..., N, 2) of each wheel's free rollers."""
         return self.call("momenta", axial)
 
+    # Functions of sets with further effects
+
+    def potential(self, pose: ArrayLike) -> np.ndarray:
+        """Potential energy (...,) on a slope."""
+        return self.call("potential", pose)
+
+    def drive_power(self, nu: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """Power (...,) of drives: torque (..., N), and damping (..., N) of motors."""
+        return self.call("drive_power", nu, *inputs)
+
+    def axle_loss(self, nu: ArrayLike) -> np.ndarray:
+        """Power (...,) lost in the axles' bearings."""
+        return self.call("axle_loss", nu)
+
+    def contact_loss(self, nu: ArrayLike, chi: ArrayLike) -> np.ndarray:
+        """Power (...,) lost in the bearings of the rollers in contact; of massless and locked rollers."""
+        return self.call("contact_loss", nu, chi)
+
+    def roller_energy(self, axial: ArrayLike) -> np.ndarray:
+        """Energy (..., N) of the free rollers' axial spins; with viscous friction alone."""
+        return self.call("roller_energy", axial)
+
+    def momenta_rates(
+        self, nu: ArrayLike, chi: ArrayLike, momenta: ArrayLike, roller_energy: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates of momenta (..., N, 2) and roller_energy (..., N), and the power lost in all rollers' bearings;
+        of free rollers with viscous friction alone."""
+        return self.call("momenta_rates", nu, chi, momenta, roller_energy)
+
+    def axial_after(
+        self, axial: ArrayLike, momenta: ArrayLike, momenta_after: ArrayLike, elapsed: ArrayLike
+    ) -> np.ndarray:
+        """Axial speeds (..., N, n-1) after the time `elapsed`; of free rollers with viscous friction alone."""
+        return self.call("axial_after", axial, momenta, momenta_after, elapsed)
+
+    def roller_rates(
+        self, nu: ArrayLike, chi: ArrayLike, axial: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates of the axial speeds (..., N, n-1), roller_drag (..., N), and the power lost in all rollers'
+        bearings; of free rollers with Coulomb's friction."""
+        return self.call("roller_rates", nu, chi, axial)
+
     def spins_or_nothing(self, spins: np.ndarray | None) -> tuple[np.ndarray, ...]:
         """The arguments after nu and chi of accelerations and energy: spins where rollers are free."""
         return (spins,) if self.has_spins else ()
@@ -192,9 +289,7 @@ class Kernel:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.roller_model}: N={self.wheels}, n={self.rollers_per_wheel}>"
 
-    def _broadcast(
-        self, name: str, values: Sequence[ArrayLike], dtype: type
-    ) -> tuple[tuple, list[np.ndarray]]:
+    def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
         """Leading shape, and the inputs with it: contiguous arrays of one number type."""
         inputs = self.signatures[name].inputs
         if len(values) != len(inputs):
@@ -204,8 +299,7 @@ class Kernel:
             if array.shape[array.ndim - len(argument.shape) :] != argument.shape:
                 raise ValueError(f"{argument.name}: shape {array.shape} does not end with {argument.shape}")
         leads = [
-            array.shape[: array.ndim - len(argument.shape)]
-            for argument, array in zip(inputs, arrays, strict=True)
+            array.shape[: array.ndim - len(argument.shape)] for argument, array in zip(inputs, arrays, strict=True)
         ]
         lead = np.broadcast_shapes(*leads)
         return lead, [
@@ -219,24 +313,18 @@ class PythonKernel(Kernel):
 
     backend = "python"
 
-    def __init__(self, vehicle: Vehicle, roller_model: str):
-        super().__init__(vehicle, roller_model)
-        self._module = importlib.import_module(f"omniroll.generated.python.{self.set_name}")
+    def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
+        super().__init__(vehicle, roller_model, effects, constants)
+        self._module = specialised.python_module(self.base, self.effects)
         self._model = self._module.prepare(
-            vehicle.wheels,
-            vehicle.rollers_per_wheel,
-            wheel_angles=list(vehicle.wheel_angles),
-            **{name: getattr(vehicle, name) for name in VEHICLE_SCALARS},
+            vehicle.wheels, vehicle.rollers_per_wheel, *(value.tolist() for value in self.constants)
         )
 
     def call(self, name: str, *values: ArrayLike):
         signature = self.signatures[name]
         lead, arrays = self._broadcast(name, values, np.float64)
         # Components come first in the generated code; without leading axes they are floats, which are fast.
-        inputs = [
-            np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim))
-            for array in arrays
-        ]
+        inputs = [np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim)) for array in arrays]
         if not lead:
             inputs = [array.tolist() for array in inputs]
         try:
@@ -285,10 +373,21 @@ class CompiledKernel(Kernel):
 
     backend = "compiled"
 
-    def __init__(self, vehicle: Vehicle, roller_model: str, number_type: str = "double"):
-        super().__init__(vehicle, roller_model)
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        roller_model: str,
+        number_type: str = "double",
+        effects: tuple[str, ...] = (),
+        constants: Constants = (),
+    ):
+        super().__init__(vehicle, roller_model, effects, constants)
         self.number_type, self.dtype = number_type, NUMBER_TYPES[number_type]
-        module = compiled_module(number_type)
+        module = (
+            compiled_module(number_type)
+            if self.set_name in specialised.set_names()
+            else specialised.compiled_library(self.base, self.effects, number_type)
+        )
         self._ffi, self._lib = module.ffi, module.lib
         self._array = self._ffi.typeof(f"{C_TYPES[number_type]}[]")
         self._prefix = f"omniroll_{self.set_name}_"
@@ -310,10 +409,12 @@ class CompiledKernel(Kernel):
     def _prepare(self) -> np.ndarray:
         size = self._function("model_size")(self.wheels, self.rollers_per_wheel)
         model = np.zeros(size, self.dtype)
-        scalars = [float(getattr(self.vehicle, name)) for name in VEHICLE_SCALARS]
-        angles = np.array(self.vehicle.wheel_angles, self.dtype)
+        arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
         self._function("prepare")(
-            self.wheels, self.rollers_per_wheel, *scalars, self._pointer(angles), self._pointer(model)
+            self.wheels,
+            self.rollers_per_wheel,
+            *(self._pointer(array) if array.ndim else float(array) for array in arrays),
+            self._pointer(model),
         )
         return model
 
@@ -386,18 +487,35 @@ def best_backend() -> str:
 
 @lru_cache(maxsize=64)
 def kernel(
-    vehicle: Vehicle, roller_model: str = "free", backend: str = "compiled", number_type: str = "double"
+    vehicle: Vehicle,
+    roller_model: str = "free",
+    backend: str = "compiled",
+    number_type: str = "double",
+    effects: tuple[str, ...] = (),
+    constants: Constants = (),
 ) -> Kernel:
-    """The kernel of a vehicle and a roller model ("massless", "locked" or "free").
+    """The kernel of a vehicle, a roller model ("massless", "locked" or "free") and further effects.
 
     backend      "compiled" or "python"
     number_type  of the compiled kernels: "double", "float" or "long_double"
+    effects      names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
+    constants    (name, value) of the arguments of `prepare` that belong to the effects
 
-    Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were not built.
+    A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
+    no C compiler. Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were
+    not built.
     """
     choice("roller_model", roller_model, ROLLER_MODELS)
     choice("backend", backend, BACKENDS)
     choice("number_type", number_type, tuple(NUMBER_TYPES))
     if backend == "python":
-        return PythonKernel(vehicle, roller_model)
-    return CompiledKernel(vehicle, roller_model, number_type)
+        return PythonKernel(vehicle, roller_model, effects, constants)
+    try:
+        return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
+    except KernelsMissingError:
+        if (
+            specialised.set_name(kernel_base(vehicle, roller_model), _effects_of(vehicle, effects))
+            in specialised.set_names()
+        ):
+            raise
+        return PythonKernel(vehicle, roller_model, effects, constants)

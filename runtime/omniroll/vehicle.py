@@ -30,6 +30,8 @@ UNITS = {
     "wheel_inertia": "kg m^2",
     "roller_inertia": "kg m^2",
     "yaw_scale": "1",
+    "wheel_places": "m",
+    "center_of_mass": "m",
 }
 
 
@@ -48,6 +50,10 @@ class Vehicle:
     wheel_inertia       J in kg m^2, of a wheel with its rollers about its axle
     roller_inertia      B in kg m^2, of a roller about its own axis
     yaw_scale           Lambda, nu_3 = Lambda theta'; by default 1
+    wheel_places        (x, y) in m of each wheel's centre from S; by default on the rays of wheel_angles at
+                        platform_radius. With places, wheel_angles are the directions of the axles and platform_radius
+                        is only the scale of nu
+    center_of_mass      (x, y) in m of the whole from S; yaw_inertia stays that about S
 
     Raises InvalidValueError (a ValueError), which names the field, its value and the bound: all numbers
     finite, the scalars positive with squares in the number range, and what the derivation demands
@@ -66,6 +72,8 @@ class Vehicle:
     wheel_inertia: float
     roller_inertia: float
     yaw_scale: float = 1.0
+    wheel_places: tuple[tuple[float, float], ...] | None = None
+    center_of_mass: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:
@@ -81,6 +89,11 @@ class Vehicle:
             put("roller_axis_radius", truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
         for field in POSITIVE_FIELDS:
             put(field, validation.positive(field, getattr(self, field)))
+        if self.wheel_places is not None:
+            places = validation.real_array("wheel_places", self.wheel_places, (self.wheels, 2))
+            put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
+        center = validation.real_array("center_of_mass", self.center_of_mass, (2,))
+        put("center_of_mass", tuple(_in_range("center_of_mass", center).tolist()))
         _check_bounds(self)
         if not math.isfinite(self.sharpness()):
             bound = "roller axis too close to the ground at the joint: 1/rho^2 leaves the number range"
@@ -104,6 +117,11 @@ class Vehicle:
         """The fields by name, in plain Python types."""
         return asdict(self)
 
+    @property
+    def has_layout(self) -> bool:
+        """Whether wheels stand elsewhere than on rays at platform_radius, or the centre of mass beside S."""
+        return self.wheel_places is not None or self.center_of_mass != (0.0, 0.0)
+
     def sharpness(self) -> float:
         """How much a contact roller's inertia at the joint outgrows the vehicle's mass (generated/data).
 
@@ -120,10 +138,15 @@ class Vehicle:
     def __repr__(self) -> str:
         lines = (f"    {field.name}={getattr(self, field.name)!r}," for field in fields(self))
         shown = (
-            (line + "  # " + UNITS[name]) if (name := line.split("=")[0].strip()) in UNITS else line
-            for line in lines
+            (line + "  # " + UNITS[name]) if (name := line.split("=")[0].strip()) in UNITS else line for line in lines
         )
         return "Vehicle(\n" + "\n".join(shown) + "\n)"
+
+
+def _in_range(field: str, places: np.ndarray) -> np.ndarray:
+    if np.abs(places).max() > validation.LARGEST:
+        raise InvalidValueError(field, places.tolist(), f"must not be beyond {validation.LARGEST:.3g}")
+    return places
 
 
 def _wheel_angles(angles: Sequence[float] | None, wheels: int) -> tuple[float, ...]:
@@ -135,6 +158,7 @@ def _wheel_angles(angles: Sequence[float] | None, wheels: int) -> tuple[float, .
 def _symbols_of(vehicle: Vehicle) -> dict[str, float]:
     """The vehicle's numbers by the paper's symbols: N, n, R, l, r, M, I_S, J, B, Lambda."""
     values = {field.name: getattr(vehicle, field.name) for field in fields(vehicle)}
+    values |= dict(zip(("com_x", "com_y"), vehicle.center_of_mass, strict=True))
     return {
         symbol: values[code]
         for symbol, code in generated_data.code_names().items()

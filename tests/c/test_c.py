@@ -18,7 +18,7 @@ NUMBER_TYPES = {  # macro, machine epsilon of the type
     "float": (["-DOMNIROLL_FLOAT"], np.finfo(np.float32).eps),
     "long double": (["-DOMNIROLL_LONG_DOUBLE"], np.finfo(np.float64).eps),  # compared with double
 }
-LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt") for suffix in ("", "f", "l")}
+LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "exp") for suffix in ("", "f", "l")}
 SCALARS = (
     "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
     "roller_axis_radius",

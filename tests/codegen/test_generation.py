@@ -82,9 +82,7 @@ def test_order_of_the_data_and_hash_seed_do_not_matter(toy_file, folder, tmp_pat
     other.write_text(json.dumps(reversed_sums(derivation())))
     for seed in ("0", "99"):
         command = [sys.executable, "-m", "codegen", "--check", "--derivation", other, "--output", folder]
-        subprocess.run(
-            command, cwd=ROOT, check=True, capture_output=True, env=os.environ | {"PYTHONHASHSEED": seed}
-        )
+        subprocess.run(command, cwd=ROOT, check=True, capture_output=True, env=os.environ | {"PYTHONHASHSEED": seed})
 
 
 def test_no_trace_of_the_machine(toy_file, folder, tmp_path):
@@ -99,7 +97,7 @@ def test_no_trace_of_the_machine(toy_file, folder, tmp_path):
     [
         (lambda d: d.pop("bounds"), "parts missing: bounds"),
         (lambda d: d.update(format=2), "not of format 1"),
-        (lambda d: d["sets"].pop(), "functions of unknown sets: parts"),
+        (lambda d: d["bases"].pop(), "functions of unknown sets: parts"),
         (lambda d: d["functions"].append(d["functions"][0]), "stands twice"),
         (lambda d: d["functions"].append(d["functions"][0] | {"body": WRONG}), "toy.prepare: .*zeta"),
     ],
@@ -125,15 +123,17 @@ def test_data_is_json_with_counts(folder):
     reduced = next(f for f in kernels["functions"] if f["name"] == "reduced")
     assert set(reduced["operations"]) == {"once", "wheel", "slot", "roller"}
     assert reduced["operations"]["wheel"]["sincos"] == 2
-    assert reduced["operations"]["roller"] == dict.fromkeys(("add", "mul", "div", "sqrt", "sincos"), 0)
-    assert reduced["elements"]["p"] == ["momenta", "i", 0]
+    assert reduced["operations"]["roller"] == dict.fromkeys(("add", "mul", "div", "sqrt", "sincos", "exp"), 0)
+    programs = json.loads((folder / "data/programs.json").read_text())
+    program = next(f for f in programs["functions"] if f["name"] == "reduced")
+    assert program["elements"]["p"] == ["momenta", "i", 0]
     bounds = json.loads((folder / "data/bounds.json").read_text())["bounds"]
     assert bounds[0]["positive"] == ["+", "l", ["*", -1, "r"]]
 
 
 def test_emitted_data_can_be_derived_from_again(folder):
     """Canonical data renders to the same kernels: specialising needs no Maxima."""
-    names = ("kernels", "symbols", "effects", "equations", "proofs", "bounds")
+    names = ("kernels", "programs", "symbols", "effects", "equations", "proofs", "bounds")
     parts = [json.loads((folder / f"data/{name}.json").read_text()) for name in names]
     data = {"format": 1} | {key: value for part in parts for key, value in part.items()}
     again = render(Derivation(data))

@@ -32,11 +32,7 @@ def random_program(rng):
     def rename(data, names):
         if isinstance(data, str):
             return rng.choice(names)
-        return (
-            [data[0], *(rename(d, names) for d in data[1:])]
-            if isinstance(data, list) and data[0] != "/"
-            else data
-        )
+        return [data[0], *(rename(d, names) for d in data[1:])] if isinstance(data, list) and data[0] != "/" else data
 
     def lets(names, count):
         body = []
@@ -105,18 +101,14 @@ def names(body):
 
 def test_one_reciprocal_for_many_divisions():
     a_over_c, b_over_c = ["*", "a", ["^", "c", -1]], ["*", "b", ["^", "c", -1]]
-    f = shared(
-        [put(["nu_dot", 0], a_over_c), put(["nu_dot", 1], b_over_c), put(["nu_dot", 2], ["^", "c", -2])]
-    )
+    f = shared([put(["nu_dot", 0], a_over_c), put(["nu_dot", 1], b_over_c), put(["nu_dot", 2], ["^", "c", -2])])
     assert names(f.body) == ["inv_c"]
-    assert count_operations(f)["once"] == {"add": 0, "mul": 3, "div": 1, "sqrt": 0, "sincos": 0}
+    assert count_operations(f)["once"] == {"add": 0, "mul": 3, "div": 1, "sqrt": 0, "sincos": 0, "exp": 0}
 
 
 def test_what_a_loop_does_not_change_is_computed_before_it():
-    f = shared(
-        [{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "chi", ["sin", "a"], "b", ["^", "c", -1]])]}]
-    )
-    assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0}
+    f = shared([{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "chi", ["sin", "a"], "b", ["^", "c", -1]])]}])
+    assert count_operations(f)["wheel"] == {"add": 0, "mul": 1, "div": 0, "sqrt": 0, "sincos": 0, "exp": 0}
 
 
 def test_a_let_gives_its_name_to_what_it_is():

@@ -144,8 +144,10 @@ def derivation():
         "format": 1,
         "symbols": {s: {"code": s, "latex": t, "unit": "1", "meaning": s} for s, t in meanings.items()},
         "effects": [{"name": "toy", "meaning": "a toy"}],
-        "sets": [{"name": "toy", "effects": ["toy"], "model": MODEL, "meaning": "a toy for tests"},
-                 {"name": "parts", "effects": [], "model": [], "meaning": "a toy of parts"}],
+        "bases": [{"name": "toy", "effects": ["toy"], "model": MODEL},
+                  {"name": "parts", "effects": [], "model": []}],
+        "sets": [{"base": "toy", "effects": [], "meaning": "a toy for tests"},
+                 {"base": "parts", "effects": [], "meaning": "a toy of parts"}],
         "functions": FUNCTIONS,
         "equations": [{"id": "1", "title": "a_b", "source": "2.1", "left": "x",
                        "expr": ["*", -1, ["^", "rho", -1], ["+", "nu_1", ["*", -1, ["sin", "l"]]]]}],
@@ -158,7 +160,12 @@ def derivation():
 # Exact values are numbers modulo a prime: as good as fractions to tell two expressions apart, and they do not
 # grow.
 PRIME = 2**61 - 1
-EXACT = {"sin": lambda x: x**3 + x, "cos": lambda x: x**2 + 1, "sqrt": lambda x: x**2 + 3}
+EXACT = {
+    "sin": lambda x: x**3 + x,
+    "cos": lambda x: x**2 + 1,
+    "sqrt": lambda x: x**2 + 3,
+    "exp": lambda x: x**2 + x + 5,
+}
 
 
 def exact(value):

@@ -1,0 +1,127 @@
+"""The kernel of a set of effects, made from the programs that hold every effect.
+
+An effect that is absent is its symbols at their neutral values, which the registry of effects names: they are put in,
+what becomes zero is dropped, and so are the arguments, the fields of the model and the functions that belong to it.
+Nothing of it is left: no branch, no product with zero, no state.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
+from .programs import (
+    CONSTANTS,
+    Array,
+    ContractError,
+    EffectSet,
+    Function,
+    Loop,
+    Step,
+    steps,
+    without_dead_steps,
+)
+
+Body = tuple[Step | Loop, ...]
+
+
+@dataclass(frozen=True)
+class Registry:
+    """The effects that a set may have beside its roller model, in order: {name: {symbol: neutral value}}."""
+
+    neutral: Mapping[str, Mapping[str, Expression]]
+
+    @classmethod
+    def read(cls, effects: Sequence[Mapping]) -> "Registry":
+        """From the effects of the derivation's data; an effect without symbols of its own is no choice."""
+        read = Canonical(Order()).read
+        return cls(
+            {
+                effect["name"]: {symbol: read(value) for symbol, value in effect["neutral"].items()}
+                for effect in effects
+                if effect.get("neutral")
+            }
+        )
+
+    def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
+        """The same effects in the registry's order. ContractError for one that it does not know."""
+        unknown = sorted(set(effects) - self.neutral.keys())
+        if unknown:
+            raise ContractError(f"unknown effects: {', '.join(unknown)}")
+        return tuple(name for name in self.neutral if name in effects)
+
+    def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
+        """The neutral values of all symbols of the effects that are not there."""
+        return {
+            symbol: value
+            for name, values in self.neutral.items()
+            if name not in effects
+            for symbol, value in values.items()
+        }
+
+
+def set_name(base: str, effects: Sequence[str]) -> str:
+    return "_".join([base, *effects])
+
+
+def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "") -> EffectSet:
+    """The set of the base's roller model with these further effects and no others."""
+    present = registry.ordered(effects)
+    name, neutral = set_name(base.name, present), registry.absent(present)
+    fields = _there(base.fields, present)
+    functions = tuple(
+        _function(replace(f, set=name, fields=fields), present, neutral)
+        for f in base.functions
+        if is_called_for(f, present)
+    )
+    return EffectSet(name, present, meaning, fields, functions, base=base.name)
+
+
+def is_called_for(function: Function, present: Sequence[str]) -> bool:
+    """Whether one of the function's cases holds; "-x" stands for x absent."""
+    return any(
+        all((effect.lstrip("-") in present) != effect.startswith("-") for effect in case) for case in function.cases
+    )
+
+
+def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]:
+    return tuple(array for array in arrays if not array.effect or array.effect in present)
+
+
+def _function(function: Function, present: Sequence[str], neutral: Mapping[str, Expression]) -> Function:
+    arguments = _there(function.arguments, present)
+    known = {array.name for array in (*arguments, *function.fields)}
+    elements = {symbol: e for symbol, e in function.elements.items() if e.array.name in known}
+    names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
+    body = _Specialiser(Canonical(Order(names)), known).block(function.body, dict(neutral))
+    return without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body))
+
+
+@dataclass
+class _Specialiser:
+    canonical: Canonical
+    arrays: set[str]  # arguments and fields that are there
+
+    def block(self, body: Body, values: dict[str, Expression]) -> Body:
+        """The steps that are left. values: what symbols stand for, here and around."""
+        values, kept = dict(values), []
+        accumulators = {step.name for step in steps(body) if step.kind == "var"}
+        for node in body:
+            if isinstance(node, Loop):
+                inner = self.block(node.body, values)
+                kept += [replace(node, body=inner)] if inner else []
+            elif not self.is_dropped(node, values):
+                expression = self.canonical.substituted(node.expression, values)
+                if node.kind == "let" and is_trivial(expression, accumulators):
+                    values[node.name] = expression
+                elif not (node.kind == "add" and expression == Number(0)):
+                    kept.append(replace(node, expression=expression))
+        return tuple(kept)
+
+    def is_dropped(self, step: Step, values: Mapping[str, Expression]) -> bool:
+        """Whether the step gives a value to what has its neutral one, or to an array that is not there."""
+        return step.name not in self.arrays if step.kind == "put" else step.name in values
+
+
+def is_trivial(e: Expression, accumulators: set[str]) -> bool:
+    """A number, or another name for what does not change."""
+    return isinstance(e, Number) or (isinstance(e, Symbol) and not symbols(e) & accumulators)
