@@ -1346,7 +1346,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
                                                                               int rollers_per_wheel,
                                                                               const real_t *model,
                                                                               const real_t *axial,
-                                                                              const real_t *momenta,
+                                                                              const real_t *momenta_before,
                                                                               const real_t *momenta_after,
                                                                               real_t elapsed,
                                                                               real_t *axial_after)
@@ -1359,8 +1359,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
     const real_t t2 = 2*inv_B/n;
     for (int i = 0; i < wheels; i++) {
         const real_t damping_per_inertia = model[5*i + 29];
-        const real_t momentum_cos = momenta[2*i];
-        const real_t momentum_sin = momenta[2*i + 1];
+        const real_t momentum_cos = momenta_before[2*i];
+        const real_t momentum_sin = momenta_before[2*i + 1];
         const real_t momentum_cos_after = momenta_after[2*i];
         const real_t momentum_sin_after = momenta_after[2*i + 1];
         const real_t decay = real_exp(-elapsed*damping_per_inertia);

@@ -434,8 +434,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta_rates(
  *
  * Equations: (3.4).
  *   in  axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches
- *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
- *   free rollers
+ *   in  momenta_before[N][2] [kg m^2/s]: the momenta at the start
  *   in  momenta_after[N][2] [kg m^2/s]: the momenta after that time
  *   in  elapsed [s]: time that has passed
  *   out axial_after[N][n-1] [rad/s]: the axial speeds after that time
@@ -445,7 +444,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
                                                                               int rollers_per_wheel,
                                                                               const real_t *model,
                                                                               const real_t *axial,
-                                                                              const real_t *momenta,
+                                                                              const real_t *momenta_before,
                                                                               const real_t *momenta_after,
                                                                               real_t elapsed,
                                                                               real_t *axial_after);

@@ -1436,13 +1436,12 @@ def momenta_rates(model, nu, chi, momenta, roller_energy):
     return momenta_dot, roller_energy_dot, roller_loss
 
 
-def axial_after(model, axial, momenta, momenta_after, elapsed):
+def axial_after(model, axial, momenta_before, momenta_after, elapsed):
     """Axial speeds of the free rollers after some time under viscous friction.
 
     Equations: (3.4).
     axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
-    momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
-    rollers.
+    momenta_before[N][2] [kg m^2/s]: the momenta at the start.
     momenta_after[N][2] [kg m^2/s]: the momenta after that time.
     elapsed [s]: time that has passed.
     Returns:
@@ -1459,8 +1458,8 @@ def axial_after(model, axial, momenta, momenta_after, elapsed):
     t2 = 2*inv_B/n
     for i in range(model.wheels):
         damping_per_inertia = model.damping_per_inertia[i]
-        momentum_cos = momenta[i][0]
-        momentum_sin = momenta[i][1]
+        momentum_cos = momenta_before[i][0]
+        momentum_sin = momenta_before[i][1]
         momentum_cos_after = momenta_after[i][0]
         momentum_sin_after = momenta_after[i][1]
         decay = exp(-elapsed*damping_per_inertia)
