@@ -34,6 +34,7 @@ typedef struct {
 
     long long step_count, rejected_count, sweep_count, idle_switches;
     double anchor;              /* elapsed at the last switch with progress                             */
+    double step_error;          /* the largest error inside a step, over |nu|, as its polynomial tells  */
 } omniroll_run_t;
 
 enum {

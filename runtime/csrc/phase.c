@@ -151,6 +151,18 @@ ALWAYS_INLINE double missed(const step_t *s)
 
 enum { SETTLED, UNSETTLED, TOO_LONG };
 
+/* The end of a step whose derivatives have settled. A sweep leaves nu and chi one sweep behind the derivatives; here they catch
+ * up. False: the joint is not within reach after all. */
+ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double reach)
+{
+    states_at_nodes(s, wheels);
+    end_of_step(s, wheels);
+    s->late = length_to_joint(s, wheels, most) - s->h;
+    for (int k = 0; k < 3; k++)
+        s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
+    return fabs(s->late) <= reach*s->h;
+}
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance, double reach)
 {
@@ -162,12 +174,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double ratio = change/last;
         /* What the next sweeps would still change, as a geometric series. */
         const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
-        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
-            s->late = moved;
-            for (int m = 0; m < 3; m++)
-                s->end_nu[m] = s->nu[m] + s->h*weighted(&s->rate_nu[m], &gauss_weight);
+        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h && end_settled(s, wheels, most, reach))
             return SETTLED;
-        }
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
         last = change > 0 ? change : 1e-300;
@@ -397,19 +405,41 @@ static double tau(const omniroll_run_t *run, double phase_length)
     return 100*EPS*(fabs(run->start_time + run->elapsed) + fabs(phase_length));
 }
 
-/* Rule 3: the wheels that stand at their joint and move outwards; with those whose joint is closer in time than tau (rule
- * 5). Returns how many. */
-static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, double phase_length, int *directions)
+/* The second derivatives of chi. */
+static void wheel_accelerations(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, const lanes_t *nu,
+                                lanes_t *chi_ddot)
 {
-    lanes_t nu[3], chi_dot[MOST_WHEELS];
-    int at_joint = 0, count = 0;
+    lanes_t chi[MOST_WHEELS], nu_dot[3];
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+#ifdef OMNIROLL_FREE_ROLLERS
+    wheel_momenta(run, model, momenta);
+#else
+    (void)momenta;
+#endif
+    KERNEL(reduced)(run->wheels, run->rollers_per_wheel, model, nu, chi MOMENTA(momenta), nu_dot);
+    KERNEL(wheel_speeds)(run->wheels, run->rollers_per_wheel, model, nu_dot, chi_ddot);
+}
+
+/* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
+ * time than tau (rule 5). Returns how many. */
+static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, double phase_length,
+                            int *directions)
+{
+    lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    int at_joint = 0, resting = 0, count = 0;
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
     KERNEL(wheel_speeds)(run->wheels, run->rollers_per_wheel, model, nu, chi_dot);
+    for (int i = 0; i < run->wheels; i++)
+        resting += chi_dot[i][0] == 0 && fabs(run->chi[i]) >= run->joint;
+    if (resting)
+        wheel_accelerations(run, model, momenta, nu, chi_ddot);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
             const int sign = run->chi[i] < 0 ? -1 : 1;
-            const double rate = sign*chi_dot[i][0], left = run->joint - sign*run->chi[i];
+            const double left = run->joint - sign*run->chi[i];
+            const double rate = sign*(resting && chi_dot[i][0] == 0 ? chi_ddot[i][0] : chi_dot[i][0]);
             if (pass == 0)
                 at_joint += rate > 0 && left <= 0;
             else {
@@ -421,10 +451,10 @@ static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, dou
 }
 
 /* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a status. */
-static int switch_all(omniroll_run_t *run, const lanes_t *model)
+static int switch_all(omniroll_run_t *run, const lanes_t *model, lanes_t *momenta)
 {
     int directions[MOST_WHEELS];
-    while (switching_wheels(run, model, run->elapsed - run->phase_start, directions)) {
+    while (switching_wheels(run, model, momenta, run->elapsed - run->phase_start, directions)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
             return OMNIROLL_FULL;
         if (run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
@@ -487,6 +517,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
             continue;
         }
         end_late(s, wheels);
+        run->step_error = fmax(run->step_error, error*run->tolerance);
         run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
         /* A joint cut the step short: the length that was meant stands for the next phase. At fine tolerances a try that is
          * too long costs more than a step that is too short. */
@@ -530,7 +561,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
     if (run->row_count == 0)
         put_row(run);
     for (;;) {
-        status = switch_all(run, model);
+        status = switch_all(run, model, momenta);
         if (status != OMNIROLL_DONE || run->elapsed >= run->duration)
             break;
         if (run->row_count == run->row_capacity) {

@@ -203,7 +203,8 @@ def controlled_run(task: Task) -> Trajectory:
     trajectory.stats["sensitivity"] = sensitivity
     if control is not None and sensitivity is not None:
         floor = max(EPS * sensitivity, _rounding(trajectory))
-        trajectory.stats["error_estimate"] = float(error + floor)
+        within_steps = trajectory.stats.get("step_error", 0.0)
+        trajectory.stats["error_estimate"] = float(error + within_steps + floor)
     return trajectory
 
 

@@ -6,8 +6,8 @@ The contract, numbered:
     physical number, 0..n-1, fixed to the roller. An angle never grows beyond its roller.
  2. The roller j = 1..n of wheel i (j = 1 in contact, at kappa_j = 2 pi (j-1)/n from it) is the physical
     roller (contact_i + j - 1) mod n. Every run starts with contact = 0 on all wheels.
- 3. A wheel switches when it stands at its joint, chi_i = +-pi/n, and moves outwards. Turning back at the
-    joint is not a switch.
+ 3. A wheel switches when it stands at its joint, chi_i = +-pi/n, and moves outwards, or rests there and
+    accelerates outwards. Turning back at the joint is not a switch.
  4. At +pi/n (direction +1): chi_i becomes -pi/n exactly, the roller that was j = n is the new contact roller,
     the old one becomes j = 2; contact_i falls by 1 mod n. At -pi/n (direction -1) the mirror image: chi_i
     becomes +pi/n, j = 2 becomes the contact roller, the old one becomes j = n; contact_i grows by 1 mod n.

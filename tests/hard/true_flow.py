@@ -1,0 +1,66 @@
+"""The true flow from a start, exactly as the floats have it: Taylor series in 28 digits over the generated formulas."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from omniroll.accuracy.reference import Taylor, digits, follow
+from omniroll.runs import Task
+
+TRIALS = 60
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A wheel that turns back: when, how far beyond pi/n it is then, and at what acceleration."""
+
+    time: float
+    beyond: float
+    acceleration: float
+
+
+def first_switch(task: Task) -> tuple[float, int, int]:
+    """(elapsed, wheel, direction) of the first switch; ValueError where there is none within the task's duration."""
+    with digits():
+        reference = follow(Taylor(task), task, np.array([task.duration]))
+    if not reference.switches:
+        raise ValueError("no switch within the duration")
+    return reference.switches[0]
+
+
+def beyond_at(task: Task, wheel: int, sign: int, times: list[float]) -> list[float]:
+    """sign chi - pi/n of a wheel at elapsed times within one Taylor step, as if its roller had no end."""
+    with digits():
+        taylor, at = _one_step(task, max(times))
+        return [float(sign * at(taylor.mechanics.number(t))[3 + wheel] - taylor.mechanics.joint) for t in times]
+
+
+def peak(task: Task, wheel: int, sign: int) -> Peak:
+    """Where sign chi is largest, by bisection of the wheel's speed. It must lie within one Taylor step."""
+    with digits():
+        taylor, at = _one_step(task, task.duration)
+        number = taylor.mechanics.number
+
+        def speed(time: Any) -> Any:
+            return sign * taylor.mechanics.module.wheel_speeds(taylor.mechanics.model, at(time)[:3])[wheel]
+
+        early, late = number(0.0), number(task.duration)
+        slope = float(speed(late) - speed(early)) / task.duration
+        for _ in range(TRIALS):
+            middle = ((early + late) / 2).mid()
+            early, late = (middle, late) if speed(middle) > 0 else (early, middle)
+        beyond = sign * at(early)[3 + wheel] - taylor.mechanics.joint
+        return Peak(float(early), float(beyond), slope)
+
+
+def _one_step(task: Task, duration: float) -> tuple[Taylor, Callable]:
+    taylor = Taylor(task)
+    m, free = taylor.mechanics, task.state.free_axial()
+    y = [m.number(float(value)) for value in (*task.state.nu, *task.state.chi, *task.state.pose)]
+    axial = None if free is None else [[m.number(float(value)) for value in wheel] for wheel in free]
+    length, at = taylor.step(y, m.momenta(axial), m.number(duration))
+    if float(length) < duration:
+        raise ValueError(f"one Taylor step reaches {float(length):g}, not {duration:g}")
+    return taylor, at
