@@ -59,7 +59,8 @@ def python_module(base: str, effects: tuple[str, ...]) -> ModuleType:
     qualified = f"omniroll.generated.python.{name}"
     if name in set_names():
         return importlib.import_module(qualified)
-    return _loaded(qualified, _folder(base, effects) / f"{name}.py")
+    with BUILDING:
+        return _loaded(qualified, _folder(base, effects) / f"{name}.py")
 
 
 @cache
@@ -76,7 +77,7 @@ def compiled_library(base: str, effects: tuple[str, ...], number_type: str) -> S
     folder, name = _folder(base, effects), set_name(base, effects)
     with BUILDING:
         library = _library(folder, name, number_type, tuple(_compiler()))
-    return _opened(folder / f"omniroll_{name}.h", library, number_type)
+        return _opened(folder / f"omniroll_{name}.h", library, number_type)
 
 
 @cache

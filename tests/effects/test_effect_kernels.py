@@ -1,0 +1,215 @@
+"""The kernels with effects against the multiplier oracle, both in 60 digits: Lagrange's equations in all coordinates, with
+the torques, the friction and the gravity of the effects as generalised forces, wheels anywhere, the centre of mass beside S.
+
+The generated Python kernel runs on balls unchanged, so that what is compared is the derivation itself, not its rounding.
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from oracle import lagrange
+from oracle.balls import exact, working_precision
+from oracle.states import random_state, random_vehicle
+
+from omniroll import generated_data, specialised
+
+OPTIONAL = tuple(
+    e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
+)
+WHEELS, ROLLERS = 3, 4
+CLOSE = 1e-40
+
+
+def random_case(rng, wheels=WHEELS, rollers=ROLLERS):
+    """A vehicle with a layout, a state, and the numbers of all effects."""
+    places = tuple((float(x), float(y)) for x, y in rng.normal(size=(wheels, 2)) * 0.3)
+    center = (0.03, -0.05)
+    vehicle = random_vehicle(rng, wheels, rollers, places=places, offset=center)
+    vehicle = vehicle.with_(yaw_inertia=vehicle.yaw_inertia + vehicle.mass * sum(c * c for c in center))
+    numbers = {
+        "axle_damping": rng.uniform(0.1, 1, wheels), "axle_torque": rng.uniform(0.1, 1, wheels), "axle_fade_speed": 0.3,
+        "roller_damping": rng.uniform(0.1, 1, wheels), "roller_torque": rng.uniform(0.1, 1, wheels),
+        "roller_fade_speed": 0.2, "gravity": 9.8, "slope_angle": 0.2, "slope_direction": 0.7,
+        "torque": rng.normal(size=wheels), "damping": rng.uniform(0.1, 1, wheels), "heading": 0.4,
+    }  # fmt: skip
+    return vehicle, random_state(rng, vehicle, 0.9), numbers
+
+
+def balls(value):
+    return [balls(v) for v in value] if np.ndim(value) else exact(float(value))
+
+
+def friction(viscous, coulomb, fade, speed):
+    return -viscous * speed - coulomb * speed / (speed * speed + fade * fade).sqrt()
+
+
+@working_precision
+def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
+    """The generalised forces in the full coordinates, written down body by body."""
+    present = lambda effect, name: balls(numbers[name]) if effect in effects else balls(np.zeros(WHEELS))  # noqa: E731
+    theta = exact(numbers["heading"])
+    speeds = lagrange.speeds(vehicle, nu, chi, spins, model="locked" if model == "massless" else model, theta=theta)
+    forces = lagrange.Speeds.zero(vehicle)
+    torque, damping = present("drive", "torque"), present("motor", "damping")
+    for i, rate in enumerate(speeds.chi):
+        forces.chi[i] = torque[i] - damping[i] * rate + friction(
+            present("axle_viscous", "axle_damping")[i], present("axle_coulomb", "axle_torque")[i],
+            exact(numbers["axle_fade_speed"]), rate)  # fmt: skip
+        for j, spin in enumerate(speeds.phi[i]):
+            forces.phi[i][j] = friction(
+                present("roller_viscous", "roller_damping")[i], present("roller_coulomb", "roller_torque")[i],
+                exact(numbers["roller_fade_speed"]), spin)  # fmt: skip
+    if "slope" in effects:
+        weight = vehicle.number("mass") * exact(numbers["gravity"]) * exact(numbers["slope_angle"]).sin()
+        direction = exact(numbers["slope_direction"])
+        forces.x, forces.y = weight * direction.cos(), weight * direction.sin()
+        dx, dy = lagrange.offset_in_fixed_axes(vehicle, theta)
+        forces.theta = dx * forces.y - dy * forces.x
+    return forces
+
+
+def kernel(vehicle, model, effects, numbers):
+    """(module, model, values by argument) of a generated Python kernel on balls."""
+    module = specialised.python_module(model, effects)
+    (prepare,) = (f for f in specialised.functions(model, effects) if f["name"] == "prepare")
+    given = numbers | {
+        "wheel_angles": vehicle.wheel_angles, "wheel_places": vehicle.places, "center_of_mass": vehicle.offset,
+    }  # fmt: skip
+    names = [a["name"] for a in prepare["arguments"] if a["role"] == "in"]
+    values = [balls(given[name]) if name in given else vehicle.number(name) for name in names]
+    return module, module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, *values)
+
+
+@working_precision
+def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
+    module, constants = kernel(vehicle, model, effects, numbers)
+    asked = {"slope": "heading", "drive": "torque", "motor": "damping"}
+    inputs = [balls(numbers[asked[e]]) for e in ("slope", "drive", "motor") if e in effects]
+    spins = [balls(spins)] if model.startswith("free") else []
+    found = module.accelerations(constants, balls(nu), balls(chi), *spins, *inputs)
+    return (found[0], found[1]) if model.startswith("free") else (found, [])
+
+
+def flat(values):
+    return [v for value in values for v in (flat(value) if isinstance(value, list) else [value])]
+
+
+def check(vehicle, state, model, effects, numbers):
+    base = model.removesuffix("_sharp")
+    nu, chi, spins = state
+    spins = spins if base == "free" else None
+    if base == "massless":  # the oracle drops a massless roller: ask it for one that hardly has inertia
+        forces = applied_forces(vehicle, nu, chi, spins, base, effects, numbers)
+        light = vehicle.with_(roller_inertia=exact("1e-60"))
+        wanted = lagrange.accelerations(light, nu, chi, None, model="locked", theta=numbers["heading"], forces=forces)
+    else:
+        forces = applied_forces(vehicle, nu, chi, spins, base, effects, numbers)
+        wanted = lagrange.accelerations(vehicle, nu, chi, spins, model=base, theta=numbers["heading"], forces=forces)
+    nu_dot, spins_dot = found_accelerations(vehicle, nu, chi, spins, model, effects, numbers)
+    expected = wanted.nu_dot + ([s for wheel in wanted.spins_dot for s in wheel] if base == "free" else [])
+    for got, want in zip(flat(nu_dot) + flat(spins_dot), expected, strict=True):
+        assert abs(float(got - want)) <= CLOSE * (1 + abs(float(want)))
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free", "locked_sharp", "free_sharp"])
+def test_all_effects_together(model):
+    rng = np.random.default_rng(5)
+    vehicle, state, numbers = random_case(rng)
+    check(vehicle, state, model, OPTIONAL, numbers)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", [(e,) for e in OPTIONAL if e != "motor"] + [("drive", "motor")], ids="+".join)
+def test_each_effect_alone(effects, model):
+    rng = np.random.default_rng([7, OPTIONAL.index(effects[-1])])
+    vehicle, state, numbers = random_case(rng)
+    if "layout" not in effects:
+        vehicle = vehicle.with_(places=None, offset=(0, 0))
+    check(vehicle, state, model, effects, numbers)
+
+
+def test_any_two_effects():
+    rng = np.random.default_rng(11)
+    vehicle, state, numbers = random_case(rng)
+    for effects in combinations(OPTIONAL, 2):
+        if "layout" in effects and ("motor" not in effects):
+            check(vehicle, state, "free", effects, numbers)
+
+
+@working_precision
+def test_powers_are_the_work_of_the_forces():
+    """nu . (force of the effects) = drive power - losses, the friction of the contact rollers among them."""
+    rng = np.random.default_rng(13)
+    vehicle, (nu, chi, _), numbers = random_case(rng)
+    effects = tuple(e for e in OPTIONAL if e != "slope")
+    module, constants = kernel(vehicle, "locked", effects, numbers)
+    bare, bare_constants = kernel(vehicle, "locked", ("layout",), numbers)
+    nu_, chi_, torque, damping = balls(nu), balls(chi), balls(numbers["torque"]), balls(numbers["damping"])
+    with_effects = module.bias(constants, nu_, chi_, torque, damping)
+    without = bare.bias(bare_constants, nu_, chi_)
+    power = sum((a - b) * v for a, b, v in zip(with_effects, without, nu_, strict=True))
+    told = module.drive_power(constants, nu_, torque, damping) - module.axle_loss(constants, nu_)
+    told -= module.contact_loss(constants, nu_, chi_)
+    assert abs(float(power - told)) <= CLOSE * abs(float(power))
+
+
+@working_precision
+def test_the_momenta_follow_the_single_rollers():
+    """momenta_rates, from two numbers and an energy per wheel, against the sums over the rollers, one by one."""
+    rng = np.random.default_rng(17)
+    vehicle, (nu, chi, spins), numbers = random_case(rng)
+    module, constants = kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
+    nu_, chi_ = balls(nu), balls(chi)
+    axial = module.axial_speeds(constants, nu_, chi_, balls(spins))
+    momenta, energy = module.momenta(constants, axial), module.roller_energy(constants, axial)
+    momenta_dot, energy_dot, loss = module.momenta_rates(constants, nu_, chi_, momenta, energy)
+    roller, damping = vehicle.number("roller_inertia"), balls(numbers["roller_damping"])
+    chi_dot, contact_spin = module.wheel_rates(constants, nu_, chi_)
+    total = exact(0)
+    for i in range(WHEELS):
+        moments = [-damping[i] * exact(float(spins[i][j])) for j in range(ROLLERS - 1)]
+        for part, turn in enumerate(("cos", "sin")):
+            wanted = sum(m * getattr(vehicle.kappa(j + 1), turn)() for j, m in enumerate(moments))
+            assert abs(float(momenta_dot[i][part] - wanted)) < CLOSE
+        wanted = sum(m * axial[i][j] for j, m in enumerate(moments))
+        assert abs(float(energy_dot[i] - wanted)) < CLOSE
+        assert abs(float(energy[i] - sum(roller * a * a / 2 for a in axial[i]))) < CLOSE
+        total += damping[i] * (contact_spin[i] ** 2 + sum(exact(float(s)) ** 2 for s in spins[i]))
+    assert abs(float(loss - total)) < CLOSE
+
+
+@working_precision
+def test_axial_speeds_after_a_while():
+    """axial_after from the momenta alone, against each roller's own linear equation at a constant wheel angle: its
+    solution is written down with one exponential."""
+    rng = np.random.default_rng(19)
+    vehicle, (_, chi, _), numbers = random_case(rng)
+    module, constants = kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
+    axial = balls(rng.normal(size=(WHEELS, ROLLERS - 1)))
+    yaw, elapsed = exact("0.8"), exact("0.01")
+    after = []
+    for i in range(WHEELS):
+        decay = (-balls(numbers["roller_damping"])[i] / vehicle.number("roller_inertia") * elapsed).exp()
+        carried = [yaw * (exact(float(chi[i])) + vehicle.kappa(j + 1)).sin() for j in range(ROLLERS - 1)]
+        after.append([c + decay * (a - c) for a, c in zip(axial[i], carried, strict=True)])
+    found = module.axial_after(
+        constants, axial, module.momenta(constants, axial), module.momenta(constants, after), elapsed
+    )
+    for got, want in zip(flat(found), flat(after), strict=True):
+        assert abs(float(got - want)) < CLOSE
+
+
+def test_the_oracle_feels_every_effect():
+    """Without one effect the accelerations differ: the comparisons above could fail."""
+    rng = np.random.default_rng(23)
+    vehicle, state, numbers = random_case(rng)
+    for effect in OPTIONAL:
+        if effect == "layout":
+            continue
+        rest = tuple(e for e in OPTIONAL if e != effect and not (effect == "drive" and e == "motor"))
+        with pytest.raises(AssertionError):
+            whole = found_accelerations(vehicle, *state, "free", OPTIONAL, numbers)
+            part = found_accelerations(vehicle, *state, "free", rest, numbers)
+            for a, b in zip(flat(whole[0]), flat(part[0]), strict=True):
+                assert abs(float(a - b)) < 1e-9

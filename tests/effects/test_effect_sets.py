@@ -1,0 +1,189 @@
+"""An absent effect is absent: from the arguments, from the operations, from the machine code, from the state."""
+
+import os
+import re
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import generated_data, kernels, specialised
+from omniroll.codegen.on_demand import kernel_on_demand
+from omniroll.codegen.programs import ContractError
+from omniroll.errors import InvalidValueError
+from omniroll.kernels import CompiledKernel, PythonKernel, kernel
+
+EFFECTS = {
+    e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
+}
+MODELS = ("massless", "locked", "free")
+KERNEL = "reduced"
+CONSTANTS = {
+    "layout": {"wheel_places": ((0.1, 0.0), (-0.1, 0.1), (-0.1, -0.1)), "center_of_mass": (0.0, 0.0)},
+    "axle_viscous": {"axle_damping": 0.1},
+    "axle_coulomb": {"axle_torque": 0.1, "axle_fade_speed": 0.1},
+    "roller_viscous": {"roller_damping": 1e-6},
+    "roller_coulomb": {"roller_torque": 1e-5, "roller_fade_speed": 0.1},
+    "slope": {"gravity": 9.8, "slope_angle": 0.1, "slope_direction": 0.0},
+}
+
+
+@cache
+def made(base, effects):
+    load = generated_data.load
+    return kernel_on_demand(load("programs"), load("effects")["effects"], load("symbols")["symbols"], base, effects)
+
+
+def operations(texts, name=KERNEL, wheels=3, rollers=5):
+    (function,) = (f for f in texts.functions if f["name"] == name)
+    turns = {"once": 1, "wheel": wheels, "slot": rollers - 1, "roller": wheels * (rollers - 1)}
+    return sum(turns[place] * sum(counts.values()) for place, counts in function["operations"].items())
+
+
+def object_size(texts, folder):
+    """Bytes of machine code of the set's kernel."""
+    (folder / f"omniroll_{texts.name}.h").write_text(texts.c_header)
+    source = folder / "kernel.c"
+    source.write_text(texts.c_source)
+    output = folder / "kernel.o"
+    subprocess.run(["cc", "-O2", "-std=c99", "-c", str(source), "-o", str(output)], check=True)
+    table = subprocess.run(["nm", "-S", str(output)], check=True, capture_output=True, text=True).stdout
+    return int(re.search(rf"\w+ (\w+) T omniroll_{texts.name}_{KERNEL}$", table, re.MULTILINE)[1], 16)
+
+
+def added_to_nothing(effect):
+    return ("drive", "motor") if effect == "motor" else (effect,)
+
+
+@pytest.mark.parametrize("base", MODELS)
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_the_smaller_set_has_fewer_operations(effect, base):
+    larger = added_to_nothing(effect)
+    smaller = tuple(e for e in larger if e != effect)
+    with_it, without = made(base, larger), made(base, smaller)
+    if (effect, base) == ("roller_coulomb", "free"):  # the rollers are asked one by one, in a function of its own
+        assert "roller_rates" not in {f["name"] for f in without.functions}
+    assert operations(without) < operations(with_it)
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_the_smaller_set_has_less_machine_code(effect, tmp_path):
+    larger = added_to_nothing(effect)
+    with_it, without = made("free", larger), made("free", tuple(e for e in larger if e != effect))
+    assert object_size(without, tmp_path) < object_size(with_it, tmp_path)
+
+
+@pytest.mark.parametrize("base", MODELS)
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_no_symbol_of_an_absent_effect_is_left(effect, base):
+    """All other effects are there; of this one there is no argument, field, function or local."""
+    others = tuple(e for e in EFFECTS if e != effect and not (effect == "drive" and e == "motor"))
+    whole, rest = made(base, tuple(EFFECTS)), made(base, others)
+    symbols = set(EFFECTS[effect]["neutral"])
+    for texts in (rest.c_source, rest.c_header, rest.python):
+        assert not symbols & set(re.findall(r"\w+", texts))
+    assert symbols & set(re.findall(r"\w+", whole.c_source))
+    assert not any(a.get("effect") == effect for f in rest.functions for a in f["arguments"])
+
+
+def test_a_committed_set_is_what_is_made_on_demand():
+    for entry in generated_data.load("kernels")["sets"]:
+        if "base" in entry and entry["base"] != "parts":
+            texts = made(entry["base"], tuple(entry["effects"]))
+            module = specialised.python_module(entry["base"], tuple(entry["effects"]))
+            with open(module.__file__, encoding="utf-8") as file:
+                committed = file.read()
+            assert texts.python.split("from types")[1] == committed.split("from types")[1]
+
+
+def test_effects_that_nobody_knows():
+    with pytest.raises(ContractError, match="levitation"):
+        made("free", ("levitation",))
+    with pytest.raises(InvalidValueError, match="effects"):
+        kernel(omniroll.Vehicle.paper(), "free", effects=("levitation",))
+    with pytest.raises(TypeError, match="slope_angle"):
+        kernel(omniroll.Vehicle.paper(), "free", effects=("slope",), constants=(("gravity", 9.8),))
+
+
+SLOPE = tuple(CONSTANTS["slope"].items())
+STATE = (np.array([1.0, 0.2, 0.3]), np.array([0.1, -0.2, 0.3]))
+
+
+def test_both_backends_of_a_set_made_on_demand():
+    vehicle = omniroll.Vehicle.paper()
+    compiled = kernel(vehicle, "locked", "compiled", effects=("slope", "drive"), constants=SLOPE)
+    python = kernel(vehicle, "locked", "python", effects=("drive", "slope"), constants=SLOPE)
+    assert isinstance(compiled, CompiledKernel) and isinstance(python, PythonKernel)
+    assert compiled.effects == python.effects == ("drive", "slope")  # the registry's order
+    found = [k.reduced(*STATE, 0.4, [0.1, 0.2, 0.3]) for k in (compiled, python)]
+    np.testing.assert_allclose(*found, rtol=1e-13)
+
+
+@pytest.mark.parametrize("number_type", ["float", "long_double"])
+def test_other_number_types(number_type):
+    vehicle = omniroll.Vehicle.paper()
+    wanted = kernel(vehicle, "locked", "python", effects=("slope",), constants=SLOPE).reduced(*STATE, 0.4)
+    found = kernel(vehicle, "locked", "compiled", number_type, effects=("slope",), constants=SLOPE).reduced(*STATE, 0.4)
+    np.testing.assert_allclose(np.asarray(found, float), wanted, rtol=1e-4 if number_type == "float" else 1e-13)
+
+
+@pytest.fixture
+def fresh_cache(tmp_path, monkeypatch):
+    """An empty folder for kernels, and no kernel remembered."""
+    monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "kernels"))
+    remembered = (specialised._cache, specialised._loaded, specialised._opened, kernels.kernel, kernels.signatures)
+    for cached in remembered:
+        cached.cache_clear()
+    yield tmp_path / "kernels"
+    for cached in remembered:
+        cached.cache_clear()
+
+
+def test_without_a_compiler_there_is_the_python_kernel(fresh_cache, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    found = kernel(omniroll.Vehicle.paper(), "locked", "compiled", effects=("slope",), constants=SLOPE)
+    assert isinstance(found, PythonKernel)
+    assert np.isfinite(found.reduced(*STATE, 0.4)).all()
+
+
+def test_a_kernel_is_kept_and_found_again(fresh_cache):
+    first = specialised.compiled_library("locked", ("slope",), "double")
+    files = {path: path.stat().st_mtime_ns for path in fresh_cache.rglob("*")}
+    specialised._opened.cache_clear()
+    again = specialised.compiled_library("locked", ("slope",), "double")
+    assert first.lib is not again.lib
+    assert {path: path.stat().st_mtime_ns for path in fresh_cache.rglob("*")} == files
+
+
+def test_a_folder_that_cannot_be_written(fresh_cache, monkeypatch, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv("OMNIROLL_CACHE", str(blocked))
+    found = kernel(omniroll.Vehicle.paper(), "locked", "compiled", effects=("slope",), constants=SLOPE)
+    assert isinstance(found, CompiledKernel)
+
+
+def test_two_threads_and_two_processes_ask_at_once(fresh_cache):
+    script = textwrap.dedent(f"""
+        import omniroll
+        from omniroll.kernels import kernel
+        k = kernel(omniroll.Vehicle.paper(), "free", effects=("slope",), constants={SLOPE!r})
+        print(k.backend, k.reduced([1, 0.2, 0.3], [0.1, -0.2, 0.3], [[0, 0]]*3, 0.4).tolist())
+    """)
+    with ThreadPoolExecutor(4) as pool:
+        others = [
+            pool.submit(
+                subprocess.run, [sys.executable, "-c", script], capture_output=True, text=True, env=os.environ.copy()
+            )
+            for _ in range(2)
+        ]
+        own = [pool.submit(specialised.compiled_library, "free", ("slope",), "double") for _ in range(2)]
+        printed = {run.result().stdout for run in others}
+        assert len({id(library.result()) for library in own}) == 1
+    assert len(printed) == 1 and printed.pop().startswith("compiled [")
+    assert len(list(fresh_cache.iterdir())) == 1  # nothing half made is left
