@@ -35,6 +35,19 @@ def count_intermediates(function: Function) -> int:
     return sum(step.kind in ("let", "var") for step in steps(function.body))
 
 
+def called_functions(function: Function) -> set[str]:
+    """Names of the elementary functions that it calls."""
+
+    waiting = [step.expression for step in steps(function.body) if step.expression is not None]
+    found = set()
+    while waiting:
+        e = waiting.pop()
+        waiting.extend(operands(e))
+        if isinstance(e, Call):
+            found.add(e.function)
+    return found
+
+
 def operations(e: Expression) -> Counter:
     total = sum(map(operations, operands(e)), Counter())
     match e:

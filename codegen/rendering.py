@@ -12,10 +12,11 @@ from .c import CFunction, Layout, plus, prototype, times
 from .derivation import Derivation, json_text, kernel_to_json, set_to_json
 from .expressions import Canonical
 from .latex import Latex, escaped
-from .operations import count_intermediates, count_operations
+from .operations import called_functions, count_intermediates, count_operations
 from .programs import Array, EffectSet, Function, Loop, function_to_json
 from .python import PythonFunction
 from .sharing import share
+from .short_angles import LARGEST, short_angles
 
 SOURCE = "maxima/derive.mac"
 NODES = 16  # of a step of the compiled engine: two vectors of eight lanes
@@ -66,7 +67,9 @@ def kernel_texts(effects: EffectSet, functions: list[Function]) -> dict[str, str
         "functions": in_c,
         "step": step,
         "asked": "".join(f"{a.name}, " for a in reduced.inputs[2:]) if reduced else "",
-        "uses_exp": any(f.operations[place]["exp"] for f in in_c for place in f.operations),
+        "calls": set().union(*map(called_functions, functions)),
+        "short_angles": short_angles(),
+        "largest_square": LARGEST,
     }
     in_python = [PythonFunction(f) for f in functions]
     return {

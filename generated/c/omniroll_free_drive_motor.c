@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* A caller with faster sines may define these before. */
+/* A caller with faster sines may define real_sin and real_cos before. */
 #if defined OMNIROLL_FLOAT
 #define OMNIROLL_TYPED(name) name##f
 #elif defined OMNIROLL_LONG_DOUBLE
@@ -11,11 +11,60 @@
 #else
 #define OMNIROLL_TYPED(name) name
 #endif
+#ifndef OMNIROLL_INLINE
+#define OMNIROLL_INLINE static inline
+#endif
+/* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
+ * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
+#if defined OMNIROLL_LONG_DOUBLE
+#define OMNIROLL_IS_LONG(square) ((void)(square), 1)
+#else
+#define OMNIROLL_IS_LONG(square) ((square) > real_number(0.28L))
+#endif
 #ifndef real_sin
-#define real_sin(x) OMNIROLL_TYPED(sin)(x)
+#define real_sin omniroll_free_drive_motor_sin
+OMNIROLL_INLINE real_t omniroll_free_drive_motor_sin(real_t x)
+{
+    const real_t z = x*x;
+#ifndef OMNIROLL_SHORT_ANGLES
+    if (OMNIROLL_IS_LONG(z))
+        return OMNIROLL_TYPED(sin)(x);
+#endif
+#ifdef OMNIROLL_FLOAT
+    return x + x*z*(real_number(-0.16666665562119597589L)
+        + z*(real_number(0.0083330938405178297379L)
+        + z*(real_number(-0.00019693559683100875675L))));
+#else
+    return x + x*z*(real_number(-0.16666666666665987507L)
+        + z*(real_number(0.0083333333329895036413L)
+        + z*(real_number(-0.00019841269275945962707L)
+        + z*(real_number(0.0000027556913504655705411L)
+        + z*(real_number(-2.4919877191464711706e-8L))))));
+#endif
+}
 #endif
 #ifndef real_cos
-#define real_cos(x) OMNIROLL_TYPED(cos)(x)
+#define real_cos omniroll_free_drive_motor_cos
+OMNIROLL_INLINE real_t omniroll_free_drive_motor_cos(real_t x)
+{
+    const real_t z = x*x;
+#ifndef OMNIROLL_SHORT_ANGLES
+    if (OMNIROLL_IS_LONG(z))
+        return OMNIROLL_TYPED(cos)(x);
+#endif
+#ifdef OMNIROLL_FLOAT
+    return real_number(1) + z*(real_number(-0.49999990069878510350L)
+        + z*(real_number(0.041664513372086817150L)
+        + z*(real_number(-0.0013756050525148130476L))));
+#else
+    return real_number(1) + z*(real_number(-0.49999999999999995439L)
+        + z*(real_number(0.041666666666663499663L)
+        + z*(real_number(-0.0013888888888156598408L)
+        + z*(real_number(0.000024801586523066165572L)
+        + z*(real_number(-2.7556900714516096463e-7L)
+        + z*(real_number(2.0766042867710357446e-9L)))))));
+#endif
+}
 #endif
 #ifndef real_sqrt
 #define real_sqrt(x) OMNIROLL_TYPED(sqrt)(x)

@@ -8,7 +8,8 @@
  * double, or float with OMNIROLL_FLOAT, or long double with OMNIROLL_LONG_DOUBLE; define it for all files alike.
  *
  * N is `wheels`, n is `rollers_per_wheel`. Arrays are dense, the last index fastest: spins[i*(n-1) + j]. No output may
- * overlap an input. Nothing is checked: the caller sees to sizes and to values that make sense.
+ * overlap an input. Nothing is checked: the caller sees to sizes and to values that make sense. Sines of an angle on
+ * its roller, |chi| <= pi/n, are polynomials; beyond it the library's serve, slower and as exact.
  * Slot j = 0 ... n-2 of a wheel is its free roller number j + 2, at the angle 2 pi (j + 1)/n from the one in contact.
  *
  * Use:

@@ -1,7 +1,7 @@
 /* Many vehicles at once: the reduced kernel over arrays, eight vehicles in the lanes.
  *
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. The constants of the model either
- * are one vehicle's (shared) or stand in such an array too. */
+ * are one vehicle's (shared) or stand in such an array too. Each chi is on its roller, |chi| <= pi/n. */
 #include "kernel_in_lanes.h"
 
 ALWAYS_INLINE lanes_t load(const double *from, long long left)

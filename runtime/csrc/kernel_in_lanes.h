@@ -13,8 +13,8 @@
 #define OMNIROLL_REAL_T
 typedef lanes_t real_t;
 #define real_number(x) lanes_of((double)(x))
-#define real_sin lanes_sin
-#define real_cos lanes_cos
+#define OMNIROLL_SHORT_ANGLES
+#define OMNIROLL_INLINE ALWAYS_INLINE
 #define OMNIROLL_API ALWAYS_INLINE
 #include OMNIROLL_KERNEL
 

@@ -51,9 +51,8 @@ ALWAYS_INLINE double lanes_largest(lanes_t x)
     return largest;
 }
 
-/* Sine and cosine for |x| <= pi/4, where the half angles of the wheels are (|chi/2| <= pi/6): the polynomials of Sun's
- * fdlibm (k_sin.c, k_cos.c, 1993), without the range reduction that no wheel needs. Other angles go through
- * lanes_reduce() first. */
+/* Sine and cosine for |x| <= pi/4: the polynomials of Sun's fdlibm (k_sin.c, k_cos.c, 1993). Other angles go through
+ * lanes_reduce() first; half a wheel angle has a shorter polynomial in the generated kernel. */
 ALWAYS_INLINE lanes_t lanes_sin(lanes_t x)
 {
     const lanes_t z = x*x;
@@ -88,11 +87,15 @@ ALWAYS_INLINE reduced_angle_t lanes_reduce(lanes_t x)
         .quarter = (lane_mask_t)shifted};
 }
 
-/* The vector (x, y) turned by quarter*pi/2. */
-ALWAYS_INLINE void lanes_turn(lane_mask_t quarter, lanes_t *x, lanes_t *y)
+/* The vector (x, y) turned by an angle. */
+ALWAYS_INLINE void lanes_turn(lanes_t angle, lanes_t *x, lanes_t *y)
 {
+    const reduced_angle_t reduced = lanes_reduce(angle);
+    const lanes_t cosine = lanes_cos(reduced.rest), sine = lanes_sin(reduced.rest);
+    const lanes_t turned_x = *x*cosine - *y*sine, turned_y = *x*sine + *y*cosine;
+    const lane_mask_t quarter = reduced.quarter;
     const lane_mask_t odd = (quarter & 1) != 0, flip_x = ((quarter + 1) & 2) << 62, flip_y = (quarter & 2) << 62;
-    const lanes_t u = lanes_select(odd, *y, *x), v = lanes_select(odd, *x, *y);
+    const lanes_t u = lanes_select(odd, turned_y, turned_x), v = lanes_select(odd, turned_x, turned_y);
     *x = (lanes_t)((lane_mask_t)u ^ flip_x);
     *y = (lanes_t)((lane_mask_t)v ^ flip_y);
 }

@@ -246,7 +246,8 @@ static EACH_LEVEL double turn_outside(const step_t *s, int wheel)
     return 1;
 }
 
-/* x, y and theta at the end of the step: integrals that feed nothing back. */
+/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the heading 0,
+ * turned here: a heading may be any angle. */
 static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
 {
     nodes_t theta;
@@ -254,18 +255,12 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t rate[3];
         KERNEL(pose_rates)(s->wheels, s->rollers, s->model, nu, lanes_of(0), rate);
-        s->rate_pose[2].lanes[b] = rate[2];
+        for (int k = 0; k < 3; k++)
+            s->rate_pose[k].lanes[b] = rate[k];
     }
     integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);
-    for (int b = 0; b < BLOCKS; b++) {
-        const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
-        lanes_t rate[3];
-        const reduced_angle_t heading = lanes_reduce(theta.lanes[b]);
-        KERNEL(pose_rates)(s->wheels, s->rollers, s->model, nu, heading.rest, rate);
-        lanes_turn(heading.quarter, &rate[0], &rate[1]);
-        s->rate_pose[0].lanes[b] = rate[0];
-        s->rate_pose[1].lanes[b] = rate[1];
-    }
+    for (int b = 0; b < BLOCKS; b++)
+        lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);
     for (int k = 0; k < 3; k++)
         s->end_pose[k] = pose[k] + s->h*weighted(&s->rate_pose[k], &gauss_weight);
 }
