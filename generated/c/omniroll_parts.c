@@ -169,3 +169,23 @@ OMNIROLL_API void omniroll_parts_natural_yaw_scale(int wheels, int rollers_per_w
     const real_t l = wheel_radius;
     *yaw_scale = I_S/(M*l*l);
 }
+
+/* Angular momentum of a wheel and a rotor behind its gear, per unit of the wheel's rate. Equations: (3.2). */
+OMNIROLL_API void omniroll_parts_spin_inertia(int wheels, int rollers_per_wheel, real_t wheel_inertia,
+                                              real_t gear_ratio, real_t rotor_axial_inertia,
+                                              real_t *spin_inertia_of)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    const real_t J = wheel_inertia;
+    *spin_inertia_of = gear_ratio*rotor_axial_inertia*(1 - gear_ratio) + J;
+}
+
+/* Gravity across an inclined plane. Equations: section 2. */
+OMNIROLL_API void omniroll_parts_across_plane(int wheels, int rollers_per_wheel, real_t gravity_strength,
+                                              real_t plane_angle, real_t *gravity_across)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    *gravity_across = gravity_strength*real_cos(plane_angle);
+}

@@ -135,6 +135,28 @@ OMNIROLL_API void omniroll_parts_truncated_axis_radius(int wheels, int rollers_p
 OMNIROLL_API void omniroll_parts_natural_yaw_scale(int wheels, int rollers_per_wheel, real_t mass,
                                                    real_t yaw_inertia, real_t wheel_radius, real_t *yaw_scale);
 
+/* Angular momentum of a wheel and a rotor behind its gear, per unit of the wheel's rate.
+ *
+ * Equations: (3.2).
+ *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
+ *   in  gear_ratio [1]: turns of the rotor per turn of the wheel
+ *   in  rotor_axial_inertia [kg m^2]: inertia of a rotor about its axis
+ *   out spin_inertia_of [kg m^2]: angular momentum about the axle per unit of the wheel's rate
+ * Operations: once 2 add, 2 mul. Intermediates: 0. */
+OMNIROLL_API void omniroll_parts_spin_inertia(int wheels, int rollers_per_wheel, real_t wheel_inertia,
+                                              real_t gear_ratio, real_t rotor_axial_inertia,
+                                              real_t *spin_inertia_of);
+
+/* Gravity across an inclined plane.
+ *
+ * Equations: section 2.
+ *   in  gravity_strength [m/s^2]: gravity
+ *   in  plane_angle [rad]: inclination of the plane
+ *   out gravity_across [m/s^2]: gravity across the plane
+ * Operations: once 1 mul, 1 sincos. Intermediates: 0. */
+OMNIROLL_API void omniroll_parts_across_plane(int wheels, int rollers_per_wheel, real_t gravity_strength,
+                                              real_t plane_angle, real_t *gravity_across);
+
 #ifdef __cplusplus
 }
 #endif

@@ -165,3 +165,33 @@ def natural_yaw_scale(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_radius
     l = wheel_radius
     yaw_scale = I_S/(M*l*l)
     return yaw_scale
+
+
+def spin_inertia(wheels, rollers_per_wheel, wheel_inertia, gear_ratio, rotor_axial_inertia):
+    """Angular momentum of a wheel and a rotor behind its gear, per unit of the wheel's rate.
+
+    Equations: (3.2).
+    wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
+    gear_ratio [1]: turns of the rotor per turn of the wheel.
+    rotor_axial_inertia [kg m^2]: inertia of a rotor about its axis.
+    Returns:
+      spin_inertia_of [kg m^2]: angular momentum about the axle per unit of the wheel's rate.
+    Operations: once 2 add, 2 mul. Intermediates: 0.
+    """
+    J = wheel_inertia
+    spin_inertia_of = gear_ratio*rotor_axial_inertia*(1 - gear_ratio) + J
+    return spin_inertia_of
+
+
+def across_plane(wheels, rollers_per_wheel, gravity_strength, plane_angle):
+    """Gravity across an inclined plane.
+
+    Equations: section 2.
+    gravity_strength [m/s^2]: gravity.
+    plane_angle [rad]: inclination of the plane.
+    Returns:
+      gravity_across [m/s^2]: gravity across the plane.
+    Operations: once 1 mul, 1 sincos. Intermediates: 0.
+    """
+    gravity_across = gravity_strength*cos(plane_angle)
+    return gravity_across

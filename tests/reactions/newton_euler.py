@@ -315,8 +315,7 @@ def solve(machine, q, dq, acting, *, model="free", loads=None):
     flat = [values.get(("second", k), arb(0)) for k in range(len(q.flat()))]
     second = Speeds.shaped(machine.wheels, machine.rollers_per_wheel, flat)
     contact = [
-        (values["axle", i], values["rolling", i], values.get(("load", i), loads.get(i)))
-        for i in range(machine.wheels)
+        (values["axle", i], values["rolling", i], values.get(("load", i), loads.get(i))) for i in range(machine.wheels)
     ]
     return Found(second, contact, {k: v for k, v in values.items() if k[0] in ("force", "torque")})
 

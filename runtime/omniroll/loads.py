@@ -1,0 +1,80 @@
+"""Normal loads from their sum and moments, and the polygon of the contacts that they press on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.spatial import ConvexHull
+
+from omniroll.errors import InvalidValueError
+
+COLLINEAR = 1e-9  # width of the support, per its length, below which the contacts lie on one line
+FEASIBLE = 1e-10  # residual of the least-distance program above which loads without a sign exist
+
+
+def refuse_collinear(places: np.ndarray) -> None:
+    """InvalidValueError unless there are three contacts (N, 2) or more that do not lie on one line."""
+    wheels = len(places)
+    if wheels < 3:
+        raise InvalidValueError("wheels", wheels, "loads need three wheels or more: fewer cannot stand on their own")
+    length, width = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)
+    if width <= COLLINEAR * length:
+        bound = "contacts must not lie on one line: the loads' moment about that line cannot be balanced"
+        raise InvalidValueError("wheel_places", places.tolist(), bound)
+
+
+def contact_loads(places: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """Loads (..., N) with sum N_i (1, x_i, y_i) = sums (..., 3), for contacts (N, 2).
+
+    Three contacts determine them. Of more, the loads are those of least norm, sqrt(sum N_i^2), among all that pull on
+    no contact; where there are none (the vehicle tips), of least norm among all.
+    """
+    scale = np.abs(places).max()
+    matrix = np.vstack([np.ones(len(places)), places.T / scale])
+    moments = sums / np.array([1.0, scale, scale])
+    loads = moments @ np.linalg.pinv(matrix).T
+    if len(places) > 3:
+        null = np.linalg.svd(matrix)[2][3:].T
+        for row in map(tuple, np.argwhere((loads < 0).any(axis=-1))):
+            loads[row] = _without_pulling(matrix, null, moments[row], loads[row])
+    return loads
+
+
+def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, loads: np.ndarray) -> np.ndarray:
+    """The loads >= 0 of least norm, or `loads` where there are none.
+
+    C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23: loads + null z with the least z,
+    subject to null z >= -loads, is a least-squares problem in variables that are not negative.
+    """
+    program = np.vstack([null.T, -loads / np.abs(loads).max()])
+    wanted = np.zeros(len(program))
+    wanted[-1] = 1
+    multipliers, residual = nnls(program, wanted)
+    if residual < FEASIBLE:
+        return loads
+    pressed = multipliers == 0  # the others carry nothing; those that do are of least norm
+    found = np.zeros_like(loads)
+    found[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
+    return found
+
+
+@dataclass(frozen=True)
+class SupportPolygon:
+    """The convex polygon of the contacts; corners (K, 2) in m, against the clock."""
+
+    corners: np.ndarray
+
+    @classmethod
+    def of(cls, places: np.ndarray) -> "SupportPolygon":
+        """The smallest polygon around the contacts (N, 2)."""
+        return cls(places[ConvexHull(places).vertices])
+
+    def margin(self, points: np.ndarray) -> np.ndarray:
+        """Distance (...) of points (..., 2) to the polygon's edge: positive inside, negative outside."""
+        starts = self.corners
+        edges = np.roll(starts, -1, axis=0) - starts
+        away = points[..., None, :] - starts
+        along = np.clip((away * edges).sum(axis=-1) / (edges**2).sum(axis=-1), 0, 1)
+        distance = np.linalg.norm(away - along[..., None] * edges, axis=-1).min(axis=-1)
+        is_left = edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0] >= 0
+        return np.where(is_left.all(axis=-1), distance, -distance)
