@@ -6,6 +6,7 @@ run.pose[-1]
 """
 
 from omniroll.dynamics import accelerations
+from omniroll.effects import Bearings, Controller, Motor, Slope, Torque, TorqueTable
 from omniroll.errors import (
     AccuracyWarning,
     InvalidValueError,
@@ -14,6 +15,7 @@ from omniroll.errors import (
     SimulationStopped,
 )
 from omniroll.kernels import Kernel, kernel
+from omniroll.ledger import Ledger
 from omniroll.many import Many, simulate_many
 from omniroll.parts import cylinder
 from omniroll.scene import Scene, SceneError, load_scene, run
@@ -26,15 +28,22 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning",
+    "Bearings",
+    "Controller",
     "InvalidValueError",
     "Kernel",
     "KernelsMissingError",
+    "Ledger",
     "Many",
+    "Motor",
     "OmnirollError",
     "Samples",
     "Scene",
     "SceneError",
     "SimulationStopped",
+    "Slope",
+    "Torque",
+    "TorqueTable",
     "Trajectory",
     "Vehicle",
     "accelerations",

@@ -1,8 +1,9 @@
 """One phase: the motion from one switch up to the next, by DOP853 steps with located switches.
 
-This is the readable reference. It knows the state only as y = (nu, chi, pose) with y' = flow(time, y), where
-a wheel switches (|chi_i| passes pi/n) and how large each component is; the mechanics is in the kernel. Time
-is counted from the phase's start, so that it is fine near a switch whatever the clock shows.
+This is the readable reference. It knows the state only as y = (nu, chi, pose, ...) with y' = flow(time, y), where
+a wheel switches (|chi_i| passes pi/n), what else ends a phase (omniroll.guards) and how large each component is; the
+mechanics is in the kernel. Time is counted from the phase's start, so that it is fine near a switch whatever the clock
+shows.
 
 Each accepted step carries a polynomial. A wheel that leaves its roller inside the step shows in it, also one
 that comes back before the step's end; the step is then made anew, straight onto the first such moment, by
@@ -16,6 +17,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from omniroll.dense import bernstein_of_dop853, first_positive
+from omniroll.guards import NO_GUARDS, Guards
 from omniroll.kernels import Flow
 from omniroll.switching import EPS
 
@@ -36,13 +38,15 @@ class Phase:
 
     times       ends of the steps, counted from the phase's start
     ends        y at these times
-    dense       Bernstein coefficients (8, 6 + N) of each step
+    dense       Bernstein coefficients (8, d) of each step
     y           the last state
     directions  (N,) int: +1 or -1 for the wheels that switch at the end, all 0 at the end of the run
+    passed      (m,) bool: the guards that have ended it
     """
 
     y: np.ndarray
     directions: np.ndarray
+    passed: np.ndarray
     times: list[float] = field(default_factory=list)
     ends: list[np.ndarray] = field(default_factory=list)
     dense: list[np.ndarray] = field(default_factory=list)
@@ -71,7 +75,7 @@ class PhaseIntegrator:
 
     wheels     N; chi is y[3 : 3 + N]
     joint      pi/n in rad
-    scale      (6 + N,) the size of each component, in which errors are measured
+    scale      (d,) the size of each component, in which errors are measured
     tolerance  the local error allowed in a step, in units of `scale`
     """
 
@@ -81,19 +85,29 @@ class PhaseIntegrator:
         self.counts = Counts()
         self.next_step: float | None = None  # carried over a switch
 
-    def run(self, flow: Flow, y: np.ndarray, limit: float, gap: Callable[[float], float]) -> Phase:
-        """Integrate from y to the next switch, at most for the time `limit`.
+    def run(
+        self,
+        flow: Flow,
+        y: np.ndarray,
+        limit: float,
+        gap: Callable[[float], float],
+        guards: Guards = NO_GUARDS,
+    ) -> Phase:
+        """Integrate from y to the next switch or guard, at most for the time `limit`.
 
         gap(h) is the time within which switches are one switch, where h is the phase's length.
         Raises StepFailedError; its `phase` attribute is what was done until then.
         """
-        phase = Phase(y, np.zeros(self.wheels, int))
+        phase = Phase(y, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
+        if len(guards) and guards.beyond(0.0, y).any():
+            phase.passed = guards.beyond(0.0, y)
+            return phase
         with np.errstate(all="ignore"):  # a trial step may leave the number range; it is rejected
             if self.next_step is None:
                 self.next_step = self._first_step(flow, y, limit)
             while phase.duration < limit:
                 try:
-                    finished = self._advance(flow, phase, limit, gap)
+                    finished = self._advance(flow, phase, limit, gap, guards)
                 except StepFailedError as error:
                     error.phase = phase  # type: ignore[attr-defined]
                     raise
@@ -101,8 +115,10 @@ class PhaseIntegrator:
                     break
         return phase
 
-    def _advance(self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float]) -> bool:
-        """Add steps until a switch or the limit. False: a crossing proved to be none, so go on anew."""
+    def _advance(
+        self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards
+    ) -> bool:
+        """Add steps until a switch, a guard or the limit. False: a crossing proved to be none, so go on anew."""
         start = phase.duration
         solver = DOP853(
             flow,
@@ -119,19 +135,24 @@ class PhaseIntegrator:
             while True:
                 y0, time0 = solver.y, solver.t
                 dense = self._step(solver)
+                h = solver.t - time0
                 time, directions = self._first_crossing(dense)
+                guard_time, passed = self._first_guard(dense, time0, h, guards, time)
+                if guard_time is not None:
+                    self._land_on_guard(flow, phase, y0, time0, h, guard_time, gap, guards, passed)
+                    return True
                 if time is None:
                     phase.add_step(solver.t, solver.y, dense)
                     if solver.status == "finished":
-                        phase.directions = self._due(flow, solver.y, gap(solver.t))
+                        phase.directions = self._due(flow, solver.t, solver.y, gap(solver.t))
                         phase.y = self._onto_joint(phase, phase.directions)
                         return True
                     continue
-                if time0 + time * (solver.t - time0) == time0:
+                if time0 + time * h == time0:
                     phase.directions = directions
                     phase.y = self._onto_joint(phase, directions)
                     return True
-                return self._land(flow, phase, y0, time0, solver.t - time0, time, gap)
+                return self._land(flow, phase, y0, time0, h, time, gap)
         finally:
             self.counts.evaluations += solver.nfev
 
@@ -163,9 +184,9 @@ class PhaseIntegrator:
         waits = np.where(chi_dot != 0, way / np.abs(chi_dot), np.inf)
         return waits, directions.astype(int)
 
-    def _due(self, flow: Flow, y: np.ndarray, gap: float) -> np.ndarray:
+    def _due(self, flow: Flow, time: float, y: np.ndarray, gap: float) -> np.ndarray:
         """Directions of the wheels that reach their joint in less than `gap`, 0 for the others."""
-        waits, directions = self._waits(flow(0.0, y), y)
+        waits, directions = self._waits(flow(time, y), y)
         self.counts.evaluations += 1
         return np.where(waits < gap, directions, 0)
 
@@ -185,6 +206,23 @@ class PhaseIntegrator:
                 directions[wheel] = direction
         return first, directions
 
+    def _first_guard(
+        self, dense: np.ndarray, start: float, h: float, guards: Guards, first: float | None
+    ) -> tuple[float | None, np.ndarray]:
+        """Where in the step, 0..1, guards are first passed, and which; None if none is, or not before `first`."""
+        passed, earliest = np.zeros(len(guards), bool), None
+        if not len(guards):
+            return earliest, passed
+        margins = guards.margins(dense, start, h)
+        for k in np.flatnonzero(margins.max(axis=0) > 0):
+            found = first_positive(margins[:, k].tolist())
+            if found is None or any(other is not None and found > other for other in (first, earliest)):
+                continue
+            if earliest is None or found < earliest:
+                earliest, passed = found, np.zeros(len(guards), bool)
+            passed[k] = True
+        return earliest, passed
+
     def _land(
         self,
         flow: Flow,
@@ -202,8 +240,8 @@ class PhaseIntegrator:
         low, high = (0.0, y0, None), (h_most, None)
         h = guess * h_most
         for _ in range(LANDING_TRIALS):
-            y, dense = self._single_step(flow, y0, h)
-            rates = flow(0.0, y)
+            y, dense = self._single_step(flow, time0, y0, h)
+            rates = flow(time0 + h, y)
             self.counts.evaluations += 1
             waits, directions = self._waits(rates, y)
             first = np.argmin(waits)
@@ -220,7 +258,7 @@ class PhaseIntegrator:
                 following = (low[0] + high[0]) / 2 if high[1] is not None else h_most
             if following in (low[0], high[0]) and high[1] is not None:  # nothing between: the joint is here
                 h, y, dense = low
-                waits, directions = self._waits(flow(0.0, y), y)
+                waits, directions = self._waits(flow(time0 + h, y), y)
                 beyond = np.abs(high[1][self.chi]) > self.joint
                 directions = np.where(beyond, np.sign(high[1][self.chi]).astype(int), directions)
                 waits = np.where(beyond, 0.0, waits)
@@ -234,9 +272,52 @@ class PhaseIntegrator:
         phase.y = self._onto_joint(phase, phase.directions)
         return bool(phase.directions.any())
 
-    def _single_step(self, flow: Flow, y0: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+    def _land_on_guard(
+        self,
+        flow: Flow,
+        phase: Phase,
+        y0: np.ndarray,
+        time0: float,
+        h_most: float,
+        guess: float,
+        gap: Callable[[float], float],
+        guards: Guards,
+        passed: np.ndarray,
+    ) -> None:
+        """Step from y0 onto the first of the passed guards, `guess` of the way of a step h_most that passes them.
+
+        Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
+        """
+        low, high, h = 0.0, h_most, guess * h_most
+        if (guards.values(time0, y0)[passed] >= 0).any() or time0 + h == time0:
+            phase.passed = passed
+            return
+        for _ in range(LANDING_TRIALS):
+            y, dense = self._single_step(flow, time0, y0, h)
+            waits, noise = guards.waits(time0 + h, y, flow(time0 + h, y))
+            self.counts.evaluations += 1
+            waits[~passed] = np.inf
+            first = np.argmin(waits)
+            if abs(waits[first]) <= noise[first] + EPS * h:
+                break
+            beyond = (guards.values(time0 + h, y)[passed] > 0).any()
+            low, high = (low, h) if beyond else (h, high)
+            following = h + waits[first]
+            if not low < following < high:
+                following = (low + high) / 2
+            if following in (low, high):
+                break
+            h = following
+        phase.add_step(time0 + h, y, dense)
+        phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + gap(phase.duration))
+        phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
+        phase.y = self._onto_joint(phase, phase.directions)
+
+    def _single_step(
+        self, flow: Flow, time0: float, y0: np.ndarray, h: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """One step of exactly h, whatever its error estimate: it is part of a step that was accepted."""
-        solver = DOP853(flow, 0.0, y0, h, first_step=h, rtol=1.0, atol=np.inf)
+        solver = DOP853(lambda time, y: flow(time0 + time, y), 0.0, y0, h, first_step=h, rtol=1.0, atol=np.inf)
         solver.step()
         self.counts.evaluations += solver.nfev
         if solver.t != h:

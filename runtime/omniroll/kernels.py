@@ -15,7 +15,7 @@ import importlib
 import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from types import ModuleType, SimpleNamespace
 
 import numpy as np
@@ -161,6 +161,13 @@ class Kernel:
         """The right-hand side f(time, y) -> y' with y = (nu, chi, pose), length 6 + N.
 
         `momenta` are the two constants of each wheel's free rollers, (N, 2); None but for free rollers.
+        """
+        raise NotImplementedError
+
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        """The generated function `name` as a call without arguments on named arrays of doubles.
+
+        It reads its inputs from `buffers` and writes its outputs there; each has the shape of its argument.
         """
         raise NotImplementedError
 
@@ -356,6 +363,21 @@ class PythonKernel(Kernel):
 
         return rates
 
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        function, model, signature = getattr(self._module, name), self._model, self.signatures[name]
+        inputs = [buffers[argument.name] for argument in signature.inputs]
+        outputs = [buffers[argument.name] for argument in signature.outputs]
+
+        def call() -> None:
+            try:
+                found = function(model, *(values.tolist() for values in inputs))
+            except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
+                found = (np.nan,) * len(outputs) if len(outputs) > 1 else np.nan
+            for output, values in zip(outputs, found if len(outputs) > 1 else (found,), strict=True):
+                output[...] = values
+
+        return call
+
 
 def _components_last(output, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
     """A nested list of components, each a number or an array of shape `lead`, as one array lead + shape."""
@@ -459,6 +481,21 @@ class CompiledKernel(Kernel):
             return rates.copy()
 
         return flow
+
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        function, signature = self._function(name), self.signatures[name]
+        arrays = [buffers[argument.name] for argument in (*signature.inputs, *signature.outputs)]
+        pointers = [self._pointer(array) for array in arrays]
+        scalars = [k for k, argument in enumerate(signature.inputs) if not argument.shape]
+        if not scalars:
+            return partial(function, *self._head, *pointers)
+
+        def call() -> None:
+            for k in scalars:  # a scalar input goes by value
+                pointers[k] = arrays[k].item()
+            function(*self._head, *pointers)
+
+        return call
 
 
 @cache

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels import Kernel, kernel
 from omniroll.switching import State
 from omniroll.trajectory import SWITCH_FIELDS, Trajectory
+from omniroll.vehicle import Vehicle
 
 Progress = Callable[[float, float], Any]
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
@@ -18,7 +20,8 @@ SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 class Task:
     """What is to be simulated, checked."""
 
-    kernel: Kernel
+    vehicle: Vehicle
+    kernel: Kernel  # of the vehicle with what its effects bring
     state: State
     duration: float
     start_time: float
@@ -26,6 +29,7 @@ class Task:
     accuracy: float
     engine: str
     progress: Progress | None
+    effects: EffectSet = EffectSet()
 
 
 @dataclass(frozen=True)
@@ -33,10 +37,10 @@ class Rows:
     """What a run leaves: T rows, S steps that take time, K switches of a vehicle with N wheels of n rollers.
 
     elapsed      (T,) time since the start of the run
-    y            (T, 6 + N) nu, chi, pose
+    y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
     contact      (T, N) physical roller in contact
     axial        (T, N, n-1) axial speeds of the free rollers by place, or None
-    dense        (S, d + 1, 6 + N) Bernstein coefficients of y on each step, or None
+    dense        (S, d + 1, 6 + N + E) Bernstein coefficients of y on each step, or None
     step_rows    (S,) the row at which a step starts
     directions   (K, N) +1, -1, or 0 for a wheel that did not switch
     switch_rows  (K,) the row after a switch
@@ -54,22 +58,16 @@ class Rows:
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
     """The trajectory of a run."""
-    vehicle = task.kernel.vehicle
-    bound = kernel(vehicle, task.kernel.roller_model, "python")  # works on all rows at once
-    end = 3 + vehicle.wheels
-    nu, chi, pose = (rows.y[:, part].copy() for part in (slice(3), slice(3, end), slice(end, None)))
+    bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
+    end = 3 + task.vehicle.wheels
+    parts = (slice(3), slice(3, end), slice(end, end + 3), slice(end + 3, None))
+    nu, chi, pose, added = (rows.y[:, part].copy() for part in parts)
     _, contact_spin = bound.wheel_rates(nu, chi)
     spins = None if rows.axial is None else bound.spins_from_axial(nu, chi, rows.axial)
     energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
     switches = _switches(task, rows, energy)
-    counted = {
-        "switches": len(switches),
-        "error_estimate": None,
-        "sensitivity": None,
-        "phase_energy_drift": _phase_drift(energy, rows.switch_rows),
-    }
-    return Trajectory(
-        vehicle=vehicle,
+    trajectory = Trajectory(
+        vehicle=task.vehicle,
         roller_model=task.kernel.roller_model,
         switching=task.switching,
         accuracy=task.accuracy,
@@ -87,8 +85,12 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         switches=switches,
         dense=rows.dense,
         step_rows=rows.step_rows,
-        stats=stats | counted,
+        stats=stats | {"switches": len(switches), "error_estimate": None, "sensitivity": None},
+        effects=task.effects,
+        added=added if task.effects else None,
     )
+    trajectory.stats["phase_energy_drift"] = _phase_drift(trajectory, rows.switch_rows)
+    return trajectory
 
 
 def _switches(task: Task, rows: Rows, energy: np.ndarray) -> np.recarray:
@@ -103,9 +105,12 @@ def _switches(task: Task, rows: Rows, energy: np.ndarray) -> np.recarray:
     return records.view(np.recarray)
 
 
-def _phase_drift(energy: np.ndarray, switch_rows: np.ndarray) -> float:
-    """The largest relative change of energy between two switches."""
+def _phase_drift(trajectory: Trajectory, switch_rows: np.ndarray) -> float:
+    """The largest relative change, between two switches, of the energy less what effects have done."""
     starts = np.append(0, switch_rows)
-    change = np.maximum.reduceat(energy, starts) - np.minimum.reduceat(energy, starts)
-    first = energy[starts]
+    balance = trajectory.energy - trajectory.gained()
+    change = np.maximum.reduceat(balance, starts) - np.minimum.reduceat(balance, starts)
+    first = trajectory.energy[starts]
+    if trajectory.effects:  # which may start from rest
+        first = np.maximum.reduceat(trajectory.energy, starts)
     return float((change[first > 0] / first[first > 0]).max(initial=0.0))

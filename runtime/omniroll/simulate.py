@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,10 @@ from numpy.typing import ArrayLike
 from omniroll import states, validation
 from omniroll.comparison import difference, distance_at
 from omniroll.compiled_engine import CompiledRun, can_run
+from omniroll.effects.effect import Effect
+from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
-from omniroll.kernels import ROLLER_MODELS, kernel
+from omniroll.kernels import ROLLER_MODELS, Kernel, best_backend
 from omniroll.python_engine import Run
 from omniroll.runs import Progress, Task
 from omniroll.switching import EPS, LAWS, State
@@ -43,6 +46,7 @@ def simulate(
     accuracy: float = 1e-9,
     engine: str = "compiled",
     progress: Progress | None = None,
+    effects: Sequence[Effect] = (),
     control: bool = True,
 ) -> Trajectory:
     """Simulate a vehicle with N wheels of n rollers from a given state.
@@ -58,6 +62,8 @@ def simulate(
     switching     "impact" or "smooth": the law at a change of rollers, see omniroll.switching
     accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this
     engine        "compiled": C kernels; "python": Python kernels
+    effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor, Controller,
+                  Bearings, Slope. With effects the Python engine integrates, over the kernel of these effects
     progress      called as progress(time done, duration) now and then
     control       compare with a second, coarser run: its distance is the measure of the error
                   (stats["error_estimate"]), and where it is too large the run is made again with a tighter
@@ -73,6 +79,7 @@ def simulate(
     task = checked_task(
         vehicle, nu=nu, chi=chi, spins=spins, pose=pose, duration=duration, start_time=start_time,
         roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, progress=progress,
+        effects=effects,
     )  # fmt: skip
     if not control or task.duration == 0:
         return one_run(task, task.accuracy)
@@ -102,6 +109,7 @@ def checked_task(
     accuracy: float = 1e-9,
     engine: str = "compiled",
     progress: Progress | None = None,
+    effects: Sequence[Effect] = (),
 ) -> Task:
     """The arguments of simulate, checked. Raises InvalidValueError."""
     if not isinstance(vehicle, Vehicle):
@@ -109,40 +117,37 @@ def checked_task(
     validation.choice("roller_model", roller_model, ROLLER_MODELS)
     validation.choice("switching", switching, LAWS)
     validation.choice("engine", engine, ENGINES)
+    acting = EffectSet.checked(effects, vehicle)
+    bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(
-        kernel=kernel(vehicle, roller_model, engine),
-        state=_initial_state(vehicle, roller_model, nu, chi, spins, pose, engine),
+        vehicle=vehicle,
+        kernel=bound,
+        state=_initial_state(bound, nu, chi, spins, pose),
         duration=_duration(duration),
         start_time=validation.real("start_time", start_time),
         switching=switching,
         accuracy=_accuracy(accuracy),
         engine=engine,
         progress=progress,
+        effects=acting,
     )
     _check_range(task)
     return task
 
 
-def _initial_state(
-    vehicle: Vehicle,
-    roller_model: str,
-    nu: ArrayLike,
-    chi: ArrayLike,
-    spins: ArrayLike,
-    pose: ArrayLike,
-    engine: str,
-) -> State:
+def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:
+    vehicle = bound.vehicle
     nu = states.speeds(validation.real_array("nu", nu, (3,)))
     chi = states.wheel_angles_in_contact(chi, vehicle)
     if chi.ndim != 1:
         raise InvalidValueError("chi", chi.tolist(), f"must have the shape ({vehicle.wheels},)")
-    spins = states.free_spins(spins, vehicle, roller_model)
+    spins = states.free_spins(spins, vehicle, bound.roller_model)
     if spins is not None and spins.ndim != 2:
         shape = (vehicle.wheels, vehicle.rollers_per_wheel - 1)
         raise InvalidValueError("spins", spins.tolist(), f"must have the shape {shape}")
     axial = None
     if spins is not None:
-        free = kernel(vehicle, roller_model, engine).axial_speeds(nu, chi, spins)
+        free = bound.axial_speeds(nu, chi, spins)
         axial = np.pad(free, ((0, 0), (1, 0)))  # contact is 0, so that j and the physical number agree
     pose = validation.real_array("pose", pose, (3,))
     return State(nu, chi, pose, np.zeros(vehicle.wheels, int), axial)
@@ -169,9 +174,14 @@ def _check_range(task: Task) -> None:
     with np.errstate(all="ignore"):
         spins = () if free is None else (bound.spins_from_axial(state.nu, state.chi, free),)
         energy = bound.energy(state.nu, state.chi, *spins)
-        flow = bound.flow(None if free is None else bound.momenta(free))
-        rates = flow(0.0, np.concatenate([state.nu, state.chi, state.pose]))
-        way = rates * task.duration
+        acting = EffectRun(task.effects, bound, task.start_time)
+        acting.pass_time(0.0, state)
+        flow, _ = acting.phase(0.0, free)
+        y = np.zeros(acting.layout.size)
+        acting.layout.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+        acting.layout.put(y, task.effects.initial(bound, free))
+        rates = flow(0.0, y)
+        way = rates[: acting.layout.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if np.abs(way).max() > validation.LARGEST:
         raise InvalidValueError(

@@ -69,6 +69,11 @@ class State:
         """The axial speeds of the rollers j = 2..n, (N, n-1)."""
         return None if self.axial is None else by_place(self.axial, self.contact)[:, 1:]
 
+    def with_free_axial(self, free: np.ndarray) -> "State":
+        """The state with other axial speeds of the rollers j = 2..n, (N, n-1)."""
+        places = np.column_stack([np.zeros(len(free)), free])
+        return replace(self, axial=by_roller(places, self.contact))
+
 
 def physical_roller(contact: np.ndarray, j: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:
     """The physical number of roller j = 1..n where `contact` is the one in contact (rule 2)."""

@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly
 
 from omniroll import switching, validation
+from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.layout import Layout
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import Kernel, best_backend, kernel
+from omniroll.ledger import Ledger
 from omniroll.vehicle import Vehicle
 
 SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
@@ -48,9 +51,10 @@ class Trajectory:
                   switches.t, ...; the jump of a joint switch is shared equally among its wheels
     stats         dict: steps, evaluations, switches, phases, error_estimate, ...
     elapsed       (T,) time since start_time, not rounded to the clock
-    dense         (S, d + 1, 6 + N) Bernstein coefficients of (nu, chi, pose) on each of the S steps, or None
+    dense         (S, d + 1, 6 + N + E) Bernstein coefficients of (nu, chi, pose, added) on each of the S steps, or None
     step_rows     (S,) the row at which each step starts
-    vehicle, roller_model, switching, accuracy, engine, start_time    what was asked for
+    added         (T, E) what the effects integrate, see `quantity`; None without effects
+    vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     """
 
     vehicle: Vehicle
@@ -72,6 +76,8 @@ class Trajectory:
     dense: np.ndarray | None
     step_rows: np.ndarray
     stats: dict[str, Any] = field(default_factory=dict)
+    effects: EffectSet = EffectSet()
+    added: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
@@ -134,18 +140,23 @@ class Trajectory:
     def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
         y, row = self._state_and_row(times)
-        return y, self.contact[row]
+        return y[..., : 6 + self.vehicle.wheels], self.contact[row]
 
     def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """y (..., 6 + N) at times within the run, and the last row at or before each."""
+        """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
         # A clock late in its life is coarse: a time that is some row's t is that row's time.
         row = np.searchsorted(self.t, times, side="right") - 1
         on_row = self.t[row] == times
-        y = np.concatenate([self.nu[row], self.chi[row], self.pose[row]], axis=-1)
+        y = self._rows(row)
         between = ~on_row
         if between.any():
             y[between] = self._polynomials((times - self.start_time)[between])
         return y, row
+
+    def _rows(self, row: np.ndarray) -> np.ndarray:
+        """y (..., 6 + N + E) of some rows."""
+        added = () if self.added is None else (self.added[row],)
+        return np.concatenate([self.nu[row], self.chi[row], self.pose[row], *added], axis=-1)
 
     @cached_property
     def _polynomials(self) -> BPoly:
@@ -160,11 +171,15 @@ class Trajectory:
         """All fields from y = (nu, chi, pose), where `row` is the last row at or before each time."""
         bound, end = self.kernel, 3 + self.vehicle.wheels
         joint = np.pi / self.vehicle.rollers_per_wheel
-        nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end:]
+        nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         _, contact_spin = bound.wheel_rates(nu, chi)
         spins = None
         if self.spins is not None:
             axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
+            if self.effects:
+                before, after = self._layout.views(self._rows(row)), self._layout.views(y)
+                elapsed = (times - self.start_time) - self.elapsed[row]
+                axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
             spins = bound.spins_from_axial(nu, chi, axial)
             at_row = times == self.t[row]
             spins[at_row] = self.spins[row[at_row]]
@@ -173,10 +188,51 @@ class Trajectory:
 
     @property
     def kernel(self) -> Kernel:
-        """The kernel of this vehicle and roller model, compiled where that is there."""
-        return kernel(
-            self.vehicle, self.roller_model, "python" if self.engine == "python" else best_backend()
-        )
+        """The kernel of this vehicle and roller model without effects, compiled where that is there."""
+        return kernel(self.effects.equipped(self.vehicle), self.roller_model, self._backend)
+
+    @property
+    def _backend(self) -> str:
+        return "python" if self.engine == "python" else best_backend()
+
+    @cached_property
+    def _effect_kernel(self) -> Kernel:
+        return self.effects.kernel(self.vehicle, self.roller_model, self._backend)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        return self.effects.layout(self._effect_kernel)
+
+    # Energy
+
+    def quantity(self, name: str) -> np.ndarray:
+        """(T, ...) what an effect has integrated, by name: drive_work, axle_loss, roller_loss in J, ..."""
+        names = [quantity.name for quantity in self.effects.quantities(self.roller_model)]
+        validation.choice("name", name, names)
+        return self._layout.view(self._rows(np.arange(len(self))), name)
+
+    def contributions(self) -> dict[str, np.ndarray]:
+        """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
+        accounts = {
+            quantity.name: quantity.account * self.quantity(quantity.name)
+            for quantity in self.effects.quantities(self.roller_model)
+            if quantity.account
+        }
+        if self.effects.potentials:
+            potential = self.effects.potential(self._effect_kernel, self.pose)
+            accounts["slope_work"] = potential[0] - potential
+        return accounts
+
+    def gained(self) -> np.ndarray:
+        """(T,) their sum."""
+        return sum(self.contributions().values(), np.zeros(len(self)))
+
+    @property
+    def ledger(self) -> Ledger:
+        """The account of the energy of the whole run."""
+        found = {name: float(values[-1]) for name, values in self.contributions().items()}
+        found["switches"] = float(self.switches["energy_jump"].sum())
+        return Ledger(float(self.energy[0]), float(self.energy[-1]), found, float(self.energy.max()))
 
     # Files
 

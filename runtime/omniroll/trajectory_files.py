@@ -15,6 +15,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from omniroll.effects import KINDS
+from omniroll.effects.effect_set import EffectSet
 from omniroll.errors import InvalidValueError
 from omniroll.trajectory import SWITCH_FIELDS, Trajectory
 from omniroll.vehicle import Vehicle
@@ -32,6 +34,7 @@ ARRAYS = (
     "energy",
     "dense",
     "step_rows",
+    "added",
 )
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")
 
@@ -69,16 +72,27 @@ def _ending(path: str | PathLike) -> str:
 
 def _description(trajectory: Trajectory) -> dict[str, Any]:
     description = {name: getattr(trajectory, name) for name in DESCRIPTION}
-    return {"format": FORMAT, "vehicle": trajectory.vehicle.as_dict(), **description}
+    effects = [effect.as_dict() for effect in trajectory.effects.effects]
+    return {"format": FORMAT, "vehicle": trajectory.vehicle.as_dict(), "effects": effects, **description}
 
 
 def _trajectory(description: dict[str, Any], arrays: dict[str, Any], switches: np.ndarray) -> Trajectory:
     if description.get("format") != FORMAT:
         raise ValueError(f"format {description.get('format')!r}")
     given = {name: description[name] for name in DESCRIPTION}
+    vehicle = Vehicle(**description["vehicle"])
+    effects = _effects(vehicle, description.get("effects", []))
     return Trajectory(
-        vehicle=Vehicle(**description["vehicle"]), switches=switches.view(np.recarray), **given, **arrays
+        vehicle=vehicle, switches=switches.view(np.recarray), effects=effects, **given, **arrays
     )
+
+
+def _effects(vehicle: Vehicle, described: list[dict[str, Any]]) -> EffectSet:
+    made = []
+    for fields in described:
+        fields = dict(fields)
+        made.append(KINDS[fields.pop("kind")](**fields))
+    return EffectSet.checked(made, vehicle)
 
 
 def _save_npz(trajectory: Trajectory, path: str | PathLike, dense: bool) -> None:
@@ -101,7 +115,7 @@ def _load_npz(path: str | PathLike) -> Trajectory:
         return _trajectory(json.loads(str(file["description"])), arrays, file["switches"])
 
 
-def _names(vehicle: Vehicle, spins: bool) -> list[str]:
+def _names(vehicle: Vehicle, spins: bool, added: int) -> list[str]:
     wheels, rollers = range(1, vehicle.wheels + 1), range(2, vehicle.rollers_per_wheel + 1)
     names = [
         "t",
@@ -117,12 +131,14 @@ def _names(vehicle: Vehicle, spins: bool) -> list[str]:
         *(f"contact_spin_{i}" for i in wheels),
         "energy",
     ]
-    return names + ([f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else [])
+    names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
+    return names + [f"added_{k}" for k in range(1, added + 1)]
 
 
 def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
     vehicle, rows, end = trajectory.vehicle, len(trajectory), 5 + trajectory.vehicle.wheels + 3
-    names = _names(vehicle, trajectory.spins is not None)
+    added = 0 if trajectory.added is None else trajectory.added.shape[1]
+    names = _names(vehicle, trajectory.spins is not None, added)
     columns = [
         trajectory.t,
         trajectory.elapsed,
@@ -135,16 +151,20 @@ def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
     ]
     if trajectory.spins is not None:
         columns.append(trajectory.spins.reshape(rows, -1))
+    if trajectory.added is not None:
+        columns.append(trajectory.added)
     # tolist() gives Python's numbers: contacts stay integers, floats print to the bit.
     table = [list(chain.from_iterable(_listed(column[k]) for column in columns)) for k in range(rows)]
     description = _description(trajectory) | {"switches": [list(row) for row in trajectory.switches.tolist()]}
     description["dense"] = dense and trajectory.dense is not None
     if description["dense"]:
         degree = trajectory.dense.shape[1] - 1
-        names += [f"dense_{k}_{name}" for k in range(1, degree) for name in names[2:end]]
+        integrated = names[2:end] + names[len(names) - added :]
+        names += [f"dense_{k}_{name}" for k in range(1, degree) for name in integrated]
         for row, coefficients in zip(trajectory.step_rows, trajectory.dense, strict=True):
             table[row] += coefficients[1:-1].ravel().tolist()
     description["step_rows"] = trajectory.step_rows.tolist()
+    description["added"] = added if trajectory.added is not None else None
     file.write(f"# {FORMAT}\n# {json.dumps(description)}\n")
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(names)
@@ -171,7 +191,8 @@ def _read_csv(file: TextIO) -> Trajectory:
 def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], description: dict) -> dict[str, Any]:
     wheels, rollers, rows = vehicle.wheels, vehicle.rollers_per_wheel, len(table)
     with_spins = "spin_1_2" in names
-    plain = _names(vehicle, with_spins)
+    added = description.get("added")
+    plain = _names(vehicle, with_spins, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
         raise ValueError("columns are missing")
     numbers = np.array([[float(text) for text in row[: len(plain)]] for row in table])
@@ -189,6 +210,7 @@ def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], descript
         "spins": None,
         "dense": None,
         "step_rows": np.array(description["step_rows"], int),
+        "added": None,
     }
     place = 0
     for name, width in widths.items():
@@ -196,16 +218,21 @@ def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], descript
         place += max(width, 1)
     arrays["contact"] = arrays["contact"].astype(int)
     if with_spins:
-        arrays["spins"] = numbers[:, place:].reshape(rows, wheels, rollers - 1)
+        width = wheels * (rollers - 1)
+        arrays["spins"] = numbers[:, place : place + width].reshape(rows, wheels, rollers - 1)
+        place += width
+    if added is not None:
+        arrays["added"] = numbers[:, place:].copy()
     if description["dense"]:
         inner = np.array([[float(text) for text in table[row][len(plain) :]] for row in arrays["step_rows"]])
-        arrays["dense"] = _dense(inner, arrays, 6 + wheels)
+        arrays["dense"] = _dense(inner, arrays)
     return arrays
 
 
-def _dense(inner: np.ndarray, arrays: dict[str, Any], width: int) -> np.ndarray:
+def _dense(inner: np.ndarray, arrays: dict[str, Any]) -> np.ndarray:
     """All coefficients from the inner ones and the rows at both ends."""
     rows = arrays["step_rows"]
-    states = np.concatenate([arrays["nu"], arrays["chi"], arrays["pose"]], axis=1)
-    inner = inner.reshape(len(rows), -1, width)
+    names = ("nu", "chi", "pose", "added")
+    states = np.concatenate([arrays[name] for name in names if arrays[name] is not None], axis=1)
+    inner = inner.reshape(len(rows), -1, states.shape[1])
     return np.concatenate([states[rows][:, None], inner, states[rows + 1][:, None]], axis=1)

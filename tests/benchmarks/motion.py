@@ -40,7 +40,7 @@ class Engine:
     def __init__(self, vehicle, tolerance, roller_model="locked", switching="smooth", duration=DURATION):
         start = _initial_state(vehicle, roller_model, NU, 0, 0, (0, 0, 0), "compiled")
         compiled = kernel(vehicle, roller_model, "compiled")
-        self.task = Task(compiled, start, duration, 0.0, switching, tolerance, "compiled", None)
+        self.task = Task(compiled.vehicle, compiled, start, duration, 0.0, switching, tolerance, "compiled", None)
         self.tolerance = tolerance
 
     def __call__(self):

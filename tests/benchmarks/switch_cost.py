@@ -28,7 +28,7 @@ class OneStep:
         # Either at the joint and about to pass it, or just behind it: the phase after it is the same.
         chi[1] = direction * joint * (1 if at_joint else -1)
         start = _initial_state(vehicle, roller_model, NU, chi, 0, (0, 0, 0), "compiled")
-        self.run = CompiledRun(Task(compiled, start, LENGTH, 0.0, switching, 1e-9, "compiled", None), 1e-9)
+        self.run = CompiledRun(Task(compiled.vehicle, compiled, start, LENGTH, 0.0, switching, 1e-9, "compiled", None), 1e-9)
         self.step = getattr(self.run.module.lib, f"omniroll_{compiled.set_name}_run")
         self.model, self.size = self.run._pointer(compiled.model), len(compiled.model)
         arrays = [getattr(self.run, name) for name in ("nu", "chi", "pose", "axial", "contact")]

@@ -1,0 +1,130 @@
+"""Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
+
+Viscous friction is - c chi' at an axle and - c phi' at a roller, phi' relative to its disk. Coulomb friction is
+regularised with a named speed, - T w / sqrt(w^2 + w_0^2): nothing sticks, below w_0 it creeps.
+
+Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
+into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
+speeds of the single rollers follow from them (axial_after). With Coulomb friction every roller's axial speed is a state.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.effects.effect import Effect, Quantity
+from omniroll.effects.numbers import not_negative, spread
+from omniroll.errors import InvalidValueError
+from omniroll.kernels import Kernel
+from omniroll.vehicle import Vehicle
+
+# Field of the effect, argument of the kernel's prepare, effect of the registry.
+COEFFICIENTS = (
+    ("wheel_viscous", "axle_damping", "axle_viscous"),
+    ("wheel_coulomb", "axle_torque", "axle_coulomb"),
+    ("roller_viscous", "roller_damping", "roller_viscous"),
+    ("roller_coulomb", "roller_torque", "roller_coulomb"),
+)
+# Field, argument of prepare, the coefficient that needs it.
+SPEEDS = (("wheel_speed", "axle_speed", "wheel_coulomb"), ("roller_speed", "roller_speed", "roller_coulomb"))
+AXLE_LOSS = Quantity("axle_loss", "axle_loss", account=-1)
+ROLLER_LOSS = Quantity("roller_loss", "roller_loss", account=-1)
+
+
+@dataclass(frozen=True)
+class Bearings(Effect):
+    """Friction; what is None is not there. Coefficients are one number, or (N,) for the wheels; not negative.
+
+    wheel_viscous   in N m s
+    wheel_coulomb   in N m; with wheel_speed in rad/s, below which it gives way
+    roller_viscous  in N m s, of every roller
+    roller_coulomb  in N m; with roller_speed in rad/s
+
+    A small speed makes the equations stiff: near rest the steps shrink like speed * inertia / torque.
+    """
+
+    wheel_viscous: ArrayLike | None = None
+    wheel_coulomb: ArrayLike | None = None
+    wheel_speed: float | None = None
+    roller_viscous: ArrayLike | None = None
+    roller_coulomb: ArrayLike | None = None
+    roller_speed: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, _, _ in COEFFICIENTS:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, not_negative(name, getattr(self, name)))
+        for name, _, coefficient in SPEEDS:
+            speed = getattr(self, name)
+            if (speed is None) != (getattr(self, coefficient) is None):
+                raise InvalidValueError(name, speed, f"must be given together with {coefficient}, and only then")
+            if speed is not None:
+                object.__setattr__(self, name, validation.positive(name, speed))
+        if not self.kernel_effects():
+            raise InvalidValueError("wheel_viscous", None, "Bearings needs at least one coefficient")
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        self.constants(vehicle)
+
+    def kernel_effects(self) -> tuple[str, ...]:
+        return tuple(effect for name, _, effect in COEFFICIENTS if getattr(self, name) is not None)
+
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        coefficients = {
+            argument: tuple(spread(name, getattr(self, name), vehicle.wheels).tolist())
+            for name, argument, _ in COEFFICIENTS
+            if getattr(self, name) is not None
+        }
+        speeds = {argument: getattr(self, name) for name, argument, _ in SPEEDS}
+        return coefficients | {argument: speed for argument, speed in speeds.items() if speed is not None}
+
+    @property
+    def _at_axles(self) -> bool:
+        return self.wheel_viscous is not None or self.wheel_coulomb is not None
+
+    def _rollers(self, roller_model: str) -> str:
+        """How the rollers lose energy: "none", "contact" (only those in contact), "collapsed" or "single"."""
+        if self.roller_viscous is None and self.roller_coulomb is None:
+            return "none"
+        if roller_model != "free":
+            return "contact"
+        return "collapsed" if self.roller_coulomb is None else "single"
+
+    def functions(self, roller_model: str) -> tuple[str, ...]:
+        rollers = {
+            "none": (),
+            "contact": ("contact_loss",),
+            "collapsed": ("momenta_rates",),
+            "single": ("momenta", "roller_rates"),
+        }
+        return (("axle_loss",) if self._at_axles else ()) + rollers[self._rollers(roller_model)]
+
+    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
+        rollers = {
+            "none": (),
+            "contact": (ROLLER_LOSS,),
+            "collapsed": (
+                Quantity("momenta", "momenta_dot", size="momentum"),
+                Quantity("roller_energy", "roller_energy_dot"),
+                ROLLER_LOSS,
+            ),
+            "single": (Quantity("axial", "axial_dot", size="speed"), ROLLER_LOSS),
+        }
+        return ((AXLE_LOSS,) if self._at_axles else ()) + rollers[self._rollers(roller_model)]
+
+    def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
+        rollers = self._rollers(kernel.roller_model)
+        if rollers == "collapsed":
+            return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
+        return {"axial": axial} if rollers == "single" else {}
+
+    def axial_later(
+        self, kernel: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
+    ) -> np.ndarray | None:
+        rollers = self._rollers(kernel.roller_model)
+        if rollers == "collapsed":
+            return kernel.call("axial_after", axial, before["momenta"], after["momenta"], elapsed)
+        return after["axial"] if rollers == "single" else None

@@ -1,0 +1,104 @@
+"""A controller that tracks a velocity: sampled, proportional and integral, one loop for each wheel.
+
+At each sample the wheels' speeds that the wanted nu demands are compared with those that are; the output is held until
+the next sample. Where it is cut off at its limit, the integral waits.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.effects.effect import Effect, Part, Process, Signal
+from omniroll.effects.numbers import Curve, not_negative, spread, table
+from omniroll.effects.torque import Drive
+from omniroll.errors import InvalidValueError
+from omniroll.kernels import Kernel
+from omniroll.switching import State
+from omniroll.vehicle import Vehicle
+
+OUTPUTS = ("torque", "voltage")
+
+
+@dataclass(frozen=True)
+class Controller(Drive):
+    """Tracks nu.
+
+    target        nu in 1/s: (3,), or with `times` (K, 3), linear in between
+    proportional  gain in N m s (or V s) per rad/s of a wheel: one number, or (N,)
+    integral      gain in N m (or V) per rad of a wheel
+    sample_time   in s, counted from the start of the run; the first sample is at once
+    output        "torque" at the axles, or "voltage", which is added to that of a Motor
+    limit         of the output's size, in N m or V; None: no limit
+    times         (K,) in s, increasing, on the clock of the run
+    """
+
+    target: ArrayLike
+    proportional: ArrayLike
+    sample_time: float
+    integral: ArrayLike = 0.0
+    output: str = "torque"
+    limit: float | None = None
+    times: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: object) -> None:
+            object.__setattr__(self, name, value)
+
+        for name in ("proportional", "integral"):
+            put(name, not_negative(name, getattr(self, name)))
+        put("sample_time", validation.positive("sample_time", self.sample_time))
+        validation.choice("output", self.output, OUTPUTS)
+        if self.limit is not None:
+            put("limit", validation.positive("limit", self.limit))
+        if self.times is None:
+            put("target", tuple(validation.real_array("target", self.target, (3,)).tolist()))
+        else:
+            times, target = table("target", self.times, self.target, "linear", width=3)
+            put("times", times)
+            put("target", target)
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        for name in ("proportional", "integral"):
+            spread(name, getattr(self, name), vehicle.wheels)
+        if self.output != "torque" and not any(self.output in effect.needs for effect in others):
+            raise InvalidValueError("output", self.output, "needs a Motor among the effects")
+
+    def process(self, kernel: Kernel, start_time: float) -> "Sampling":
+        curve = (
+            Curve.constant(np.array(self.target))
+            if self.times is None
+            else Curve(np.array(self.times) - start_time, np.array(self.target))
+        )
+        return Sampling(self, kernel, curve)
+
+
+class Sampling(Process):
+    """The controller in one run: its samples, its integral and the output that it holds."""
+
+    def __init__(self, controller: Controller, kernel: Kernel, target: Curve):
+        self.controller, self.kernel, self.target = controller, kernel, target
+        self.proportional = spread("proportional", controller.proportional, kernel.wheels)
+        self.integral = spread("integral", controller.integral, kernel.wheels)
+        self.limit = math.inf if controller.limit is None else controller.limit
+        self.samples = 0
+        self.sum = np.zeros(kernel.wheels)  # of the errors, rad
+        self.output = np.zeros(kernel.wheels)
+
+    def next_time(self) -> float:
+        return self.samples * self.controller.sample_time
+
+    def pass_time(self, state: State) -> None:
+        wanted, _ = self.target.after(self.next_time())
+        error = self.kernel.wheel_speeds(wanted - state.nu)
+        summed = self.sum + self.controller.sample_time * error
+        output = self.proportional * error + self.integral * summed
+        self.output = np.clip(output, -self.limit, self.limit)
+        self.sum = np.where(self.output == output, summed, self.sum)
+        self.samples += 1
+
+    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+        return Part({self.controller.output: Signal.constant(self.output)})

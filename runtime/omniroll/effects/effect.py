@@ -1,0 +1,140 @@
+"""What acts on a vehicle: the contract between an effect and the engine.
+
+A kind of effect is one file of this folder with two classes.
+
+ 1. The effect (a subclass of Effect) is what the user makes: a frozen dataclass of numbers that checks itself. What needs
+    the vehicle is checked in `check`.
+ 2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
+    the kernel's `prepare` takes with them.
+ 3. It names the generated functions that are evaluated with the rates, before `reduced`, in the order of their
+    inputs, and the quantities that they integrate: states, and entries of the energy's account.
+ 4. Its process (a subclass of Process) is its part in one run: what it remembers, at which times it must be asked again,
+    and for each phase the inputs that it gives and the guards that end the phase.
+ 5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
+    of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
+
+What is not said here costs nothing: no state, no call.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from omniroll.guards import Guard
+from omniroll.kernels import Kernel
+from omniroll.switching import State
+from omniroll.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input during one phase, (N,): value + slope t, where t counts from the phase's start."""
+
+    value: np.ndarray
+    slope: np.ndarray
+
+    @classmethod
+    def constant(cls, value: np.ndarray) -> "Signal":
+        return cls(value, np.zeros_like(value))
+
+    def __add__(self, other: "Signal") -> "Signal":
+        return Signal(self.value + other.value, self.slope + other.slope)
+
+    def at(self, time: float) -> np.ndarray:
+        return self.value + self.slope * time
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What an effect integrates.
+
+    name     of the state
+    rate     the output of a generated function that is its rate
+    account  +1: work that is done on the vehicle; -1: energy that it loses; 0: neither
+    size     "energy", "momentum" (kg m^2/s) or "speed" (rad/s): what its error is measured against
+    """
+
+    name: str
+    rate: str
+    account: int = 0
+    size: str = "energy"
+
+
+@dataclass(frozen=True)
+class Part:
+    """What an effect does in one phase: inputs by name, and guards that end the phase."""
+
+    inputs: Mapping[str, Signal] = field(default_factory=dict)
+    guards: tuple[Guard, ...] = ()
+
+
+class Process:
+    """An effect in one run. Times are counted from the start of the run."""
+
+    def next_time(self) -> float:
+        """When it must be asked again: a phase ends there exactly."""
+        return np.inf
+
+    def pass_time(self, state: State) -> None:
+        """next_time has come; the next one must be later."""
+
+    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+        """Its part in the phase that starts now; `given` are the inputs of those asked before."""
+        return Part()
+
+    def pass_guards(self, passed: np.ndarray) -> None:
+        """Some guards of the last part, (m,) bool, have ended the phase."""
+
+
+class Effect:
+    """Base of the effects: one that does nothing. roller_model is "free", "locked" or "massless"."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+    potential: ClassVar[str | None] = None  # the generated function that gives its potential energy
+
+    def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
+        """Raise InvalidValueError where it does not fit the vehicle, or the effects with which it acts."""
+
+    def equipped(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle with the inertia that this effect brings."""
+        return vehicle
+
+    def kernel_effects(self) -> tuple[str, ...]:
+        """Names in the registry."""
+        return ()
+
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        """Arguments of the kernel's `prepare` by name."""
+        return {}
+
+    def functions(self, roller_model: str) -> tuple[str, ...]:
+        """Generated functions that are evaluated with the rates."""
+        return ()
+
+    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
+        """What is integrated."""
+        return ()
+
+    def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
+        """States after a switch or at the start, from the free rollers' axial speeds (N, n-1); account entries have
+        none: they go on."""
+        return {}
+
+    def axial_later(
+        self, kernel: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
+    ) -> np.ndarray | None:
+        """The free rollers' axial speeds (..., N, n-1) later in the phase, where this effect changes them.
+
+        before, after  the quantities by name, then and now; elapsed (...,) the time between
+        """
+        return None
+
+    def process(self, kernel: Kernel, start_time: float) -> Process:
+        """Its part in a run that starts at `start_time`."""
+        return Process()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Kind and fields, in plain Python types."""
+        return {"kind": type(self).__name__} | {entry.name: getattr(self, entry.name) for entry in fields(self)}

@@ -1,0 +1,149 @@
+"""All effects of a run together: what the engine asks, it asks here, and this asks each effect."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from omniroll import generated_data
+from omniroll.effects.effect import Effect, Quantity, Signal
+from omniroll.effects.layout import Layout
+from omniroll.effects.program import Program
+from omniroll.errors import InvalidValueError
+from omniroll.guards import NO_GUARDS, Guards
+from omniroll.kernels import Flow, Kernel, kernel
+from omniroll.switching import State
+from omniroll.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class EffectSet:
+    """Effects (a tuple), one after the other in the order in which they are asked; checked against a vehicle."""
+
+    effects: tuple[Effect, ...] = ()
+
+    @classmethod
+    def checked(cls, effects: Sequence[Effect], vehicle: Vehicle) -> "EffectSet":
+        """Raises InvalidValueError for what is not an effect, or does not fit the vehicle."""
+        if isinstance(effects, Effect) or not isinstance(effects, Sequence):
+            raise InvalidValueError("effects", effects, "must be a sequence of effects")
+        for effect in effects:
+            if not isinstance(effect, Effect):
+                raise InvalidValueError("effects", effect, "is not an effect, such as omniroll.Torque")
+        for effect in effects:
+            effect.check(vehicle, effects)
+        found = cls(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
+        found.constants(vehicle)
+        return found
+
+    def __bool__(self) -> bool:
+        return bool(self.effects)
+
+    def equipped(self, vehicle: Vehicle) -> Vehicle:
+        """The vehicle with the inertia that the effects bring."""
+        for effect in self.effects:
+            vehicle = effect.equipped(vehicle)
+        return vehicle
+
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        """Arguments of `prepare`; refuses two effects that say the same thing."""
+        constants = {}
+        for effect in self.effects:
+            own = effect.constants(vehicle)
+            twice = constants.keys() & own.keys()
+            if twice:
+                raise InvalidValueError("effects", effect, f"{min(twice)} is given twice")
+            constants |= own
+        return constants
+
+    def kernel(self, vehicle: Vehicle, roller_model: str, backend: str) -> Kernel:
+        """The kernel with these effects, and no others."""
+        vehicle = self.equipped(vehicle)
+        if not self.effects:
+            return kernel(vehicle, roller_model, backend)
+        wanted = {name for effect in self.effects for name in effect.kernel_effects()}
+        names = tuple(entry["name"] for entry in generated_data.load("effects")["effects"] if entry["name"] in wanted)
+        constants = tuple(self.constants(vehicle).items())
+        return kernel(vehicle, roller_model, backend, effects=names, constants=constants)
+
+    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
+        """What is integrated; effects that name the same quantity share it."""
+        named = {
+            quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)
+        }
+        return tuple(named.values())
+
+    def functions(self, roller_model: str) -> tuple[str, ...]:
+        """Generated functions that are evaluated with the rates, each once."""
+        return tuple(dict.fromkeys(name for effect in self.effects for name in effect.functions(roller_model)))
+
+    def layout(self, bound: Kernel) -> Layout:
+        return Layout(bound, self.quantities(bound.roller_model))
+
+    def initial(self, bound: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
+        """States after a switch or at the start."""
+        found = {}
+        for effect in self.effects:
+            found |= effect.initial(bound, axial)
+        return found
+
+    def axial_later(
+        self, bound: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
+    ) -> np.ndarray:
+        """The free rollers' axial speeds (..., N, n-1) later in a phase; constant where no effect says otherwise."""
+        later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
+        return next((found for found in later if found is not None), axial)
+
+    @cached_property
+    def potentials(self) -> tuple[str, ...]:
+        """Generated functions that give potential energy."""
+        return tuple(effect.potential for effect in self.effects if effect.potential is not None)
+
+    def potential(self, bound: Kernel, pose: np.ndarray) -> np.ndarray:
+        """Potential energy (...,) in J."""
+        return sum((bound.call(name, pose) for name in self.potentials), np.zeros(pose.shape[:-1]))
+
+
+class EffectRun:
+    """The effects in one run: their processes, and the rates between two of their events."""
+
+    def __init__(self, effects: EffectSet, bound: Kernel, start_time: float):
+        self.effects, self.kernel, self.layout = effects, bound, effects.layout(bound)
+        self.processes = [effect.process(bound, start_time) for effect in effects.effects]
+        self.parts = []
+        self.program = Program(bound, self.layout, effects.functions(bound.roller_model)) if effects else None
+
+    def next_time(self) -> float:
+        """When a phase must end at the latest; counted from the start of the run."""
+        return min((process.next_time() for process in self.processes), default=np.inf)
+
+    def pass_time(self, elapsed: float, state: State) -> None:
+        for process in self.processes:
+            if process.next_time() <= elapsed:
+                process.pass_time(state)
+
+    def phase(self, elapsed: float, axial: np.ndarray | None) -> tuple[Flow, Guards]:
+        """The rates and the guards of the phase that starts now; `axial` of the free rollers, (N, n-1)."""
+        momenta = None if axial is None else self.kernel.momenta(axial)
+        if self.program is None:
+            return self.kernel.flow(momenta), NO_GUARDS
+        inputs: dict[str, Signal] = {}
+        self.parts = []
+        for process in self.processes:
+            part = process.part(elapsed, inputs)
+            for name, signal in part.inputs.items():
+                inputs[name] = inputs[name] + signal if name in inputs else signal
+            self.parts.append(part)
+        guards = Guards([guard for part in self.parts for guard in part.guards], self.layout.size)
+        constants = {} if momenta is None or "momenta" in self.layout.slices else {"momenta": momenta}
+        return self.program.flow(constants, inputs), guards
+
+    def pass_guards(self, passed: np.ndarray) -> None:
+        """Some guards of this phase, (m,) bool, have ended it."""
+        start = 0
+        for process, part in zip(self.processes, self.parts, strict=True):
+            own = passed[start : start + len(part.guards)]
+            start += len(part.guards)
+            if own.any():
+                process.pass_guards(own)

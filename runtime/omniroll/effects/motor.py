@@ -1,0 +1,160 @@
+"""Direct-current motors on the wheels' axles.
+
+The current is i = (u - k_e g chi')/R, cut off at the limit; the torque at the axle is g k_t i. Between two limits that
+is a torque g k_t u/R less a damping g^2 k_t k_e/R times chi'; at the limit it is constant. Each wheel is in one of these
+three modes, and passes from one to the other where the current that is not cut off reaches the limit: a guard.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import parts, validation
+from omniroll.effects.effect import Effect, Part, Signal
+from omniroll.effects.numbers import Curve, per_wheel, spread, table
+from omniroll.effects.torque import Drive, Following
+from omniroll.errors import InvalidValueError
+from omniroll.guards import Guard
+from omniroll.kernels import Kernel
+from omniroll.vehicle import Vehicle
+
+LINEAR = 0  # the other modes are +1 and -1, the sign of the limit
+
+
+@dataclass(frozen=True)
+class Motor(Drive):
+    """One motor on each wheel, all of one kind.
+
+    voltage          u in V: one number, (N,), or with `times` (K, N)
+    torque_constant  k_t in N m/A
+    resistance       R in ohm
+    gear_ratio       g, turns of the rotor for one of the wheel
+    back_emf         k_e in V s; by default the torque constant
+    current_limit    in A; None: no limit
+    rotor_inertia    in kg m^2; g^2 of it is added to the wheel's
+    times            (K,) in s, increasing, on the clock of the run
+    interpolation    of the voltages between these times, "linear" or "hold"
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ("voltage",)
+
+    voltage: ArrayLike
+    torque_constant: float
+    resistance: float
+    gear_ratio: float = 1.0
+    back_emf: float | None = None
+    current_limit: float | None = None
+    rotor_inertia: float = 0.0
+    times: ArrayLike | None = None
+    interpolation: str = "linear"
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: object) -> None:
+            object.__setattr__(self, name, value)
+
+        for name in ("torque_constant", "resistance", "gear_ratio"):
+            put(name, validation.positive(name, getattr(self, name)))
+        back_emf = self.torque_constant if self.back_emf is None else self.back_emf
+        for name, value in (("back_emf", back_emf), ("rotor_inertia", self.rotor_inertia)):
+            put(name, validation.real(name, value))
+            if getattr(self, name) < 0:
+                raise InvalidValueError(name, value, "must not be negative")
+        if self.current_limit is not None:
+            put("current_limit", validation.positive("current_limit", self.current_limit))
+        if self.times is None:
+            put("voltage", per_wheel("voltage", self.voltage))
+        else:
+            times, voltage = table("voltage", self.times, self.voltage, self.interpolation)
+            put("times", times)
+            put("voltage", voltage)
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        self._curve(vehicle.wheels, 0.0)
+
+    def equipped(self, vehicle: Vehicle) -> Vehicle:
+        if self.rotor_inertia == 0:
+            return vehicle
+        (inertia,) = parts.evaluate(
+            "geared_inertia",
+            vehicle.wheels,
+            vehicle.rollers_per_wheel,
+            wheel_inertia=vehicle.wheel_inertia,
+            gear_ratio=self.gear_ratio,
+            rotor_axial_inertia=self.rotor_inertia,
+        )
+        return vehicle.replace(wheel_inertia=inertia)
+
+    def kernel_effects(self) -> tuple[str, ...]:
+        return (*super().kernel_effects(), "motor")
+
+    def process(self, kernel: Kernel, start_time: float) -> "Driving":
+        return Driving(self, kernel, self._curve(kernel.wheels, start_time))
+
+    def _curve(self, wheels: int, start_time: float) -> Curve:
+        if self.times is None:
+            return Curve.constant(spread("voltage", self.voltage, wheels))
+        if len(self.voltage[0]) != wheels:
+            raise InvalidValueError("voltage", self.voltage, f"must have {wheels} columns, one for each wheel")
+        return Curve(np.array(self.times) - start_time, np.array(self.voltage), self.interpolation)
+
+
+class Driving(Following):
+    """The motors in one run: the mode of each."""
+
+    def __init__(self, motor: Motor, kernel: Kernel, voltage: Curve):
+        super().__init__("voltage", voltage)
+        self.motor = motor
+        self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
+        self.mode = np.full(kernel.wheels, LINEAR)
+        self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
+
+    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+        motor, linear = self.motor, self.mode == LINEAR
+        voltage = Signal(*self.curve.after(elapsed))
+        if "voltage" in given:
+            voltage = voltage + given["voltage"]
+        per_volt = motor.gear_ratio * motor.torque_constant / motor.resistance
+        limit = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * motor.current_limit
+        torque = Signal(
+            np.where(linear, per_volt * voltage.value, self.mode * limit), np.where(linear, per_volt * voltage.slope, 0.0)
+        )
+        damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
+        return Part({"torque": torque, "damping": damping}, self._guards(voltage))
+
+    def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
+        """Where sign * current + limit * part becomes positive, a wheel's mode changes."""
+        self.leads_to = []
+        limit = self.motor.current_limit
+        if limit is None:
+            return ()
+        guards = []
+        for wheel, mode in enumerate(self.mode):
+            for sign, constant, follows in TRANSITIONS[int(mode)]:
+                self.leads_to.append((wheel, follows))
+                guards.append(self._guard(voltage, wheel, sign, constant * limit))
+        return tuple(guards)
+
+    def _guard(self, voltage: Signal, wheel: int, sign: int, constant: float) -> Guard:
+        motor = self.motor
+        per_speed = -motor.back_emf * motor.gear_ratio / motor.resistance
+        return Guard(
+            constant + sign * voltage.value[wheel] / motor.resistance,
+            sign * voltage.slope[wheel] / motor.resistance,
+            sign * per_speed * self.wheel_speed_per_nu[wheel],
+        )
+
+    def pass_guards(self, passed: np.ndarray) -> None:
+        for guard in np.flatnonzero(passed):
+            wheel, mode = self.leads_to[guard]
+            self.mode[wheel] = mode
+
+
+# From each mode: (sign, constant, new mode), where sign * i + constant * limit > 0 ends it.
+TRANSITIONS = {
+    LINEAR: ((+1, -1.0, +1), (-1, -1.0, -1)),
+    +1: ((-1, +1.0, LINEAR),),
+    -1: ((+1, +1.0, LINEAR),),
+}

@@ -1,0 +1,93 @@
+"""Torques at the wheels' axles, given in advance: constant, or a table over time."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.effects.effect import Effect, Part, Process, Quantity, Signal
+from omniroll.effects.numbers import Curve, per_wheel, spread, table
+from omniroll.errors import InvalidValueError
+from omniroll.kernels import Kernel
+from omniroll.switching import State
+from omniroll.vehicle import Vehicle
+
+DRIVE_WORK = Quantity("drive_work", "drive_power", account=+1)
+
+
+class Drive(Effect):
+    """What the effects that turn the wheels share: the kernel's torque, and the work that it does."""
+
+    def kernel_effects(self) -> tuple[str, ...]:
+        return ("drive",)
+
+    def functions(self, roller_model: str) -> tuple[str, ...]:
+        return ("drive_power",)
+
+    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
+        return (DRIVE_WORK,)
+
+
+class Following(Process):
+    """Follows a curve (K, N) over time as an input of the given name."""
+
+    def __init__(self, name: str, curve: Curve):
+        self.name, self.curve = name, curve
+        self.knot = curve.next_knot(0.0)
+
+    def next_time(self) -> float:
+        return self.knot
+
+    def pass_time(self, state: State) -> None:
+        self.knot = self.curve.next_knot(self.knot)
+
+    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+        return Part({self.name: Signal(*self.curve.after(elapsed))})
+
+
+@dataclass(frozen=True)
+class Torque(Drive):
+    """Constant torques.
+
+    torque  in N m at the axles, one number for all wheels or (N,); positive turns chi upwards
+    """
+
+    torque: ArrayLike
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "torque", per_wheel("torque", self.torque))
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        spread("torque", self.torque, vehicle.wheels)
+
+    def process(self, kernel: Kernel, start_time: float) -> Process:
+        return Following("torque", Curve.constant(spread("torque", self.torque, kernel.wheels)))
+
+
+@dataclass(frozen=True)
+class TorqueTable(Drive):
+    """Torques over time; before the first time and after the last one the nearest value.
+
+    times          (K,) in s, increasing, on the clock of the run (start_time counts)
+    torque         (K, N) in N m
+    interpolation  "linear", or "hold": each value until the next time
+    """
+
+    times: ArrayLike
+    torque: ArrayLike
+    interpolation: str = "linear"
+
+    def __post_init__(self) -> None:
+        times, torque = table("torque", self.times, self.torque, self.interpolation)
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "torque", torque)
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        if len(self.torque[0]) != vehicle.wheels:
+            raise InvalidValueError("torque", self.torque, f"must have {vehicle.wheels} columns, one for each wheel")
+
+    def process(self, kernel: Kernel, start_time: float) -> Process:
+        return Following(
+            "torque", Curve(np.array(self.times) - start_time, np.array(self.torque), self.interpolation)
+        )

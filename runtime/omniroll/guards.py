@@ -1,0 +1,70 @@
+"""Guards: linear functions of time and state that end a phase where they become positive.
+
+The current of a motor, the angle of a wheel: with the step's polynomial in Bernstein form a guard is a polynomial, too,
+so that its first passage is found like that of a joint.
+
+A guard counts as passed only where it exceeds its own rounding: one that has just been landed on, and guards the way
+back, stays quiet until the motion really goes back.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+EPS = float(np.finfo(float).eps)
+PASSED = 16  # roundings above zero is beyond
+LANDED = 2  # roundings around zero is on it
+
+
+@dataclass(frozen=True)
+class Guard:
+    """constant + slope t + weights . y, with t from the phase's start; weights (k,) of the first components of y."""
+
+    constant: float
+    slope: float
+    weights: np.ndarray
+
+
+class Guards:
+    """Some guards (m,) on states of length `size`."""
+
+    def __init__(self, guards: Sequence[Guard], size: int):
+        self.constant = np.array([guard.constant for guard in guards], float)
+        self.slope = np.array([guard.slope for guard in guards], float)
+        self.weights = np.zeros((len(guards), size))
+        for row, guard in zip(self.weights, guards, strict=True):
+            row[: len(guard.weights)] = guard.weights
+
+    def __len__(self) -> int:
+        return len(self.constant)
+
+    def values(self, time: float, y: np.ndarray) -> np.ndarray:
+        """(m,) values."""
+        return self.constant + self.slope * time + self.weights @ y
+
+    def rounding(self, time: float, y: np.ndarray) -> np.ndarray:
+        """(m,) eps times the sum of the terms' sizes."""
+        return EPS * (np.abs(self.constant) + np.abs(self.slope * time) + np.abs(self.weights) @ np.abs(y))
+
+    def beyond(self, time: float, y: np.ndarray) -> np.ndarray:
+        """(m,) bool: passed."""
+        return self.values(time, y) > PASSED * self.rounding(time, y)
+
+    def waits(self, time: float, y: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) times until each becomes positive at its present rate, negative beyond; and their rounding."""
+        rising = self.slope + self.weights @ rates
+        value = self.values(time, y)
+        with np.errstate(all="ignore"):
+            waits = np.where(rising > 0, -value / rising, np.inf)
+            noise = np.where(rising > 0, LANDED * self.rounding(time, y) / rising, 0.0)
+        return waits, noise
+
+    def margins(self, dense: np.ndarray, start: float, h: float) -> np.ndarray:
+        """(d + 1, m) Bernstein coefficients on a step of the guards less what counts as rounding."""
+        times = start + h * np.linspace(0, 1, len(dense))  # t itself, in Bernstein form
+        values = self.constant + self.slope * times[:, None] + dense @ self.weights.T
+        return values - PASSED * self.rounding(start + h, np.abs(dense).max(axis=0))
+
+
+NO_GUARDS = Guards((), 0)

@@ -1,0 +1,28 @@
+"""The account of a run's energy: what it had, what it got, what it lost, and what is left unexplained."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """All in J.
+
+    start, end      kinetic energies
+    contributions   by name, positive where the vehicle gains: drive_work, axle_loss, roller_loss, slope_work, switches
+    largest         kinetic energy during the run
+    """
+
+    start: float
+    end: float
+    contributions: dict[str, float]
+    largest: float
+
+    @property
+    def residual(self) -> float:
+        """What the contributions leave unexplained of end - start."""
+        return self.end - self.start - sum(self.contributions.values())
+
+    @property
+    def scale(self) -> float:
+        """The largest number in the account: what the residual is small against."""
+        return max(self.largest, *(abs(value) for value in self.contributions.values()), 0.0)
