@@ -29,7 +29,7 @@ COEFFICIENTS = (
     ("roller_coulomb", "roller_torque", "roller_coulomb"),
 )
 # Field, argument of prepare, the coefficient that needs it.
-SPEEDS = (("wheel_speed", "axle_speed", "wheel_coulomb"), ("roller_speed", "roller_speed", "roller_coulomb"))
+SPEEDS = (("wheel_speed", "axle_fade_speed", "wheel_coulomb"), ("roller_speed", "roller_fade_speed", "roller_coulomb"))
 AXLE_LOSS = Quantity("axle_loss", "axle_loss", account=-1)
 ROLLER_LOSS = Quantity("roller_loss", "roller_loss", account=-1)
 

@@ -31,7 +31,7 @@ class Motor(Drive):
     voltage          u in V: one number, (N,), or with `times` (K, N)
     torque_constant  k_t in N m/A
     resistance       R in ohm
-    gear_ratio       g, turns of the rotor for one of the wheel
+    gear_ratio       g, turns of the rotor for one of the wheel; negative where it turns the other way
     back_emf         k_e in V s; by default the torque constant
     current_limit    in A; None: no limit
     rotor_inertia    in kg m^2; g^2 of it is added to the wheel's
@@ -55,8 +55,11 @@ class Motor(Drive):
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        for name in ("torque_constant", "resistance", "gear_ratio"):
+        for name in ("torque_constant", "resistance"):
             put(name, validation.positive(name, getattr(self, name)))
+        put("gear_ratio", validation.real("gear_ratio", self.gear_ratio))
+        if self.gear_ratio == 0:
+            raise InvalidValueError("gear_ratio", self.gear_ratio, "must not be 0")
         back_emf = self.torque_constant if self.back_emf is None else self.back_emf
         for name, value in (("back_emf", back_emf), ("rotor_inertia", self.rotor_inertia)):
             put(name, validation.real(name, value))

@@ -25,7 +25,7 @@ class Program:
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in layout.quantities}
         self.buffers = {name: layout.view(self.y, name) for name in rates}
         self.buffers |= {rate: layout.view(self.rates, name) for name, rate in rates.items()}
-        self.buffers["theta"] = self.buffers["pose"][2:].reshape(())
+        self.buffers["theta"] = self.buffers["heading"] = self.buffers["pose"][2:].reshape(())
         for function in functions:
             signature = kernel.signatures[function]
             for argument in (*signature.inputs, *signature.outputs):
