@@ -22,9 +22,7 @@ from omniroll.kernels import Flow
 from omniroll.switching import EPS
 
 OVERSHOOT = 1.05  # a step that would pass the joint aims this little beyond it,
-SHORTEST_AIM = (
-    0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
-)
+SHORTEST_AIM = 0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
 LANDING_TRIALS = 100
 
 
@@ -115,9 +113,7 @@ class PhaseIntegrator:
                     break
         return phase
 
-    def _advance(
-        self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards
-    ) -> bool:
+    def _advance(self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards) -> bool:
         """Add steps until a switch, a guard or the limit. False: a crossing proved to be none, so go on anew."""
         start = phase.duration
         solver = DOP853(
@@ -128,9 +124,7 @@ class PhaseIntegrator:
             first_step=min(self.next_step, limit - start),
             atol=self.tolerance * self.scale,
         )
-        solver.rtol = (
-            EPS  # SciPy refuses less than 100 eps as an argument, which is more than long runs can bear
-        )
+        solver.rtol = EPS  # SciPy refuses less than 100 eps as an argument, which is more than long runs can bear
         try:
             while True:
                 y0, time0 = solver.y, solver.t
@@ -313,9 +307,7 @@ class PhaseIntegrator:
         phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
         phase.y = self._onto_joint(phase, phase.directions)
 
-    def _single_step(
-        self, flow: Flow, time0: float, y0: np.ndarray, h: float
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _single_step(self, flow: Flow, time0: float, y0: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """One step of exactly h, whatever its error estimate: it is part of a step that was accepted."""
         solver = DOP853(lambda time, y: flow(time0 + time, y), 0.0, y0, h, first_step=h, rtol=1.0, atol=np.inf)
         solver.step()
@@ -327,9 +319,7 @@ class PhaseIntegrator:
     def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:
         """The last state with the switching wheels exactly on their joints, the others not beyond theirs."""
         y = phase.y.copy()
-        y[self.chi] = np.where(
-            directions != 0, directions * self.joint, np.clip(y[self.chi], -self.joint, self.joint)
-        )
+        y[self.chi] = np.where(directions != 0, directions * self.joint, np.clip(y[self.chi], -self.joint, self.joint))
         if phase.times:
             phase.ends[-1] = y
             phase.dense[-1][-1] = y

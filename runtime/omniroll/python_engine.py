@@ -8,7 +8,7 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.errors import SimulationStopped
 from omniroll.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
-from omniroll.switching import State, SwitchingModel, outward, tau
+from omniroll.switching import SwitchingModel, outward, tau
 from omniroll.trajectory import Trajectory
 
 SAFETY = 0.5  # local errors may add up to this part of the accuracy
@@ -168,9 +168,7 @@ class Run:
         self._watch(int(np.flatnonzero(directions)[0]))
         self.state = self.model.apply(self.state, directions)
         if not np.isfinite(self.state.nu).all():
-            self._stop(
-                "the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0])
-            )
+            self._stop("the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0]))
         self._start_added()
         self.rows.switch_rows.append(len(self.rows.y))
         self.rows.directions.append(directions)

@@ -62,8 +62,8 @@ def simulate(
     switching     "impact" or "smooth": the law at a change of rollers, see omniroll.switching
     accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this
     engine        "compiled": C kernels; "python": Python kernels
-    effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor, Controller,
-                  Bearings, Slope. With effects the Python engine integrates, over the kernel of these effects
+    effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor,
+                  Controller, Bearings, Slope. With effects the Python engine integrates, over their kernel
     progress      called as progress(time done, duration) now and then
     control       compare with a second, coarser run: its distance is the measure of the error
                   (stats["error_estimate"]), and where it is too large the run is made again with a tighter
@@ -184,9 +184,7 @@ def _check_range(task: Task) -> None:
         way = rates[: acting.layout.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if np.abs(way).max() > validation.LARGEST:
-        raise InvalidValueError(
-            "duration", task.duration, "too long at these speeds: the way leaves the number range"
-        )
+        raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
 
 
 # Runs and their control

@@ -135,18 +135,14 @@ class SwitchingModel:
         axial[wheels, state.contact[wheels]] = self.kernel.contact_axial(state.nu, state.chi)[wheels]
         return replace(after, nu=self._nu_after(state, after, entering, switching), axial=axial)
 
-    def _nu_after(
-        self, state: State, after: State, entering: np.ndarray, switching: np.ndarray
-    ) -> np.ndarray:
+    def _nu_after(self, state: State, after: State, entering: np.ndarray, switching: np.ndarray) -> np.ndarray:
         """nu after the switch, where `entering` are the spins with which the entering rollers come."""
         if self.law == "smooth":
             return state.nu
         _, demanded = self.kernel.wheel_rates(state.nu, after.chi)
         _, left_with = self.kernel.wheel_rates(state.nu, state.chi)
         excess = np.where(switching, entering - demanded, 0.0)
-        stopped = (
-            np.where(switching, left_with, 0.0) if self.kernel.roller_model == "locked" else 0.0 * excess
-        )
+        stopped = np.where(switching, left_with, 0.0) if self.kernel.roller_model == "locked" else 0.0 * excess
         return self.kernel.impact(state.nu, after.chi, excess, stopped)
 
     def _spins_by_roller(self, state: State) -> np.ndarray:

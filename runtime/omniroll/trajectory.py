@@ -110,9 +110,7 @@ class Trajectory:
         """(T, N, n) spins of all rollers relative to their disks, by physical number; 0 for locked ones."""
         shape = self.chi.shape + (self.vehicle.rollers_per_wheel - 1,)
         spins = np.zeros(shape) if self.spins is None else self.spins
-        return switching.by_roller(
-            np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact
-        )
+        return switching.by_roller(np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact)
 
     @staticmethod
     def _whole(name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
@@ -131,9 +129,7 @@ class Trajectory:
         """
         times = validation.real_array("t", t)
         if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
-            raise InvalidValueError(
-                "t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
-            )
+            raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
         y, row = self._state_and_row(times)
         return self._complete(times, y, row)
 
@@ -181,9 +177,11 @@ class Trajectory:
                 elapsed = (times - self.start_time) - self.elapsed[row]
                 axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
             spins = bound.spins_from_axial(nu, chi, axial)
-            at_row = times == self.t[row]
-            spins[at_row] = self.spins[row[at_row]]
         energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+        at_row = times == self.t[row]
+        for values, rows in ((contact_spin, self.contact_spin), (spins, self.spins), (energy, self.energy)):
+            if values is not None:
+                values[at_row] = rows[row[at_row]]
         return Samples(times, nu, chi, self.contact[row], contact_spin, spins, pose, energy)
 
     @property

@@ -82,9 +82,7 @@ def _trajectory(description: dict[str, Any], arrays: dict[str, Any], switches: n
     given = {name: description[name] for name in DESCRIPTION}
     vehicle = Vehicle(**description["vehicle"])
     effects = _effects(vehicle, description.get("effects", []))
-    return Trajectory(
-        vehicle=vehicle, switches=switches.view(np.recarray), effects=effects, **given, **arrays
-    )
+    return Trajectory(vehicle=vehicle, switches=switches.view(np.recarray), effects=effects, **given, **arrays)
 
 
 def _effects(vehicle: Vehicle, described: list[dict[str, Any]]) -> EffectSet:

@@ -5,7 +5,7 @@ regularised with a named speed, - T w / sqrt(w^2 + w_0^2): nothing sticks, below
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
-speeds of the single rollers follow from them (axial_after). With Coulomb friction every roller's axial speed is a state.
+speeds of the single rollers follow from them (axial_after). With Coulomb friction each axial speed is a state.
 """
 
 from collections.abc import Sequence

@@ -2,14 +2,14 @@
 
 A kind of effect is one file of this folder with two classes.
 
- 1. The effect (a subclass of Effect) is what the user makes: a frozen dataclass of numbers that checks itself. What needs
-    the vehicle is checked in `check`.
+ 1. The effect (a subclass of Effect) is what the user makes: a frozen dataclass of numbers that checks itself. What
+    needs the vehicle is checked in `check`.
  2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
     the kernel's `prepare` takes with them.
  3. It names the generated functions that are evaluated with the rates, before `reduced`, in the order of their
     inputs, and the quantities that they integrate: states, and entries of the energy's account.
- 4. Its process (a subclass of Process) is its part in one run: what it remembers, at which times it must be asked again,
-    and for each phase the inputs that it gives and the guards that end the phase.
+ 4. Its process (a subclass of Process) is its part in one run: what it remembers, at which times it must be asked
+    again, and for each phase the inputs that it gives and the guards that end the phase.
  5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
     of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
 

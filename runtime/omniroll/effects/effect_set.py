@@ -69,9 +69,7 @@ class EffectSet:
 
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""
-        named = {
-            quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)
-        }
+        named = {quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)}
         return tuple(named.values())
 
     def functions(self, roller_model: str) -> tuple[str, ...]:

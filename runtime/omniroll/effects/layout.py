@@ -16,9 +16,7 @@ class Layout:
         self.quantities = tuple(quantities)
         shapes = {"nu": (3,), "chi": (kernel.wheels,), "pose": (3,)}
         outputs = {
-            argument.name: argument.shape
-            for signature in kernel.signatures.values()
-            for argument in signature.outputs
+            argument.name: argument.shape for signature in kernel.signatures.values() for argument in signature.outputs
         }
         shapes |= {quantity.name: outputs[quantity.rate] for quantity in self.quantities}
         self.shapes, self.slices, self.size = shapes, {}, 0

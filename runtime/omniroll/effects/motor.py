@@ -1,8 +1,8 @@
 """Direct-current motors on the wheels' axles.
 
 The current is i = (u - k_e g chi')/R, cut off at the limit; the torque at the axle is g k_t i. Between two limits that
-is a torque g k_t u/R less a damping g^2 k_t k_e/R times chi'; at the limit it is constant. Each wheel is in one of these
-three modes, and passes from one to the other where the current that is not cut off reaches the limit: a guard.
+is a torque g k_t u/R less a damping g^2 k_t k_e/R times chi'; at the limit it is constant. Each wheel is in one of
+these three modes, and passes from one to the other where the current that is not cut off reaches the limit: a guard.
 """
 
 from collections.abc import Mapping, Sequence
@@ -122,7 +122,8 @@ class Driving(Following):
         per_volt = motor.gear_ratio * motor.torque_constant / motor.resistance
         limit = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * motor.current_limit
         torque = Signal(
-            np.where(linear, per_volt * voltage.value, self.mode * limit), np.where(linear, per_volt * voltage.slope, 0.0)
+            np.where(linear, per_volt * voltage.value, self.mode * limit),
+            np.where(linear, per_volt * voltage.slope, 0.0),
         )
         damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
         return Part({"torque": torque, "damping": damping}, self._guards(voltage))

@@ -88,6 +88,4 @@ class TorqueTable(Drive):
             raise InvalidValueError("torque", self.torque, f"must have {vehicle.wheels} columns, one for each wheel")
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
-        return Following(
-            "torque", Curve(np.array(self.times) - start_time, np.array(self.torque), self.interpolation)
-        )
+        return Following("torque", Curve(np.array(self.times) - start_time, np.array(self.torque), self.interpolation))
