@@ -1,6 +1,7 @@
-"""The wheel works by itself: built from the sources, installed where neither Maxima nor jinja2 is."""
+"""The wheel works by itself: built from the sources, installed where neither Maxima nor mpmath is."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -13,19 +14,25 @@ import pytest
 import omniroll
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCES = ("generated", "runtime", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml", "setup.py")
+SOURCES = ("codegen", "generated", "runtime", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml", "setup.py")
 STATE = {"nu": [0.3, -0.7, 1.1], "chi": [0.1, -0.5, 0.4], "seed": 5}
 PROGRAM = """
-import importlib.util, json, shutil, sys
-import numpy as np, omniroll
-assert importlib.util.find_spec("jinja2") is None and shutil.which("maxima") is None
+import importlib.util, json, sys
+import numpy as np, omniroll, omniroll.kernels
+assert importlib.util.find_spec("mpmath") is None
 vehicle = omniroll.Vehicle.paper()
 state = json.loads(sys.argv[1])
 spins = np.random.default_rng(state["seed"]).normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
 nu_dot, spins_dot = omniroll.accelerations(vehicle, state["nu"], state["chi"], spins)
 run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
-print(json.dumps([omniroll.__file__, nu_dot.tolist(), spins_dot.tolist(), run.nu[-1].tolist()]))
+slope = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
+made = omniroll.kernels.kernel(vehicle, "locked", effects=("slope",), constants=slope)
+print(json.dumps([
+    omniroll.__file__, nu_dot.tolist(), spins_dot.tolist(), run.nu[-1].tolist(),
+    made.backend, made.reduced(state["nu"], state["chi"], 0.4).tolist(),
+]))
 """
+SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
 pytestmark = pytest.mark.slow
 
 
@@ -64,6 +71,11 @@ def python(wheel, tmp_path_factory) -> Path:
 def test_the_wheel_holds_the_whole_package(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     ours = {str(path.relative_to(ROOT / "runtime")) for path in (ROOT / "runtime/omniroll").rglob("*.py")}
+    ours |= {
+        f"omniroll/codegen/{path.relative_to(ROOT / 'codegen')}"
+        for path in (ROOT / "codegen").rglob("*")
+        if path.suffix in (".py", ".j2")
+    }
     made = {
         f"omniroll/generated/{path.relative_to(ROOT / 'generated')}"
         for path in (ROOT / "generated").rglob("*")
@@ -75,14 +87,20 @@ def test_the_wheel_holds_the_whole_package(wheel):
     assert not [name for name in names if name.startswith(("codegen", "maxima", "tests"))]
 
 
-def test_the_wheel_runs_without_maxima_and_jinja2(python, tmp_path):
-    environment = {"PATH": str(python.parent), "HOME": str(tmp_path)}
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+def test_the_wheel_runs_without_mpmath(python, tmp_path, backend):
+    """A kernel made on demand is compiled where there is a compiler, and runs in Python where there is none."""
+    compiler = os.environ["PATH"] if backend == "compiled" else str(python.parent)
+    environment = {"PATH": compiler, "HOME": str(tmp_path), "CC": "cc"}
     out = run(python, "-I", "-c", PROGRAM, json.dumps(STATE), cwd=tmp_path, env=environment)
-    file, nu_dot, spins_dot, nu_end = json.loads(out)
+    file, nu_dot, spins_dot, nu_end, found, on_slope = json.loads(out)
+    assert found == backend
     assert str(ROOT) not in file
     vehicle = omniroll.Vehicle.paper()
     spins = np.random.default_rng(STATE["seed"]).normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
     here = omniroll.accelerations(vehicle, STATE["nu"], STATE["chi"], spins)
     assert np.array_equal(nu_dot, here[0]) and np.array_equal(spins_dot, here[1])
+    own = omniroll.kernels.kernel(vehicle, "locked", effects=("slope",), constants=SLOPE)
+    np.testing.assert_allclose(on_slope, own.reduced(STATE["nu"], STATE["chi"], 0.4), rtol=1e-13)
     there = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
     assert np.allclose(nu_end, there.nu[-1], rtol=0, atol=1e-8)
