@@ -33,8 +33,8 @@ def keys_of(found) -> list[str]:
 
 
 @pytest.mark.parametrize("scene", sorted(Path("scenes").glob("*.toml")), ids=lambda scene: scene.stem)
-def test_every_shipped_scene_is_explained(scene, capsys):
-    assert cli.main(["explain", str(scene), "--json"]) == 0
+def test_every_shipped_scene_is_explained(scene, shortened, capsys):
+    assert cli.main(["explain", str(shortened(scene)), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["operations"]["total"] > 100 and 1 < said["time"]["nanoseconds"] < 1e7
     options = load_scene(scene).options
@@ -88,7 +88,7 @@ def test_models_without_free_rollers_are_compared_from_rest(tmp_path):
     scene = scene_of(tmp_path, {"preset": "paper"}, "[switching]\nlaw = 'smooth'\n")
     scene.options["spins"] = 0.1
     found = {entry.effect: entry.distance for entry in estimates(scene)[1]}
-    assert set(found) >= {"massless", "locked", "impact"} and all(distance > 0 for distance in found.values())
+    assert all(found[name] > 0 for name in ("massless", "locked", "impact"))
 
 
 def test_a_scene_of_no_time_is_explained(tmp_path, capsys):

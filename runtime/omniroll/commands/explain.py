@@ -64,5 +64,5 @@ def _cost(said: dict[str, Any]) -> list[str]:
         ),
         f"  {'total':<44}{said['operations']['total']:>10}",
         f"  {measured['nanoseconds']:.3g} ns per evaluation, measured here: steps and switches included, "
-        f"{measured['engine']} engine",
+        f"{measured['engine']} engine, {said['backend']} kernel",
     ]

@@ -15,6 +15,10 @@ LEDGER = {
     "start": "at the start",
     "end": "at the end",
     "switches": "switches",
+    "drive_work": "work of the drive",
+    "axle_loss": "axles' bearings",
+    "roller_loss": "rollers' bearings",
+    "slope_work": "work of gravity",
     "residual": "residual",
 }
 
@@ -60,7 +64,7 @@ def text(outcome: Outcome) -> str:
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in said["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {LEDGER[name]:<14}{value: .6e}" for name, value in said["energy"].items()),
+        *(f"  {LEDGER[name]:<18}{value: .6e}" for name, value in said["energy"].items()),
     ]
     return "\n".join(lines)
 

@@ -36,6 +36,7 @@ STYLE = {
     "mathtext.fontset": "cm",
 }
 COLOURS = {"massless": "#6b6b6b", "locked": "#1f5fa8", "free": "#d1651a"}
+MOST_MARKS = 60  # changes of contact that are marked; more make a wall
 DASHES = {"smooth": "-", "impact": (0, (4, 1.6))}
 TIME_PANELS = {  # key: (title, unit, column, smallest span shown)
     "theta": (r"heading $\theta$", "rad", lambda run: run.pose[:, 2], 1e-3),
@@ -108,6 +109,11 @@ def draw_over_time(axis: Axes, key: str, curves: list[tuple[Setting, SimpleNames
     widen(axis, span)
 
 
+def can_be_told_apart(run, end: float) -> bool:
+    """Whether the changes of contact of `run` up to `end` are few enough to be marked."""
+    return end <= SHORT and np.count_nonzero(run.switches["t"] <= end) <= MOST_MARKS
+
+
 def mark_switches(axis: Axes, run, end: float) -> None:
     """Thin lines where a wheel of `run` changes its roller, up to `end`."""
     times = run.switches["t"]
@@ -118,19 +124,21 @@ def mark_switches(axis: Axes, run, end: float) -> None:
 def sheet(motion: Motion, settings: list[Setting], runs: Runs, end: float, title: str) -> Figure:
     """Path, heading, energy and nu of one motion under `settings`, up to `end`.
 
-    On the short interval thin lines mark the changes of contact of the last setting.
+    On the short interval thin lines mark the changes of contact of the last setting, unless there are too many.
     """
     curves = [(setting, dense(runs[motion.number, setting.key], end)) for setting in settings]
+    marked = runs[motion.number, settings[-1].key]
+    marks = can_be_told_apart(marked, end)
     figure, axes = plt.subplot_mosaic([list(row) for row in SHEET], figsize=(13, 7), layout="constrained")
     draw_path(axes["path"], curves)
     for key in TIME_PANELS:
         draw_over_time(axes[key], key, curves)
-        if end <= SHORT:
-            mark_switches(axes[key], runs[motion.number, settings[-1].key], end)
+        if marks:
+            mark_switches(axes[key], marked, end)
     for key in ("nu_2", "nu_3"):
         axes[key].set_xlabel("t, s")
     handles, labels = axes["path"].get_legend_handles_labels()
-    if end <= SHORT:
+    if marks:
         handles.append(plt.Line2D([], [], color="#b9c9de", linewidth=1))
         labels.append(f"change of contact ({settings[-1].label})")
     start = ", ".join(f"{value:g}" for value in motion.nu)

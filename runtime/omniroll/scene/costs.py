@@ -4,12 +4,12 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-from omniroll import generated_data
-from omniroll.kernels import Kernel
+from omniroll import specialised
+from omniroll.runs import Task
 from omniroll.scene.loading import Scene, run
 from omniroll.vehicle import Vehicle
 
-RIGHT_HAND_SIDE = ("reduced", "wheel_speeds", "pose_rates", "momenta_rates", "roller_rates")
+ALWAYS = ("reduced", "wheel_speeds", "pose_rates")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
 PROBE = 8.0  # s of motion that are timed
 REPEATS = 5
@@ -27,14 +27,12 @@ class Cost:
     total: int
 
 
-def operations(kernel: Kernel) -> list[Cost]:
+def operations(task: Task) -> list[Cost]:
     """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine."""
-    functions = {
-        function["name"]: function["operations"]
-        for function in generated_data.load("kernels")["functions"]
-        if function["set"] == kernel.set_name
-    }
-    return [_cost(name, functions[name], kernel.vehicle) for name in RIGHT_HAND_SIDE if name in functions]
+    bound = task.kernel
+    counted = {entry["name"]: entry["operations"] for entry in specialised.functions(bound.base, bound.effects)}
+    names = dict.fromkeys(ALWAYS + task.effects.functions(bound.roller_model))
+    return [_cost(name, counted[name], bound.vehicle) for name in names]
 
 
 def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Cost:
@@ -59,4 +57,5 @@ def nanoseconds(scene: Scene) -> dict[str, Any]:
         least = min(least, 1e9 * took / max(evaluations, 1))
         if time.perf_counter() - began > ENOUGH:
             break
-    return {"nanoseconds": least, "evaluations": evaluations, "engine": trajectory.engine}
+    engine = "Python" if trajectory.effects or trajectory.engine == "python" else "compiled"
+    return {"nanoseconds": least, "evaluations": evaluations, "engine": engine}

@@ -6,22 +6,30 @@ a coefficient, the coefficient of one per cent follows by proportion.
 """
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from omniroll.comparison import distance_at
+from omniroll.effects import Bearings, Effect, Slope, Torque
+from omniroll.effects.torque import Drive
 from omniroll.errors import AccuracyWarning, OmnirollError
 from omniroll.kernels import ROLLER_MODELS
-from omniroll.scene.loading import Scene, run
+from omniroll.scene.loading import Scene
+from omniroll.simulate import simulate
 from omniroll.switching import LAWS
 from omniroll.trajectory import Trajectory
 
 PROBE = 2.0  # s, the time over which motions are compared
 TIMES = 101
 ACCURACY = 1e-8
+LEVEL = 0.01  # rad: a floor that looks level
+BESIDE = 0.01  # of the platform radius: as well as a centre of mass is known
+SPIN_DOWN = 10.0  # s that a good bearing turns by itself
+FADE = 0.05  # of the fastest speed: where Coulomb's friction gives way
 
 
 @dataclass(frozen=True)
@@ -40,39 +48,94 @@ class Estimate:
     percent: str = ""
 
 
+@dataclass(frozen=True)
+class Variant:
+    """A scene with an effect more: what simulate is given in its place, and the coefficient with its unit."""
+
+    effect: str
+    setting: str
+    changes: dict[str, Any]
+    coefficient: float | None = None
+    unit: str = ""
+
+
 def estimates(scene: Scene) -> tuple[float, list[Estimate]]:
     """The time compared, in s, and an estimate for every effect that is off and has one."""
     duration = min(PROBE, scene.options["duration"])
     base = _motion(scene, duration, {})
     if base is None or duration == 0:
         return duration, []
-    return duration, [
-        Estimate(effect, setting, _distance(base, _motion(scene, duration, changes)))
-        for effect, setting, changes in _variants(scene)
+    found = [
+        _estimate(variant, base, _motion(scene, duration, variant.changes))
+        for variant in chain(_other_models(scene), _other_effects(scene, base))
     ]
+    if "reactions" not in scene.tables:
+        found.append(Estimate("reactions", "an output, which changes no motion", 0.0))
+    return duration, found
 
 
-def _variants(scene: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
+def _other_models(scene: Scene) -> Iterator[Variant]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
     for other in ROLLER_MODELS:
         if other != model:
             at_rest = {} if other == "free" else {"spins": 0}
-            yield other, "in place of " + model, {"roller_model": other} | at_rest
+            yield Variant(other, f"in place of {model}", {"roller_model": other} | at_rest)
     for other in LAWS:
         if other != law:
-            yield other, "in place of " + law, {"switching": other}
+            yield Variant(other, f"in place of {law}", {"switching": other})
+
+
+def _other_effects(scene: Scene, base: Trajectory) -> Iterator[Variant]:
+    given, vehicle = scene.options.get("effects", ()), scene.vehicle
+    if not any(isinstance(effect, Slope) for effect in given):
+        setting = f"a plane that falls by {LEVEL:g} rad ahead"
+        yield Variant("slope", setting, {"effects": (*given, Slope(LEVEL))}, LEVEL, "rad")
+    if not vehicle.has_layout:
+        away = BESIDE * vehicle.platform_radius
+        setting = f"the centre of mass {away:.3g} m ahead of S"
+        yield Variant("layout", setting, {"vehicle": vehicle.replace(center_of_mass=(away, 0.0))}, away, "m")
+    wheel_speed, roller_speed = (float(np.abs(speeds).max()) for speeds in base.kernel.wheel_rates(base.nu, base.chi))
+    torque = vehicle.wheel_inertia * wheel_speed / SPIN_DOWN
+    if torque > 0 and not any(isinstance(effect, Drive) for effect in given):
+        setting = f"{torque:.2g} N m at the first wheel, which brings it alone to its speed in {SPIN_DOWN:g} s"
+        torques = (torque, *[0.0] * (vehicle.wheels - 1))
+        yield Variant("drive", setting, {"effects": (*given, Torque(torques))}, torque, "N m")
+    yield from _frictions(given, "axle", "wheel", vehicle.wheel_inertia, wheel_speed)
+    yield from _frictions(given, "roller", "roller", vehicle.roller_inertia, roller_speed)
+
+
+def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, speed: float) -> Iterator[Variant]:
+    """Friction that by itself stops a body with this inertia, as fast as any in the motion, in about SPIN_DOWN."""
+    others = tuple(other for other in given if not isinstance(other, Bearings))
+    present = next((other.as_dict() for other in given if isinstance(other, Bearings)), {})
+    present.pop("kind", None)
+    viscous, coulomb = inertia / SPIN_DOWN, inertia * speed / SPIN_DOWN
+    for law, own, coefficient, unit in (
+        ("viscous", {f"{body}_viscous": viscous}, viscous, "N m s"),
+        ("coulomb", {f"{body}_coulomb": coulomb, f"{body}_speed": FADE * speed}, coulomb, "N m"),
+    ):
+        if coefficient > 0 and present.get(f"{body}_{law}") is None:
+            setting = f"{coefficient:.2g} {unit}, which stops a {body} alone in about {SPIN_DOWN:g} s"
+            changes = {"effects": (*others, Bearings(**present | own))}
+            yield Variant(f"{effect}_{law}", setting, changes, coefficient, unit)
 
 
 def _motion(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajectory | None:
+    arguments = {"vehicle": scene.vehicle} | scene.options
+    arguments |= {"duration": duration, "accuracy": ACCURACY, "control": False} | changes
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         try:
-            return run(scene, **{"duration": duration, "accuracy": ACCURACY, "control": False} | changes)
+            return simulate(**arguments)
         except OmnirollError:
             return None
 
 
-def _distance(base: Trajectory, other: Trajectory | None) -> float | None:
+def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> Estimate:
     if other is None:
-        return None
-    return distance_at(other, base, np.linspace(base.t[0], base.t[-1], TIMES))
+        return Estimate(variant.effect, variant.setting, None)
+    distance = distance_at(other, base, np.linspace(base.t[0], base.t[-1], TIMES))
+    percent = ""
+    if variant.coefficient is not None and distance > 0:
+        percent = f"{variant.coefficient * 0.01 / distance:.2g} {variant.unit}"
+    return Estimate(variant.effect, variant.setting, distance, percent)

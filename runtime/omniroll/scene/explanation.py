@@ -1,32 +1,37 @@
 """What will be simulated of a scene, and why: state, effects, costs, estimates, and what looks wrong."""
 
+import math
 from dataclasses import asdict
 from typing import Any
 
 from omniroll import generated_data
-from omniroll.kernels import Kernel, best_backend, kernel
+from omniroll.runs import Task
 from omniroll.scene.costs import nanoseconds, operations
 from omniroll.scene.estimates import estimates
 from omniroll.scene.lints import lints
 from omniroll.scene.loading import Scene
+from omniroll.simulate import checked_task
+
+UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 
 
 def explained(scene: Scene) -> dict[str, Any]:
     """All of it in plain Python types. Runs the scene for a short time."""
-    bound = bound_kernel(scene)
+    task = checked_task(scene.vehicle, **scene.options)
     compared, found = estimates(scene)
     by_effect = {estimate.effect: estimate for estimate in found}
-    costs = operations(bound)
+    costs = operations(task)
     massless = by_effect.get("massless")
     return {
         "scene": scene.name,
         "vehicle": scene.vehicle.as_dict(),
-        "set": bound.set_name,
-        "state": state_variables(bound),
+        "set": task.kernel.set_name,
+        "backend": task.kernel.backend,
+        "state": state_variables(task),
         "effects": [
             {
                 **{name: effect[name] for name in ("name", "table", "meaning")},
-                "on": effect["name"] in effects_on(scene, bound),
+                "on": effect["name"] in effects_on(scene, task),
                 "estimate": asdict(by_effect[effect["name"]]) if effect["name"] in by_effect else None,
             }
             for effect in generated_data.load("effects")["effects"]
@@ -39,27 +44,27 @@ def explained(scene: Scene) -> dict[str, Any]:
     }
 
 
-def bound_kernel(scene: Scene) -> Kernel:
-    """The kernel that runs the scene."""
-    backend = "python" if scene.options.get("engine") == "python" else best_backend()
-    return kernel(scene.vehicle, scene.options.get("roller_model", "free"), backend)
-
-
-def effects_on(scene: Scene, bound: Kernel) -> set[str]:
+def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
-    return {bound.roller_model, scene.options.get("switching", "impact")}
+    asked = {"reactions"} if "reactions" in scene.tables else set()
+    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
 
 
-def state_variables(bound: Kernel) -> list[dict[str, Any]]:
+def state_variables(task: Task) -> list[dict[str, Any]]:
     """What is carried along the motion: name, how many numbers, unit, what they are."""
+    bound = task.kernel
     wheels, places = bound.wheels, bound.rollers_per_wheel - 1
+    layout = task.effects.layout(bound)
     state = [
         ("nu", 3, "1/s", "speeds of the vehicle, integrated"),
         ("chi", wheels, "rad", "wheel angles, integrated"),
         ("pose", 3, "m, m, rad", "place and heading, integrated"),
-        ("contact", wheels, "", "the roller in contact of each wheel, changed by switches"),
     ]
-    if bound.has_spins:
-        state.append(("axial", wheels * places, "rad/s", "axial speeds of free rollers, changed by switches only"))
+    for quantity in layout.quantities:
+        kind = "integrated for the ledger" if quantity.account else "of the rollers, integrated"
+        state.append((quantity.name, math.prod(layout.shapes[quantity.name]), UNITS[quantity.size], kind))
+    state.append(("contact", wheels, "", "the roller in contact of each wheel, changed by switches"))
+    if bound.has_spins and "axial" not in layout.shapes:
+        state.append(("axial", wheels * places, "rad/s", "axial speeds of the free rollers, kept between switches"))
     names = ("name", "count", "unit", "meaning")
     return [dict(zip(names, entry, strict=True)) for entry in state]

@@ -1,6 +1,7 @@
 """Scene files read, checked and run."""
 
 from dataclasses import dataclass, field
+from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -8,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from omniroll.errors import InvalidValueError
+from omniroll.scene.acting import check_together, effects_of, with_layout
 from omniroll.scene.checking import Findings, checked_tables, sizes
 from omniroll.scene.problems import SceneError, shown
 from omniroll.scene.reading import read
+from omniroll.scene.schema import keys
 from omniroll.scene.vehicles import vehicle_of
 from omniroll.simulate import checked_task, simulate
 from omniroll.trajectory import Trajectory
@@ -29,7 +32,6 @@ OPTIONS = {  # argument of simulate: the table and key that it comes from
     "switching": ("switching", "law"),
 }
 MOST_SAMPLES = 1_000_000
-TO_COME = ("drive", "controller", "bearings", "slope", "layout", "reactions")
 
 
 @dataclass(frozen=True)
@@ -70,14 +72,19 @@ def load_scene(path: str | PathLike) -> Scene:
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     _check_samples(tables.get("run", {}), found)
-    for name in TO_COME:
-        if name in tables:
-            found.add(name, None, "is not simulated by this version")
+    effects = effects_of(tables, found)
+    if "reactions" in tables:
+        found.add("reactions", None, "is not worked out by this version")
+    if vehicle is not None:
+        vehicle = with_layout(vehicle, tables, found)
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
     if stand_in is not None:
+        check_together(effects, stand_in, found)
         _check_options(stand_in, options, found)
+    if effects:
+        options["effects"] = tuple(effects.values())
     if not found.problems:
-        _add_refusal(vehicle, options, found)
+        _check_whole(vehicle, options, tables, found)
     if found.problems:
         raise SceneError(path, found.problems)
     return Scene(Path(path).stem, vehicle, options, tables)
@@ -120,12 +127,24 @@ def _check_options(vehicle: Vehicle, options: dict[str, Any], found: Findings) -
         alone = harmless | {name: value}
         if name == "spins":
             alone |= {"roller_model": "free"}
-        _add_refusal(vehicle, alone, found)
+        try:
+            checked_task(vehicle, **alone)
+        except InvalidValueError as error:
+            found.add(*OPTIONS[name], error.bound, shown(error.value))
 
 
-def _add_refusal(vehicle: Vehicle, arguments: dict[str, Any], found: Findings) -> None:
+def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], found: Findings) -> None:
+    """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
     try:
-        checked_task(vehicle, **arguments)
+        checked_task(vehicle, **options)
     except InvalidValueError as error:
-        table, key = OPTIONS[error.field]
-        found.add(table, key, error.bound, shown(error.value))
+        found.add(*_place(error.field, tables), error.bound, shown(error.value))
+
+
+def _place(name: str, tables: dict[str, Any]) -> tuple[str, str]:
+    """The table and key that an argument comes from."""
+    if name in OPTIONS:
+        return OPTIONS[name]
+    written = (table for table, content in tables.items() if name in content)
+    known = (table.name for table, key in keys() if key.name == name and table.name in tables)
+    return next(chain(written, known), "vehicle"), name

@@ -4,6 +4,7 @@ import csv
 import json
 import time
 import warnings
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,15 @@ from omniroll.scene.progress import Report
 from omniroll.trajectory import Trajectory
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
-FILES = ("trajectory.npz", "trajectory.csv", "switches.csv", "samples.csv", "summary.json", "picture.png")
+FILES = (
+    "trajectory.npz",
+    "trajectory.csv",
+    "switches.csv",
+    "samples.csv",
+    "reactions.csv",
+    "summary.json",
+    "picture.png",
+)
 
 
 @dataclass(frozen=True)
@@ -56,11 +65,8 @@ class Outcome:
 
 def ledger(trajectory: Trajectory) -> dict[str, float]:
     """Where the kinetic energy went, in J. `residual` is what the rest does not explain."""
-    start, end = trajectory.energy[0], trajectory.energy[-1]
-    switches = trajectory.switches["energy_jump"].sum()
-    return {
-        "start": float(start), "end": float(end), "switches": float(switches), "residual": float(end - start - switches)
-    }  # fmt: skip
+    account = trajectory.ledger
+    return {"start": account.start, "end": account.end} | account.contributions | {"residual": account.residual}
 
 
 def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
@@ -101,10 +107,7 @@ def as_json(summary: dict[str, Any]) -> str:
 
 
 def _write_switches(trajectory: Trajectory, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(trajectory.switches.dtype.names)
-        rows.writerows(trajectory.switches.tolist())
+    _write_table(path, trajectory.switches.dtype.names, trajectory.switches.tolist())
 
 
 def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:
@@ -112,8 +115,17 @@ def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> Non
     names = ["t", "x", "y", "theta", "nu_1", "nu_2", "nu_3"]
     names += [f"{name}_{i}" for name in ("chi", "contact", "contact_spin") for i in wheels] + ["energy"]
     columns = (samples.t, samples.pose, samples.nu, samples.chi, samples.contact, samples.contact_spin, samples.energy)
+    _write_table(path, names, _rows(columns))
+
+
+def _rows(columns: Iterable[np.ndarray]) -> Iterator[list]:
+    """The rows of columns (T,) or (T, m) side by side, as Python's numbers: contacts stay integers."""
+    for row in zip(*(column.reshape(len(column), -1).tolist() for column in columns), strict=True):
+        yield [value for part in row for value in part]
+
+
+def _write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence]) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(names)
-        for row in zip(*(column.reshape(len(times), -1).tolist() for column in columns), strict=True):
-            rows.writerow([value for part in row for value in part])
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)

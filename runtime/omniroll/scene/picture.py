@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from matplotlib.lines import Line2D
+
 from omniroll.motions import figures
 from omniroll.motions.cases import Motion, Setting
 from omniroll.scene.outcome import Outcome
@@ -15,4 +17,8 @@ def draw(outcome: Outcome, path: Path) -> None:
     end = " (stopped)" if outcome.stopped else ""
     with figures.plt.rc_context(figures.STYLE):
         title = f"{motion.title}: {run.t[0]:g} to {run.t[-1]:g} s{end}"
-        figures.save(figures.sheet(motion, [setting], {(0, setting.key): run}, run.t[-1], title), path)
+        sheet = figures.sheet(motion, [setting], {(0, setting.key): run}, run.t[-1], title)
+        for line in sheet.findobj(Line2D):  # dashes tell curves apart, and here is one
+            if line.get_color() == figures.COLOURS[run.roller_model]:
+                line.set_linestyle("-")
+        figures.save(sheet, path)

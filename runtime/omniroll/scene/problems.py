@@ -52,8 +52,10 @@ class SceneError(OmnirollError):
         return type(self), (self.path, self.problems)
 
 
-def shown(value: Any) -> str:
-    """A value as text of bearable length."""
+def shown(value: Any) -> str | None:
+    """A value as text of bearable length; None for what is not there."""
+    if value is None:
+        return None
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits, a list in a list in a list ...

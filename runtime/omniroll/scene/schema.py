@@ -18,8 +18,13 @@ POSITIVE = Numbers(above=0)
 NOT_NEGATIVE = Numbers(least=0)
 PER_WHEEL = Numbers(shapes=(("N",),))
 FRICTION = Numbers(shapes=((), ("N",)), least=0)
-REGULARISATION = Numbers(above=0)
 SPEEDS = Numbers(shapes=((3,),))
+SPEEDS_OVER_TIME = Numbers(shapes=((3,), ("K", 3)))
+OVER_TIME = Numbers(shapes=((), ("N",), ("K", "N")))
+PLACE = Numbers(shapes=((2,),))
+PLACES = Numbers(shapes=(("N", 2),))
+SPIN_INERTIA = Numbers(shapes=((), ("N",)), above=0)
+OUTPUT = Choice(("torque", "voltage"))
 TIMES = Numbers(shapes=(("K",),), increasing=True)
 MOST_WHEELS, MOST_ROLLERS = 1000, 10_000
 
@@ -90,6 +95,22 @@ PARTS = (
     Key("gear_ratio", NUMBER, "1", "turns of the rotor per turn of the wheel", "1"),
 )
 
+# [drive] is one of two things; the first keys go with both.
+DRIVE = (
+    Key("times", TIMES, "s", "of the rows; before the first and after the last the nearest row holds"),
+    Key("interpolation", Choice(("linear", "hold")), "", "between the rows", "linear"),
+)
+TORQUE = (Key("torque", OVER_TIME, "N m", "for all wheels, or each; with times, a row for each time"),)
+MOTOR = (
+    Key("voltage", OVER_TIME, "V", "for all motors, or each; with times, a row for each time"),
+    Key("torque_constant", POSITIVE, "N m/A", "of a motor; needed with voltage"),
+    Key("resistance", POSITIVE, "ohm", "of a motor; needed with voltage"),
+    Key("gear_ratio", POSITIVE, "1", "turns of the rotor per turn of the wheel", "1"),
+    Key("back_emf", NOT_NEGATIVE, "V s", "voltage per rotor speed", "torque_constant"),
+    Key("current_limit", POSITIVE, "A", "the current stays within +-this", "no limit"),
+    Key("rotor_inertia", NOT_NEGATIVE, "kg m^2", "of the rotor about its axis; added to the wheel's by the gear", "0"),
+)
+
 SCENE = (
     Table(
         "vehicle",
@@ -133,46 +154,33 @@ SCENE = (
     ),
     Table(
         "drive",
-        "Torques at the wheels' axles: given (torque), or of DC motors (voltage and the motor's numbers).",
-        (
-            Key("torque", Numbers((("N",), ("K", "N"))), "N m", "per wheel; with times, a row for each time"),
-            Key(
-                "voltage", Numbers((("N",), ("K", "N"))), "V", "of each wheel's motor; with times, a row for each time"
-            ),
-            Key("times", TIMES, "s", "of the rows; before the first and after the last the nearest row holds"),
-            Key("interpolation", Choice(("linear", "hold")), "", "between the rows", "linear"),
-            Key("torque_constant", POSITIVE, "N m/A", "of the motor"),
-            Key("resistance", POSITIVE, "ohm", "of the motor"),
-            Key("gear_ratio", NUMBER, "1", "turns of the rotor per turn of the wheel", "1"),
-            Key("back_emf", NOT_NEGATIVE, "V s", "voltage per rotor speed", "torque_constant"),
-            Key("current_limit", POSITIVE, "A", "the current stays within +-this", "no limit"),
-            Key("rotor_inertia", NOT_NEGATIVE, "kg m^2", "of the rotor about its axis", "0"),
-        ),
+        "Torques at the wheels' axles: given (`torque`), or of DC motors (`voltage` and the motor's numbers).",
+        DRIVE + TORQUE + MOTOR,
     ),
     Table(
         "controller",
-        "A controller that tracks speeds by the drive; sampled, its output held between samples.",
+        "A sampled controller that tracks speeds, one loop a wheel; its output is held between samples.",
         (
-            Key(
-                "target", Numbers(((3,), ("K", 3))), "1/s", "nu that is wanted; with times, a row for each", needed=True
-            ),
-            Key("times", TIMES, "s", "of the rows"),
-            Key("gain", FRICTION, "N m s", "torque per error of a wheel's speed", needed=True),
-            Key("integral_gain", FRICTION, "N m", "torque per error of a wheel's angle", "0"),
-            Key("sample_time", POSITIVE, "s", "between samples", needed=True),
-            Key("torque_limit", POSITIVE, "N m", "the torque stays within +-this", "no limit"),
+            Key("target", SPEEDS_OVER_TIME, "1/s", "nu that is wanted; with times, a row for each", needed=True),
+            Key("times", TIMES, "s", "of the rows; linear in between"),
+            Key("proportional", FRICTION, "N m s, V s", "output per error of a wheel's speed", needed=True),
+            Key("integral", FRICTION, "N m, V", "output per error of a wheel's angle", "0"),
+            Key("sample_time", POSITIVE, "s", "between samples, the first at the start", needed=True),
+            Key("output", OUTPUT, "", "at the axle; voltage is added to that of [drive]", "torque"),
+            Key("limit", POSITIVE, "N m, V", "the output stays within +-this", "no limit"),
         ),
     ),
     Table(
         "bearings",
-        "Friction in the axles of wheels and rollers; one number for all wheels, or one for each.",
+        "Friction in the axles of wheels and rollers. Coulomb's is torque * speed/sqrt(speed^2 + named speed^2): it "
+        "does not stick, and a small named speed is stiff.",
         (
-            Key("wheel_viscous", FRICTION, "N m s", "torque per speed of a wheel", "0"),
-            Key("wheel_coulomb", FRICTION, "N m", "torque against the motion of a wheel", "0"),
-            Key("wheel_speed", REGULARISATION, "rad/s", "named speed of the regularisation; needed by wheel_coulomb"),
-            Key("roller_viscous", FRICTION, "N m s", "torque per spin of a roller on its disk", "0"),
-            Key("roller_coulomb", FRICTION, "N m", "torque against the spin of a roller on its disk", "0"),
-            Key("roller_speed", REGULARISATION, "rad/s", "named speed of the regularisation; needed by roller_coulomb"),
+            Key("wheel_viscous", FRICTION, "N m s", "torque per speed of a wheel", "none"),
+            Key("wheel_coulomb", FRICTION, "N m", "torque against the motion of a wheel", "none"),
+            Key("wheel_speed", POSITIVE, "rad/s", "below it wheel_coulomb gives way; needed with that"),
+            Key("roller_viscous", FRICTION, "N m s", "torque per spin of a roller on its disk", "none"),
+            Key("roller_coulomb", FRICTION, "N m", "torque against the spin of a roller on its disk", "none"),
+            Key("roller_speed", POSITIVE, "rad/s", "below it roller_coulomb gives way; needed with that"),
         ),
     ),
     Table(
@@ -181,28 +189,31 @@ SCENE = (
         (
             Key("angle", Numbers(least=0, below=math.pi / 2), "rad", "of the plane with the horizontal", needed=True),
             Key("direction", NUMBER, "rad", "of steepest descent, in the x, y plane", "0"),
-            Key("gravity", POSITIVE, "m/s^2", "", "9.80665"),
+            Key("gravity", NOT_NEGATIVE, "m/s^2", "its strength", "9.80665"),
         ),
     ),
     Table(
         "layout",
         "Wheels at places of their own, and a centre of mass that is not S.",
         (
-            Key(
-                "wheel_places",
-                Numbers((("N", 2),)),
-                "m",
-                "x, y of the wheels' centres in the vehicle, from S",
-                "on rays",
-            ),
+            Key("wheel_places", PLACES, "m", "x, y of the wheels' centres from S in the vehicle", "on rays"),
             Key("wheel_angles", PER_WHEEL, "rad", "directions of the axles", "those of [vehicle]"),
-            Key("center_of_mass", Numbers(((2,),)), "m", "x, y in the vehicle, from S", "[0, 0]"),
+            Key("center_of_mass", PLACE, "m", "x, y from S in the vehicle; yaw_inertia stays about S", "[0, 0]"),
         ),
     ),
     Table(
         "reactions",
-        "Contact forces and loads, beside the motion.",
-        (Key("friction", POSITIVE, "1", "coefficient of friction: the margin to slipping", "no margin"),),
+        "Contact forces, loads, and the margins to slipping and tipping, worked out after the motion.",
+        (
+            Key("height", POSITIVE, "m", "of the centre of mass above the ground", needed=True),
+            Key("friction", POSITIVE, "1", "coefficient between rollers and ground", "no margin to slipping"),
+            Key("gravity", POSITIVE, "m/s^2", "its strength", "that of [slope], 9.80665"),
+            Key(
+                "wheel_mass", POSITIVE, "kg", "of a wheel; needed where the wheels' centroid is not the centre of mass"
+            ),
+            Key("platform_products", PLACE, "kg m^2", "integrals of z x and z y over the platform", "[0, 0]"),
+            Key("spin_inertia", SPIN_INERTIA, "kg m^2", "spin of a wheel about its axle, per rate", "wheel_inertia"),
+        ),
     ),
 )
 TABLES = {table.name: table for table in SCENE}

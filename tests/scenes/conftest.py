@@ -1,0 +1,22 @@
+"""Scenes for tests."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+SHORT = 0.5  # s
+
+
+@pytest.fixture
+def shortened(tmp_path) -> Callable[..., Path]:
+    """Makes a copy of a scene that runs for SHORT seconds, with more lines in [run]."""
+
+    def make(scene: Path, more: str = "") -> Path:
+        lines = scene.read_text().splitlines()
+        text = "\n".join(f"duration = {SHORT}" if line.startswith("duration") else line for line in lines)
+        path = tmp_path / scene.name
+        path.write_text(text.replace("[run]", f"[run]\n{more}") + "\n")
+        return path
+
+    return make

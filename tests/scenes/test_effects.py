@@ -1,0 +1,133 @@
+"""Effects of a scene: which tables make which, what is refused, and what runs."""
+
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.scene import SceneError, load_scene
+from omniroll.scene.estimates import estimates
+
+GOOD = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\n"
+MOTOR = "[drive]\nvoltage = 2.0\ntorque_constant = 0.01\nresistance = 2.0\n"
+
+
+def scene_of(folder: Path, more: str) -> omniroll.Scene:
+    path = folder / "scene.toml"
+    path.write_text(GOOD + more)
+    return load_scene(path)
+
+
+@pytest.mark.parametrize(
+    "more, effects",
+    [
+        ("", None),
+        ("[drive]\ntorque = [0.1, 0, -0.1]", (omniroll.Torque((0.1, 0, -0.1)),)),
+        ("[drive]\ntorque = [[0.1, 0, 0], [0, 0, 0]]\ntimes = [0, 1]\ninterpolation = 'hold'",
+         (omniroll.TorqueTable((0, 1), ((0.1, 0, 0), (0, 0, 0)), "hold"),)),
+        (MOTOR + "gear_ratio = 20.0\nback_emf = 0.02\ncurrent_limit = 1.0\nrotor_inertia = 1e-7",
+         (omniroll.Motor(2.0, 0.01, 2.0, 20.0, 0.02, 1.0, 1e-7),)),
+        ("[controller]\ntarget = [1, 0, 0]\nproportional = 0.1\nintegral = 0.2\nsample_time = 0.1\nlimit = 1.0",
+         (omniroll.Controller((1, 0, 0), 0.1, 0.1, 0.2, limit=1.0),)),
+        (MOTOR + "[controller]\ntarget = [[1, 0, 0], [0, 0, 0]]\ntimes = [0, 1]\nproportional = 0.1\n"
+         "sample_time = 0.1\noutput = 'voltage'", (omniroll.Motor(2.0, 0.01, 2.0),
+          omniroll.Controller(((1, 0, 0), (0, 0, 0)), 0.1, 0.1, output="voltage", times=(0, 1)))),
+        ("[bearings]\nwheel_viscous = [1e-4, 2e-4, 0]\nroller_coulomb = 1e-5\nroller_speed = 0.1",
+         (omniroll.Bearings(wheel_viscous=(1e-4, 2e-4, 0), roller_coulomb=1e-5, roller_speed=0.1),)),
+        ("[slope]\nangle = 0.1\ndirection = 1\ngravity = 1.62", (omniroll.Slope(0.1, 1, 1.62),)),
+    ],
+)  # fmt: skip
+def test_tables_make_effects(more, effects, tmp_path):
+    assert scene_of(tmp_path, more).options.get("effects") == effects
+
+
+def test_a_layout_makes_another_vehicle(tmp_path):
+    places = [[0.1, 0.1], [-0.1, 0.1], [0.0, -0.15]]
+    more = f"[layout]\nwheel_places = {places}\nwheel_angles = [0.5, 2.5, 4.7]\ncenter_of_mass = [0.01, 0]\n"
+    assert scene_of(tmp_path, more).vehicle == omniroll.Vehicle.paper().replace(
+        wheel_places=places, wheel_angles=(0.5, 2.5, 4.7), center_of_mass=(0.01, 0)
+    )
+
+
+def lines_of(folder: Path, more: str) -> list[str]:
+    with pytest.raises(SceneError) as raised:
+        scene_of(folder, more)
+    return [str(problem) for problem in raised.value.problems]
+
+
+@pytest.mark.parametrize(
+    "more, said",
+    [
+        ("[drive]\n", ["[drive]: needs torque or voltage"]),
+        ("[drive]\ntorque = 'x'\n",
+         ["[drive] torque = 'x': must be a number or 3 numbers or K rows of 3 numbers, in N m"]),
+        ("[drive]\ntorque = 1\nvoltage = 1\nresistance = 1\n", ["[drive] voltage = 1: cannot stand beside torque",
+                                                               "[drive] resistance = 1: cannot stand beside torque"]),
+        ("[drive]\nvoltage = 1\n", ["[drive] torque_constant: is missing; a motor's voltage needs it",
+                                    "[drive] resistance: is missing; a motor's voltage needs it"]),
+        ("[drive]\ntorque = 1\ninterpolation = 'hold'\n", ["[drive] interpolation = 'hold': needs times"]),
+        ("[bearings]\nwheel_coulomb = 1\n",
+         ["[bearings] wheel_speed: must be given together with wheel_coulomb, and only then"]),
+        ("[bearings]\n", ["[bearings] wheel_viscous: Bearings needs at least one coefficient"]),
+        ("[slope]\nangle = 2\n[bearings]\nwheel_viscous = -1\n",
+         ["[slope] angle = 2: must be a number, >= 0, < 1.5708, in rad",
+          "[bearings] wheel_viscous = -1: must be a number or 3 numbers, >= 0, in N m s"]),
+        ("[controller]\noutput = 'voltage'\ntarget = [0, 0, 0]\nproportional = 1\nsample_time = 1\n",
+         ["[controller] output = 'voltage': needs a Motor among the effects"]),
+        ("[layout]\nwheel_places = [[0, 1]]\n",
+         ["[layout] wheel_places = [[0, 1]]: must be 3 rows of 2 numbers, in m"]),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_by_table_and_key(more, said, tmp_path):
+    assert lines_of(tmp_path, more) == said
+
+
+def test_rows_that_do_not_match_their_times(tmp_path):
+    (said,) = lines_of(tmp_path, "[drive]\ntorque = [[1, 0, 0]]\ntimes = [0, 1]\n")
+    assert said.startswith("[drive] torque = [[1, 0, 0]]: must have 2 rows")
+
+
+def test_a_centre_of_mass_that_no_vehicle_has(tmp_path):
+    (said,) = lines_of(tmp_path, "[layout]\ncenter_of_mass = [100.0, 0.0]\n")
+    assert "yaw_inertia" in said or "center_of_mass" in said
+
+
+def test_a_scene_without_effects_is_simulated_without_effects(tmp_path):
+    from omniroll.simulate import checked_task
+
+    for more, effects in (("", ()), ("[slope]\nangle = 0.1\n", ("slope",))):
+        scene = scene_of(tmp_path, more)
+        assert checked_task(scene.vehicle, **scene.options).kernel.effects == effects
+
+
+def test_effects_that_are_off_are_estimated(tmp_path):
+    """A slope gives a vehicle at most the speed g sin(0.01) t, and the wheels' inertia leaves more than a third."""
+    duration, found = estimates(scene_of(tmp_path, "[rollers]\nmodel = 'massless'\n"))
+    by_effect = {estimate.effect: estimate for estimate in found}
+    fall = 9.80665 * np.sin(0.01) * duration / 0.15 / np.sqrt(2)  # over R |nu(0)|
+    assert fall / 3 < by_effect["slope"].distance < fall and by_effect["slope"].percent.endswith("rad")
+    assert {"locked", "free", "layout", "drive", "axle_viscous", "axle_coulomb", "reactions"} <= set(by_effect)
+    assert all(estimate.distance is not None for estimate in found)
+
+
+def test_estimates_keep_the_friction_that_is_there(tmp_path):
+    more = "[bearings]\nwheel_viscous = 1e-3\n"
+    found = {estimate.effect for estimate in estimates(scene_of(tmp_path, more))[1]}
+    assert "axle_viscous" not in found and {"axle_coulomb", "roller_viscous", "roller_coulomb"} <= found
+
+
+def test_scenes_from_two_threads_give_what_they_give_alone():
+    scenes = [
+        load_scene(f"scenes/{name}.toml") for name in ("driven", "slope-bearings", "motion-3", "robot-soccer-kit")
+    ]
+
+    def end_of(scene: omniroll.Scene) -> np.ndarray:
+        run = omniroll.run(scene, duration=0.5, control=False)
+        return np.concatenate([run.t, run.nu.ravel(), run.pose.ravel(), run.energy])
+
+    alone = [end_of(scene) for scene in scenes]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(end_of, scenes * 3))
+    assert all(np.array_equal(found, alone[k % 4]) for k, found in enumerate(together))
