@@ -12,12 +12,14 @@ from omniroll.errors import (
     InvalidValueError,
     KernelsMissingError,
     OmnirollError,
+    RollingWarning,
     SimulationStopped,
 )
 from omniroll.kernels import Kernel, kernel
 from omniroll.ledger import Ledger
 from omniroll.many import Many, simulate_many
 from omniroll.parts import cylinder
+from omniroll.reactions import Doubt, Reactions, reactions
 from omniroll.scene import Scene, SceneError, load_scene, run
 from omniroll.simulate import simulate
 from omniroll.switching import tau
@@ -30,6 +32,7 @@ __all__ = [
     "AccuracyWarning",
     "Bearings",
     "Controller",
+    "Doubt",
     "InvalidValueError",
     "Kernel",
     "KernelsMissingError",
@@ -37,6 +40,8 @@ __all__ = [
     "Many",
     "Motor",
     "OmnirollError",
+    "Reactions",
+    "RollingWarning",
     "Samples",
     "Scene",
     "SceneError",
@@ -50,6 +55,7 @@ __all__ = [
     "cylinder",
     "kernel",
     "load_scene",
+    "reactions",
     "run",
     "simulate",
     "simulate_many",

@@ -44,5 +44,9 @@ class SimulationStopped(OmnirollError, RuntimeError):
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
 
 
+class RollingWarning(UserWarning):
+    """Rolling without slip could not have held: a force beyond friction, or a load that would have to pull."""
+
+
 class AccuracyWarning(UserWarning):
     """The estimated error of a run is larger than the accuracy that was asked for."""

@@ -24,16 +24,25 @@ class Record:
     y: list[np.ndarray] = field(default_factory=list)
     contact: list[np.ndarray] = field(default_factory=list)
     axial: list[np.ndarray | None] = field(default_factory=list)
+    drive: list[np.ndarray | None] = field(default_factory=list)  # None until the phase that follows begins
     dense: list[np.ndarray] = field(default_factory=list)
     step_rows: list[int] = field(default_factory=list)
     directions: list[np.ndarray] = field(default_factory=list)
     switch_rows: list[int] = field(default_factory=list)
 
-    def add(self, elapsed: float, y: np.ndarray, contact: np.ndarray, axial: np.ndarray | None) -> None:
+    def add(
+        self,
+        elapsed: float,
+        y: np.ndarray,
+        contact: np.ndarray,
+        axial: np.ndarray | None,
+        drive: np.ndarray | None = None,
+    ) -> None:
         self.elapsed.append(elapsed)
         self.y.append(y)
         self.contact.append(contact)
         self.axial.append(axial)
+        self.drive.append(drive)
 
 
 class Run:
@@ -84,6 +93,11 @@ class Run:
     def _add_row(self) -> None:
         self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial())
 
+    def _complete_row(self) -> None:
+        """A row that was made before its phase takes the drives' inputs from that phase."""
+        if self.rows.drive[-1] is None:
+            self.rows.drive[-1] = self.acting.drive(0.0)
+
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
         y = self._y()
@@ -115,6 +129,7 @@ class Run:
         """Integrate up to the next switch, event or the end; the directions of the wheels that switch then."""
         start, end = self.elapsed, min(self.task.duration, self.acting.next_time())
         flow, guards = self.acting.phase(start, self.state.free_axial())
+        self._complete_row()
         limit = (end - start) - self.carry
         try:
             phase = self.integrator.run(
@@ -144,7 +159,8 @@ class Run:
             self.rows.step_rows.append(len(self.rows.y) - 1)
             self.rows.dense.append(dense)
             self.elapsed, self.carry = _compensated_sum(start, carry, h)
-            self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k])
+            drive = self.acting.drive(h)
+            self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
         end, plain = 3 + self.kernel.wheels, self.acting.layout.plain
         speeds = self.kernel.wheel_speeds(np.array([self.state.nu, phase.y[:3]]))
@@ -197,6 +213,9 @@ class Run:
         raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
 
     def _result(self) -> Trajectory:
+        if self.rows.drive[-1] is None:
+            self.acting.phase(self.elapsed, self.state.free_axial())
+            self._complete_row()
         record, counts = self.rows, self.integrator.counts
         y, directions = np.array(record.y), np.array(record.directions, int)
         rows = Rows(
@@ -208,6 +227,7 @@ class Run:
             step_rows=np.array(record.step_rows, int),
             directions=directions.reshape(len(directions), self.kernel.wheels),
             switch_rows=np.array(record.switch_rows, int),
+            drive=np.array(record.drive) if self.acting.drives else None,
         )
         stats = {
             "steps": counts.steps,

@@ -44,6 +44,7 @@ class Rows:
     step_rows    (S,) the row at which a step starts
     directions   (K, N) +1, -1, or 0 for a wheel that did not switch
     switch_rows  (K,) the row after a switch
+    drive        (T, D, N) inputs of the drives, or None
     """
 
     elapsed: np.ndarray
@@ -54,6 +55,7 @@ class Rows:
     step_rows: np.ndarray
     directions: np.ndarray
     switch_rows: np.ndarray
+    drive: np.ndarray | None = None
 
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
@@ -88,6 +90,7 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         stats=stats | {"switches": len(switches), "error_estimate": None, "sensitivity": None},
         effects=task.effects,
         added=added if task.effects else None,
+        drive=rows.drive,
     )
     trajectory.stats["phase_energy_drift"] = _phase_drift(trajectory, rows.switch_rows)
     return trajectory

@@ -54,6 +54,8 @@ class Trajectory:
     dense         (S, d + 1, 6 + N + E) Bernstein coefficients of (nu, chi, pose, added) on each of the S steps, or None
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
+    drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
+                  takes damping * chi' from it; None without drives. At a row that ends a phase, the values before
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     """
 
@@ -78,6 +80,7 @@ class Trajectory:
     stats: dict[str, Any] = field(default_factory=dict)
     effects: EffectSet = EffectSet()
     added: np.ndarray | None = None
+    drive: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         for value in vars(self).values():

@@ -16,7 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from omniroll.effects import KINDS
-from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.effect_set import DRIVES, EffectSet
 from omniroll.errors import InvalidValueError
 from omniroll.trajectory import SWITCH_FIELDS, Trajectory
 from omniroll.vehicle import Vehicle
@@ -35,6 +35,7 @@ ARRAYS = (
     "dense",
     "step_rows",
     "added",
+    "drive",
 )
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")
 
@@ -113,7 +114,7 @@ def _load_npz(path: str | PathLike) -> Trajectory:
         return _trajectory(json.loads(str(file["description"])), arrays, file["switches"])
 
 
-def _names(vehicle: Vehicle, spins: bool, added: int) -> list[str]:
+def _names(vehicle: Vehicle, spins: bool, drives: int, added: int) -> list[str]:
     wheels, rollers = range(1, vehicle.wheels + 1), range(2, vehicle.rollers_per_wheel + 1)
     names = [
         "t",
@@ -130,13 +131,15 @@ def _names(vehicle: Vehicle, spins: bool, added: int) -> list[str]:
         "energy",
     ]
     names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
+    names += [f"{name}_{i}" for name in DRIVES[:drives] for i in wheels]
     return names + [f"added_{k}" for k in range(1, added + 1)]
 
 
 def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
     vehicle, rows, end = trajectory.vehicle, len(trajectory), 5 + trajectory.vehicle.wheels + 3
     added = 0 if trajectory.added is None else trajectory.added.shape[1]
-    names = _names(vehicle, trajectory.spins is not None, added)
+    drives = 0 if trajectory.drive is None else trajectory.drive.shape[1]
+    names = _names(vehicle, trajectory.spins is not None, drives, added)
     columns = [
         trajectory.t,
         trajectory.elapsed,
@@ -149,6 +152,8 @@ def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
     ]
     if trajectory.spins is not None:
         columns.append(trajectory.spins.reshape(rows, -1))
+    if trajectory.drive is not None:
+        columns.append(trajectory.drive.reshape(rows, -1))
     if trajectory.added is not None:
         columns.append(trajectory.added)
     # tolist() gives Python's numbers: contacts stay integers, floats print to the bit.
@@ -163,6 +168,7 @@ def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
             table[row] += coefficients[1:-1].ravel().tolist()
     description["step_rows"] = trajectory.step_rows.tolist()
     description["added"] = added if trajectory.added is not None else None
+    description["drives"] = drives
     file.write(f"# {FORMAT}\n# {json.dumps(description)}\n")
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(names)
@@ -189,8 +195,8 @@ def _read_csv(file: TextIO) -> Trajectory:
 def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], description: dict) -> dict[str, Any]:
     wheels, rollers, rows = vehicle.wheels, vehicle.rollers_per_wheel, len(table)
     with_spins = "spin_1_2" in names
-    added = description.get("added")
-    plain = _names(vehicle, with_spins, added or 0)
+    added, drives = description.get("added"), description.get("drives", 0)
+    plain = _names(vehicle, with_spins, drives, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
         raise ValueError("columns are missing")
     numbers = np.array([[float(text) for text in row[: len(plain)]] for row in table])
@@ -209,6 +215,7 @@ def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], descript
         "dense": None,
         "step_rows": np.array(description["step_rows"], int),
         "added": None,
+        "drive": None,
     }
     place = 0
     for name, width in widths.items():
@@ -218,6 +225,10 @@ def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], descript
     if with_spins:
         width = wheels * (rollers - 1)
         arrays["spins"] = numbers[:, place : place + width].reshape(rows, wheels, rollers - 1)
+        place += width
+    if drives:
+        width = wheels * drives
+        arrays["drive"] = numbers[:, place : place + width].reshape(rows, drives, wheels)
         place += width
     if added is not None:
         arrays["added"] = numbers[:, place:].copy()

@@ -16,6 +16,8 @@ from omniroll.kernels import Flow, Kernel, kernel
 from omniroll.switching import State
 from omniroll.vehicle import Vehicle
 
+DRIVES = ("torque", "damping")
+
 
 @dataclass(frozen=True)
 class EffectSet:
@@ -104,12 +106,16 @@ class EffectSet:
 
 
 class EffectRun:
-    """The effects in one run: their processes, and the rates between two of their events."""
+    """The effects in one run: their processes, and the rates between two of their events.
+
+    drives   names of the drives' inputs of the kernel that there are: torque, and with motors damping
+    """
 
     def __init__(self, effects: EffectSet, bound: Kernel, start_time: float):
         self.effects, self.kernel, self.layout = effects, bound, effects.layout(bound)
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
-        self.parts = []
+        self.parts, self.signals = [], {}
+        self.drives = tuple(a.name for a in bound.signatures["reduced"].inputs if a.name in DRIVES)
         self.program = Program(bound, self.layout, effects.functions(bound.roller_model)) if effects else None
 
     def next_time(self) -> float:
@@ -133,9 +139,14 @@ class EffectRun:
             for name, signal in part.inputs.items():
                 inputs[name] = inputs[name] + signal if name in inputs else signal
             self.parts.append(part)
+        self.signals = inputs
         guards = Guards([guard for part in self.parts for guard in part.guards], self.layout.size)
         constants = {} if momenta is None or "momenta" in self.layout.slices else {"momenta": momenta}
         return self.program.flow(constants, inputs), guards
+
+    def drive(self, time: float) -> np.ndarray:
+        """(D, N) the inputs of the drives at a time since the start of this phase."""
+        return np.array([self.signals[name].at(time) for name in self.drives]).reshape(-1, self.kernel.wheels)
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of this phase, (m,) bool, have ended it."""
