@@ -1054,23 +1054,6 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
     *energy = twice/2;
 }
 
-/* Potential energy on the slope; zero where S and the origin meet. Equations: section 2. */
-OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_potential(int wheels, int rollers_per_wheel,
-                                                                            const real_t *model,
-                                                                            const real_t *pose,
-                                                                            real_t *potential)
-{
-    (void)wheels;
-    (void)rollers_per_wheel;
-    const real_t R = model[2];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
-    const real_t x = pose[0];
-    const real_t y = pose[1];
-    const real_t potential_ = -(down_x*x + down_y*y)/R;
-    *potential = potential_;
-}
-
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations: section 4. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int wheels, int rollers_per_wheel,
                                                                          const real_t *model,
@@ -1422,4 +1405,21 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
             axial_after[slots*i + j] = amplitude_cos*cos_kappa + amplitude_sin*sin_kappa + decay*free_axial;
         }
     }
+}
+
+/* Potential energy on the slope; zero where S and the origin meet. Equations: section 2. */
+OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_potential(int wheels, int rollers_per_wheel,
+                                                                            const real_t *model,
+                                                                            const real_t *pose,
+                                                                            real_t *potential)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    const real_t R = model[2];
+    const real_t down_x = model[23];
+    const real_t down_y = model[24];
+    const real_t x = pose[0];
+    const real_t y = pose[1];
+    const real_t potential_ = -(down_x*x + down_y*y)/R;
+    *potential = potential_;
 }

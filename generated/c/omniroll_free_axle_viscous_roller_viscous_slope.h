@@ -297,17 +297,6 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
                                                                          const real_t *nu, const real_t *chi,
                                                                          const real_t *spins, real_t *energy);
 
-/* Potential energy on the slope; zero where S and the origin meet.
- *
- * Equations: section 2.
- *   in  pose[3] [m, m, rad]: x, y, theta
- *   out potential [J]: potential energy
- * Operations: once 1 add, 2 mul, 2 div. Intermediates: 1. */
-OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_potential(int wheels, int rollers_per_wheel,
-                                                                            const real_t *model,
-                                                                            const real_t *pose,
-                                                                            real_t *potential);
-
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
  *
  * Equations: section 4.
@@ -449,6 +438,17 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
                                                                               const real_t *momenta_after,
                                                                               real_t elapsed,
                                                                               real_t *axial_after);
+
+/* Potential energy on the slope; zero where S and the origin meet.
+ *
+ * Equations: section 2.
+ *   in  pose[3] [m, m, rad]: x, y, theta
+ *   out potential [J]: potential energy
+ * Operations: once 1 add, 2 mul, 2 div. Intermediates: 1. */
+OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_potential(int wheels, int rollers_per_wheel,
+                                                                            const real_t *model,
+                                                                            const real_t *pose,
+                                                                            real_t *potential);
 
 #ifdef __cplusplus
 }

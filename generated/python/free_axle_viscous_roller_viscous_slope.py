@@ -59,10 +59,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       g33 [1]: sum of g g^T over the wheels.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      down_x [kg m^2/s^2]: M R g sin(slope) along x.
-      down_y [kg m^2/s^2]: M R g sin(slope) along y.
       axle_damping[N] [N m s]: viscous friction of an axle's bearings.
       roller_damping[N] [N m s]: viscous friction of a roller's bearings.
+      down_x [kg m^2/s^2]: M R g sin(slope) along x.
+      down_y [kg m^2/s^2]: M R g sin(slope) along y.
       damping_per_inertia[N] [1/s]: viscous friction of a roller's bearings, over its inertia.
       cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
       sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
@@ -1079,25 +1079,6 @@ def energy(model, nu, chi, spins):
     return energy
 
 
-def potential(model, pose):
-    """Potential energy on the slope; zero where S and the origin meet.
-
-    Equations: section 2.
-    pose[3] [m, m, rad]: x, y, theta.
-    Returns:
-      potential [J]: potential energy.
-    Operations: once 1 add, 2 mul, 2 div. Intermediates: 1.
-    """
-    R = model.R
-    down_x = model.down_x
-    down_y = model.down_y
-    x = pose[0]
-    y = pose[1]
-    potential_ = -(down_x*x + down_y*y)/R
-    potential = potential_
-    return potential
-
-
 def impact(model, nu, chi, entering, leaving):
     """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
 
@@ -1471,3 +1452,22 @@ def axial_after(model, axial, momenta_before, momenta_after, elapsed):
             free_axial = axial[i][j]
             axial_after[i][j] = amplitude_cos*cos_kappa + amplitude_sin*sin_kappa + decay*free_axial
     return axial_after
+
+
+def potential(model, pose):
+    """Potential energy on the slope; zero where S and the origin meet.
+
+    Equations: section 2.
+    pose[3] [m, m, rad]: x, y, theta.
+    Returns:
+      potential [J]: potential energy.
+    Operations: once 1 add, 2 mul, 2 div. Intermediates: 1.
+    """
+    R = model.R
+    down_x = model.down_x
+    down_y = model.down_y
+    x = pose[0]
+    y = pose[1]
+    potential_ = -(down_x*x + down_y*y)/R
+    potential = potential_
+    return potential
