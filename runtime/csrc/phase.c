@@ -417,11 +417,13 @@ static void wheel_accelerations(const omniroll_run_t *run, const lanes_t *model,
 }
 
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
- * time than tau (rule 5). Returns how many. */
+ * time than tau (rule 5), be it to a switch or to the end of the run. Returns how many. */
 static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, double phase_length,
                             int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    const int at_end = run->elapsed >= run->duration && phase_length > 0;
+    const double together = tau(run, phase_length);
     int at_joint = 0, resting = 0, count = 0;
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
@@ -436,9 +438,9 @@ static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lan
             const double left = run->joint - sign*run->chi[i];
             const double rate = sign*(resting && chi_dot[i][0] == 0 ? chi_ddot[i][0] : chi_dot[i][0]);
             if (pass == 0)
-                at_joint += rate > 0 && left <= 0;
+                at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
             else {
-                directions[i] = at_joint > 0 && rate > 0 && left <= tau(run, phase_length)*rate ? sign : 0;
+                directions[i] = at_joint > 0 && rate > 0 && left <= together*rate ? sign : 0;
                 count += directions[i] != 0;
             }
         }

@@ -12,7 +12,8 @@ The contract, numbered:
     the old one becomes j = 2; contact_i falls by 1 mod n. At -pi/n (direction -1) the mirror image: chi_i
     becomes +pi/n, j = 2 becomes the contact roller, the old one becomes j = n; contact_i grows by 1 mod n.
  5. Wheels whose located times are less than tau(t, h) = 100 eps (|t| + |h|) after the first are one switch,
-    of all of them together; t is the time of the first and h the length of the phase that it ends.
+    of all of them together; t is the time of the first and h the length of the phase that it ends. A wheel
+    that is as close to its joint when the run ends switches at the end.
  6. Pose and the absolute axial speeds of rollers that are free before and after stay. The law gives the rest:
     smooth   nu stays. The entering roller takes at once the spin that (2.1) demands.
     impact   nu is projected (kernel function `impact`): the constraints after the switch are imposed

@@ -1,5 +1,6 @@
 """The page of results, docs/hard-cases.md."""
 
+import math
 import platform
 import sys
 from pathlib import Path
@@ -18,6 +19,8 @@ setting where it was; naive is the same number from a naive implementation of th
 
 
 def number(value: float) -> str:
+    if not math.isfinite(value):
+        return "none found" if value > 0 else str(value)
     return f"{value:.0f}" if value == int(value) and abs(value) < 1e5 else f"{value:.2g}"
 
 

@@ -4,8 +4,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 import omniroll
+from hard.case import Measurement
 from omniroll import Trajectory, Vehicle
+from omniroll.kernels import Kernel
 from omniroll.runs import Task
 from omniroll.simulate import checked_task
 
@@ -40,6 +44,21 @@ class Setting:
 
     def task(self, vehicle: Vehicle = PAPER, **task: Any) -> Task:
         return checked_task(vehicle, **self.options(**task))
+
+    def measurement(self, what: str, measured: float, bound: float, naive: float | None = None) -> Measurement:
+        return Measurement(what, self.engine, DOUBLE, self.name, measured, bound, naive)
+
+
+def speeds_of_wheels(kernel: Kernel) -> np.ndarray:
+    """(3, N): chi' = nu @ this."""
+    return kernel.wheel_speeds(np.eye(3))
+
+
+def accelerations_of_wheels(task: Task) -> np.ndarray:
+    """(N,) chi'' at the start of a task."""
+    state, free = task.state, task.state.free_axial()
+    momenta = () if free is None else (task.kernel.momenta(free),)
+    return task.kernel.wheel_speeds(task.kernel.reduced(state.nu, state.chi, *momenta))
 
 
 def settings(models=MODELS, laws=LAWS, engines=ENGINES) -> Iterator[Setting]:

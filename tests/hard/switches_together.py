@@ -4,7 +4,7 @@ import numpy as np
 
 from hard import naive
 from hard.case import Case, Measurement, Scale
-from hard.setting import DOUBLE, JOINT, Setting, settings
+from hard.setting import JOINT, Setting, settings
 
 SECTION = "Switches"
 
@@ -29,12 +29,9 @@ def turning_on_the_spot(scale: Scale) -> list[Measurement]:
         expected = int(abs(turned) / (2 * JOINT) + 0.5)
         found = list(zip(run.switches.t.tolist(), run.switches.wheel.tolist(), strict=True))
         theirs = naive.simulate(setting.task(**task)).switches
-        return Measurement(
-            what="instants at which not all wheels switch together",
-            on=setting.engine,
-            number_type=DOUBLE,
-            setting=setting.name,
-            measured=wrong_instants(found, 3, expected),
+        return setting.measurement(
+            "instants at which not all wheels switch together",
+            wrong_instants(found, 3, expected),
             bound=0,
             naive=wrong_instants([(t, wheel) for t, wheel, _ in theirs], 3, expected),
         )

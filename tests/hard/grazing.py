@@ -1,0 +1,188 @@
+"""Wheels that turn back near their joints: before it, at it, beyond it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from hard import naive, true_flow
+from hard.case import Case, Measurement, Scale
+from hard.setting import (
+    ENGINES,
+    EPS,
+    JOINT,
+    LAWS,
+    MODELS,
+    Setting,
+    accelerations_of_wheels,
+    settings,
+    speeds_of_wheels,
+)
+from omniroll.runs import Task
+
+SECTION = "Switches"
+NOISE = 8 * EPS * JOINT  # a turn that is less than this beyond the joint may count as a touch
+DISTANCES = (1e-4, 1e-7, 1e-10, 1e-12, 1e-14)  # of a turn from the joint, in rad
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A start whose wheel 0 moves outwards and turns back; `peak` is that of the true flow."""
+
+    model: str
+    start: dict
+    peak: true_flow.Peak
+
+    def task(self, setting: Setting) -> Task:
+        return setting.task(**self.start)
+
+
+def turns(model: str, count: int, beyond: float) -> Iterator[Turn]:
+    """Starts whose wheel 0 turns `beyond` the joint, as exactly as the floats allow. The same ones for each distance."""
+    random = np.random.default_rng([7, MODELS.index(model)])
+    found = 0
+    while found < count:
+        start = _outwards(random, model)
+        turn = start and _aimed(model, start, beyond)
+        if turn:
+            found += 1
+            yield turn
+
+
+def _outwards(random: np.random.Generator, model: str) -> dict | None:
+    """A start near the joint with a small speed outwards and an acceleration inwards, or None."""
+    setting = Setting(model, "smooth", "python")
+    start = {
+        "nu": random.normal(size=3),
+        "chi": np.append(0.97 * JOINT, random.uniform(-0.3, 0.3, 2)),
+        "spins": random.normal(size=(3, 4)),
+        "duration": 1.0,
+    }
+    speed = 10 ** random.uniform(-2.5, -1)
+    per_nu = speeds_of_wheels(setting.task(**start).kernel)[:, 0]
+    start["nu"][2] += (speed - start["nu"] @ per_nu) / per_nu[2]
+    acceleration = accelerations_of_wheels(setting.task(**start))[0]
+    if not -20 < acceleration < -0.3:
+        return None
+    start["chi"][0] = JOINT - speed**2 / (2 * -acceleration)
+    return start | {"duration": 2 * speed / -acceleration}
+
+
+def _aimed(model: str, start: dict, beyond: float) -> Turn | None:
+    """The start moved until its peak lies `beyond` the joint; None where the series or the roller are too short."""
+    chi = start["chi"].copy()
+    for _ in range(4):
+        if abs(chi[0]) > JOINT:
+            return None
+        aimed = start | {"chi": chi.copy()}
+        try:
+            peak = true_flow.peak(Setting(model, "smooth", "python").task(**aimed), 0, 1)
+        except ValueError:
+            return None
+        if abs(peak.beyond - beyond) < EPS * JOINT:
+            break
+        chi[0] += beyond - peak.beyond
+    return Turn(model, aimed, peak)
+
+
+@cache
+def starts(model: str, count: int, beyond: float) -> tuple[Turn, ...]:
+    return tuple(turns(model, count, beyond))
+
+
+def amount(scale: Scale) -> tuple[int, tuple[float, ...]]:
+    """Starts for each distance, and distances."""
+    return scale.of((1, DISTANCES[::2]), (12, DISTANCES))
+
+
+def turning_back(scale: Scale) -> list[Measurement]:
+    """Before and after the joint: is the switch seen where there is one, and not where there is none?"""
+    count, distances = amount(scale)
+    found = []
+    for setting in settings():
+        wrong, theirs = 0, 0
+        own = [turn for d in distances for sign in (1, -1) for turn in starts(setting.model, count, sign * d)]
+        for turn in own:
+            passes = turn.peak.beyond > 0
+            wrong += (0 in setting.run(**turn.start).switches.wheel) != passes
+            theirs += (0 in [wheel for _, wheel, _ in naive.simulate(turn.task(setting)).switches]) != passes
+        share = 100 / len(own)
+        found.append(setting.measurement("turns judged wrongly, in %", share * wrong, 0, naive=share * theirs))
+    return found
+
+
+def out_and_in(scale: Scale) -> list[Measurement]:
+    """Where the true flow is at the time at which the engines see the wheel leave its roller."""
+    count, distances = amount(scale)
+    found = []
+    for setting in settings(laws=("smooth",)):
+        worst, theirs = 0.0, 0.0
+        for turn in [turn for d in distances for turn in starts(setting.model, count, d)]:
+            run = setting.run(**turn.start, accuracy=1e-14)
+            worst = max(worst, _misplaced(turn, run.switches.t[run.switches.wheel == 0]))
+            switches = naive.simulate(turn.task(setting)).switches
+            theirs = max(theirs, _misplaced(turn, [t for t, wheel, _ in switches if wheel == 0]))
+        found.append(setting.measurement("|chi| of the true flow there minus pi/n, in eps pi/n", worst, 8, theirs))
+    return found
+
+
+def _misplaced(turn: Turn, times) -> float:
+    """Of the first of the times; infinite where there is none."""
+    if not len(times):
+        return float("inf")
+    task = Setting(turn.model, "smooth", "python").task(**turn.start)
+    return abs(true_flow.beyond_at(task, 0, 1, [float(times[0])])[0]) / (EPS * JOINT)
+
+
+def vanishing_at_the_joint(scale: Scale) -> list[Measurement]:
+    """The wheel's speed vanishes at the joint, as exactly as floats can say it: a touch or a switch."""
+    found = []
+    for model in MODELS:
+        for law in LAWS if model == "massless" else ("smooth",):
+            own_settings = [Setting(model, law, engine) for engine in ENGINES]
+            for turn in starts(model, scale.of(2, 20), 0.0):
+                runs = [setting.run(**turn.start) for setting in own_settings]
+                apart = float(np.abs(runs[0].nu[-1] - runs[1].nu[-1]).max() / np.linalg.norm(turn.start["nu"]))
+                found += [
+                    setting.measurement("distance of the engines' nu afterwards", apart, NOISE**0.5)
+                    for setting in own_settings
+                    if model != "free"
+                ]
+                found += [
+                    setting.measurement("|chi| - pi/n, largest, in eps pi/n", _beyond(run), 0)
+                    for setting, run in zip(own_settings, runs, strict=True)
+                ]
+    return found
+
+
+def _beyond(run) -> float:
+    return float(np.abs(run.chi).max() - JOINT) / (EPS * JOINT)
+
+
+CASES = [
+    Case(
+        name="turning-back",
+        section=SECTION,
+        title="Turning back just before, at and just after the joint",
+        naive="looks at the ends of steps alone, and takes both ends of the turn for inside",
+        promise=f"a turn that passes the joint by more than {NOISE:.1e} rad (8 eps) is seen, one before it is none",
+        run=turning_back,
+    ),
+    Case(
+        name="out-and-in",
+        section=SECTION,
+        title="Out and in again within one step",
+        naive="no switch, or one where the wheel comes back",
+        promise="the switch is at the first crossing, where the wheel is within 8 eps of its joint in the true flow",
+        run=out_and_in,
+    ),
+    Case(
+        name="vanishing-at-the-joint",
+        section=SECTION,
+        title="A wheel whose speed vanishes exactly at the joint",
+        naive="as above; or a second event at the instant of the first",
+        promise="a touch or a switch there and back, whichever rounding says; the motion is the same but for the time outside, sqrt(8 eps); |chi| <= pi/n",
+        run=vanishing_at_the_joint,
+    ),
+]

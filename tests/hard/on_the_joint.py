@@ -1,0 +1,132 @@
+"""Starts exactly on a joint; switches exactly at the end of a run or at a time of output."""
+
+import numpy as np
+
+from hard import naive
+from hard.case import Case, Measurement, Scale
+from hard.setting import JOINT, Setting, accelerations_of_wheels, settings, speeds_of_wheels
+
+SECTION = "Switches"
+AT_ONCE = 1e-12  # s
+
+
+def start_moving(scale: Scale) -> list[Measurement]:
+    """Wheel 0 stands on a joint and moves: at once a switch outwards, none inwards."""
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(11)
+        wrong, theirs, count = 0, 0, scale.of(10, 200)
+        for _ in range(count):
+            sign = random.choice((1, -1))
+            task = {
+                "nu": random.normal(size=3),
+                "chi": np.append(sign * JOINT, random.uniform(-0.5, 0.5, 2)),
+                "spins": random.normal(size=(3, 4)),
+                "duration": 0.2,
+            }
+            outwards = sign * (task["nu"] @ speeds_of_wheels(setting.task(**task).kernel)[:, 0]) > 0
+            run = setting.run(**task)
+            wrong += _switched_at_start(zip(run.switches.t, run.switches.wheel, strict=True)) != outwards
+            naive_run = naive.simulate(setting.task(**task), most_switches=10)
+            theirs += _switched_at_start((t, w) for t, w, _ in naive_run.switches) != outwards
+        found.append(setting.measurement("starts judged wrongly, in %", 100 * wrong / count, 0, 100 * theirs / count))
+    return found
+
+
+def _switched_at_start(switches) -> bool:
+    return any(t <= AT_ONCE and wheel == 0 for t, wheel in switches)
+
+
+def start_at_rest(scale: Scale) -> list[Measurement]:
+    """Wheel 0 rests on a joint, nu = (nu_1, 0, 0): it is a switch where the wheel accelerates outwards."""
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(12)
+        wrong, theirs, count = 0, 0, scale.of(10, 100)
+        for _ in range(count):
+            sign = random.choice((1, -1))
+            task = {
+                "nu": (random.normal(), 0, 0),
+                "chi": np.append(sign * JOINT, random.uniform(-0.5, 0.5, 2)),
+                "duration": 1e-3,
+            }
+            outwards = sign * accelerations_of_wheels(setting.task(**task))[0] > 0
+            run = setting.run(**task)
+            wrong += _switched_at_start(zip(run.switches.t, run.switches.wheel, strict=True)) != outwards
+            naive_run = naive.simulate(setting.task(**task), most_switches=10)
+            theirs += _switched_at_start((t, w) for t, w, _ in naive_run.switches) != outwards
+        found.append(setting.measurement("starts judged wrongly, in %", 100 * wrong / count, 0, 100 * theirs / count))
+        found.append(setting.measurement("largest change of a vehicle at rest", _change_at_rest(setting), 0))
+    return found
+
+
+def _change_at_rest(setting: Setting) -> float:
+    run = setting.run(nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5.0)
+    still = [run.nu, run.chi - run.chi[0], run.pose, run.contact - run.contact[0]]
+    return max(float(np.abs(values).max()) for values in still) + len(run.switches)
+
+
+def at_the_end(scale: Scale) -> list[Measurement]:
+    """A run that ends at the time of a switch has it; a sample at that time shows the state after it."""
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(13)
+        ends, samples, theirs, count = 0, 0, 0, 0
+        for _ in range(scale.of(3, 30)):
+            task = {"nu": random.normal(size=3), "chi": random.uniform(-0.5, 0.5, 3), "duration": 4.0}
+            whole = setting.run(**task)
+            times = np.unique(whole.switches.t)
+            ends += _missing_ends(setting, task, times[:3], whole)
+            samples += _wrong_samples(whole, times)
+            first = naive.simulate(setting.task(**task | {"duration": float(times[0])}))
+            theirs += len(first.switches) == 0
+            count += 1
+        found.append(setting.measurement("switches missing at the end of a run", ends, 0, theirs))
+        found.append(setting.measurement("samples on the wrong side of a switch", samples, 0))
+    return found
+
+
+def _missing_ends(setting: Setting, task: dict, times: np.ndarray, whole) -> int:
+    """How many of the runs that end at one of the times do not have the whole run's switches until then."""
+    missing = 0
+    for t in times:
+        run = setting.run(**task | {"duration": float(t)})
+        missing += run.switches.wheel.tolist() != whole.switches.wheel[whole.switches.t <= t].tolist()
+    return missing
+
+
+def _wrong_samples(run, times: np.ndarray) -> int:
+    rows = np.searchsorted(run.t, times, side="right") - 1
+    before = np.searchsorted(run.t, times, side="left")
+    at, just_before = run.sample(times), run.sample(np.nextafter(times, 0))
+    return int((at.contact != run.contact[rows]).any(axis=-1).sum()) + int(
+        (just_before.contact != run.contact[before]).any(axis=-1).sum()
+    )
+
+
+CASES = [
+    Case(
+        name="start-on-a-joint",
+        section=SECTION,
+        title="Start exactly on a joint, moving out or in",
+        naive="restarts on its own event: a zero at the start is no change of sign, or is one twice",
+        promise="out is a switch at once, in is none",
+        run=start_moving,
+    ),
+    Case(
+        name="rest-on-a-joint",
+        section=SECTION,
+        title="Start exactly on a joint, at rest",
+        naive="sees the wheel leave when it is far enough beyond the joint",
+        promise="a switch at once where the wheel accelerates outwards, else none; a vehicle at rest stays as it is",
+        run=start_at_rest,
+    ),
+    Case(
+        name="switch-at-the-end",
+        section=SECTION,
+        title="A switch at the end time or at an output time",
+        naive="the end hides the event, or the sample is that before it",
+        promise="the switch is in the run; samples are right-continuous",
+        run=at_the_end,
+    ),
+]
