@@ -66,6 +66,7 @@ class Counts:
 
     evaluations: int = 0
     steps: int = 0
+    error: float = 0.0  # the sum of the steps' errors as the steps estimate them, in units of `scale`
 
 
 class PhaseIntegrator:
@@ -163,6 +164,7 @@ class PhaseIntegrator:
         accepted = solver.step_size >= 0.999 * asked
         self.next_step = max(wanted, solver.h_abs) if accepted and asked < wanted else solver.h_abs
         self.counts.steps += 1
+        self.counts.error += solver._estimate_error_norm(solver.K, solver.h_previous, self.scale)
         return _polynomial(solver)
 
     def _first_step(self, flow: Flow, y: np.ndarray, limit: float) -> float:

@@ -234,6 +234,7 @@ class Run:
             "evaluations": counts.evaluations,
             "phases": self.phases,
             "tolerance": self.tolerance,
+            "local_errors": float(counts.error),
         }
         return assembled(self.task, rows, stats)
 

@@ -204,6 +204,8 @@ def controlled_run(task: Task) -> Trajectory:
             break
         # The error falls with the tolerance, but not always in proportion: claim half of the digits.
         error = difference(control, trajectory) / math.sqrt(CONTROL)
+        if control.stats["steps"] == trajectory.stats["steps"]:  # events have cut both into the same steps
+            error = max(error, trajectory.stats.get("local_errors", 0.0))
         if error <= task.accuracy or tolerance <= FINEST or trial == TRIALS - 1:
             break
         control, tolerance = trajectory, max(tolerance / CONTROL, FINEST)

@@ -1,0 +1,197 @@
+"""Trajectories with effects: accuracy, engines, sampling, files, stops, threads."""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from omniroll import Bearings, Controller, Motor, SimulationStopped, Slope, Torque, TorqueTable, Trajectory, Vehicle
+from omniroll import simulate
+from omniroll.comparison import difference
+from omniroll.kernels import kernel
+
+PAPER = Vehicle.paper()
+JOINT = np.pi / 5
+MOTOR = Motor((3.0, -2.0, 1.0), 0.02, 1.5, gear_ratio=3, current_limit=0.7, rotor_inertia=1e-6)
+VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
+COULOMB = Bearings(wheel_coulomb=1e-3, wheel_speed=0.5, roller_coulomb=1e-5, roller_speed=0.5)
+SETS = {
+    "driven": [MOTOR, Controller((0.5, 0, 0.5), 1.0, 0.07, output="voltage")],
+    "viscous": [TorqueTable([0.2, 0.9], [[0, 0, 0], [0.03, 0, -0.02]]), VISCOUS],
+    "Coulomb on a slope": [COULOMB, Slope(0.1, 0.5)],
+}
+START = {"nu": (1.0, 0.2, 0.8), "spins": 0.4, "chi": (0.1, -0.3, 0.2)}
+FIELDS = (
+    "t",
+    "elapsed",
+    "nu",
+    "chi",
+    "contact",
+    "contact_spin",
+    "spins",
+    "pose",
+    "energy",
+    "dense",
+    "step_rows",
+    "added",
+)
+
+
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("accuracy", [1e-5, 1e-8])
+def test_the_accuracy_is_met_and_estimated(name, accuracy):
+    exact = simulate(PAPER, **START, duration=1.5, accuracy=1e-13, effects=SETS[name], control=False)
+    run = simulate(PAPER, **START, duration=1.5, accuracy=accuracy, effects=SETS[name])
+    assert difference(run, exact) < run.stats["error_estimate"] < accuracy
+    assert run.stats["sensitivity"] >= 1 and run.stats["evaluations"] > run.stats["steps"] > 0
+    assert len(run.switches) >= 3
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_both_kernels_give_the_same(name):
+    """The C kernels and the Python kernels below the one engine."""
+    one, other = (
+        simulate(PAPER, **START, duration=1, accuracy=1e-11, effects=SETS[name], engine=engine, control=False)
+        for engine in ("compiled", "python")
+    )
+    assert (one.switches.wheel == other.switches.wheel).all()
+    assert difference(one, other) < 1e-9
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked"])
+def test_other_roller_models_lose_energy_in_their_contact_rollers(roller_model):
+    run = simulate(
+        PAPER, nu=START["nu"], duration=1, roller_model=roller_model, accuracy=1e-10, effects=[VISCOUS], control=False
+    )
+    bound = kernel(PAPER, roller_model, "python")
+    _, spins = bound.wheel_rates(run.nu, run.chi)
+    power = 1e-5 * (spins**2).sum(axis=1)
+    rows = np.flatnonzero(np.diff(run.t) > 0)
+    middle = run.sample((run.t[rows] + run.t[rows + 1]) / 2)
+    simpson = (power[rows] + 4e-5 * (middle.contact_spin**2).sum(axis=1) + power[rows + 1]) / 6 * np.diff(run.t)[rows]
+    assert run.quantity("roller_loss")[-1] == pytest.approx(simpson.sum(), rel=1e-3)
+
+
+# Sampling
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_samples_between_rows_are_the_motion(name):
+    """Also the single rollers' spins, which friction changes, and which are no state where it is viscous."""
+    run = simulate(PAPER, **START, duration=1, accuracy=1e-10, effects=SETS[name], control=False)
+    other = simulate(PAPER, **START, duration=1, accuracy=1e-12, effects=SETS[name], control=False)
+    inside = other.t[(other.t > 0) & (np.abs(run.t[:, None] - other.t).min(axis=0) > 1e-6)]
+    found, wanted = run.sample(inside), other.sample(inside)
+    for field in ("nu", "chi", "pose", "spins", "contact_spin", "energy"):
+        np.testing.assert_allclose(getattr(found, field), getattr(wanted, field), atol=1e-6, err_msg=field)
+
+
+def test_samples_at_rows_are_rows():
+    run = simulate(PAPER, **START, duration=1, accuracy=1e-9, effects=SETS["viscous"], control=False)
+    last = np.searchsorted(run.t, run.t, side="right") - 1
+    found = run.sample(run.t)
+    for field in ("nu", "chi", "pose", "spins", "contact_spin", "energy"):
+        assert (getattr(found, field) == getattr(run, field)[last]).all(), field
+
+
+# Files
+
+
+@pytest.mark.parametrize("ending", [".npz", ".csv"])
+@pytest.mark.parametrize("dense", [True, False])
+@pytest.mark.parametrize("name", SETS)
+def test_files_keep_every_bit_and_the_effects(tmp_path, name, ending, dense):
+    run = simulate(PAPER, **START, duration=0.5, start_time=0.1, accuracy=1e-7, effects=SETS[name], control=False)
+    run.save(tmp_path / f"run{ending}", dense=dense)
+    again = Trajectory.load(tmp_path / f"run{ending}")
+    for field in FIELDS:
+        expected = None if field == "dense" and not dense else getattr(run, field)
+        assert (expected is None) == (getattr(again, field) is None)
+        assert expected is None or (getattr(again, field) == expected).all(), field
+    assert again.effects == run.effects and again.vehicle == run.vehicle and again.stats == run.stats
+    assert again.ledger == run.ledger
+    if dense:
+        times = np.linspace(0.1, 0.6, 7)
+        assert (again.sample(times).spins == run.sample(times).spins).all()
+
+
+# Stops
+
+
+def torques_that_hold(roller_model):
+    """Torques that push wheel 0 outwards on both sides of its joint, with chi: M* differs between them."""
+    chi = np.array([JOINT, 0.2, -0.1])
+    bound = kernel(PAPER, roller_model, "python")
+    wheels = bound.wheel_speeds(np.eye(3)).T
+    pushes = [wheels @ np.linalg.solve(bound.mass_matrix([side, *chi[1:]]), wheels[0]) for side in (chi[0], -chi[0])]
+    a, b = (push / np.linalg.norm(push) for push in pushes)
+    torques = (a - b) / np.abs(a - b).max() * 0.02
+    assert pushes[0] @ torques > 0 > pushes[1] @ torques
+    return torques, chi
+
+
+@pytest.mark.parametrize("law", ["impact", "smooth"])
+@pytest.mark.parametrize("roller_model", ["locked", "free"])
+@pytest.mark.parametrize("away", [0.0, 1e-9, 1e-4])
+def test_a_wheel_that_is_held_on_its_joint_ends_or_stops(roller_model, law, away):
+    """It leaves its roller and is pushed back by the next one: the run gets on, or says where it could not."""
+    torques, chi = torques_that_hold(roller_model)
+    start = {"nu": (0, 0, 0), "chi": chi * [1 - away, 1, 1], "roller_model": roller_model, "switching": law}
+    try:
+        run = simulate(PAPER, **start, duration=0.5, accuracy=1e-6, effects=[Torque(torques)], control=False)
+        assert run.t[-1] == 0.5
+    except SimulationStopped as stopped:
+        assert stopped.wheel == 0 and "without progress" in stopped.reason
+        run = stopped.trajectory
+        assert run.t[-1] == stopped.t < 0.5
+    assert away or len(run.switches) >= 600
+    assert abs(run.ledger.residual) < 1e-6 * max(run.ledger.scale, 1e-9)
+
+
+def test_what_was_done_before_a_stop_is_kept(tmp_path):
+    """At rest on its joint until the torques come that hold it there."""
+    torques, chi = torques_that_hold("locked")
+    table = TorqueTable([0.0, 0.1], [[0, 0, 0], torques], interpolation="hold")
+    start = {"nu": (0, 0, 0), "chi": chi, "roller_model": "locked", "duration": 1, "accuracy": 1e-6}
+    with pytest.raises(SimulationStopped) as stopped:
+        simulate(PAPER, **start, effects=[table, VISCOUS])
+    run = stopped.value.trajectory
+    assert run.t[0] == 0 and run.t[-1] == stopped.value.t == 0.1 and not run.nu.any()
+    run.save(tmp_path / "part.npz")
+    again = Trajectory.load(tmp_path / "part.npz")
+    assert (again.added == run.added).all() and again.ledger == run.ledger
+
+
+# Threads
+
+
+def test_two_threads_give_what_each_gives_alone():
+    tasks = [
+        {"effects": effects, "roller_model": model}
+        for effects in (SETS["driven"], [VISCOUS, Slope(0.05)], [], SETS["driven"])
+        for model in ("free", "locked")
+    ]
+
+    def run(task):
+        return simulate(PAPER, nu=(1, 0.2, 0.8), duration=1.0, accuracy=1e-8, control=False, **task)
+
+    alone = [run(task) for task in tasks]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(run, tasks * 2))
+    for one, other in zip(alone * 2, together, strict=True):
+        for field in FIELDS:
+            expected = getattr(one, field)
+            assert expected is None or (getattr(other, field) == expected).all(), field
+
+
+def test_progress_is_told_and_times_are_exact():
+    told = []
+    run = simulate(
+        PAPER, **START, duration=1.0, start_time=100.0, effects=SETS["driven"], control=False, accuracy=1e-6,
+        progress=lambda done, whole: told.append((done, whole)),
+    )  # fmt: skip
+    assert told[-1] == (1.0, 1.0) and [done for done, _ in told] == sorted(done for done, _ in told)
+    samples = 0.07 * np.arange(math.ceil(1 / 0.07))
+    assert all((run.elapsed == sample).any() for sample in samples)
+    assert run.t[-1] == 101.0
