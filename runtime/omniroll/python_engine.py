@@ -93,10 +93,12 @@ class Run:
     def _add_row(self) -> None:
         self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial())
 
-    def _complete_row(self) -> None:
-        """A row that was made before its phase takes the drives' inputs from that phase."""
-        if self.rows.drive[-1] is None:
-            self.rows.drive[-1] = self.acting.drive(0.0)
+    def _complete_rows(self) -> None:
+        """Rows that were made before their phase, at its start, take the drives' inputs from that phase."""
+        row = len(self.rows.drive) - 1
+        while row >= 0 and self.rows.drive[row] is None:
+            self.rows.drive[row] = self.acting.drive(0.0)
+            row -= 1
 
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
@@ -129,7 +131,7 @@ class Run:
         """Integrate up to the next switch, event or the end; the directions of the wheels that switch then."""
         start, end = self.elapsed, min(self.task.duration, self.acting.next_time())
         flow, guards = self.acting.phase(start, self.state.free_axial())
-        self._complete_row()
+        self._complete_rows()
         limit = (end - start) - self.carry
         try:
             phase = self.integrator.run(
@@ -215,7 +217,7 @@ class Run:
     def _result(self) -> Trajectory:
         if self.rows.drive[-1] is None:
             self.acting.phase(self.elapsed, self.state.free_axial())
-            self._complete_row()
+            self._complete_rows()
         record, counts = self.rows, self.integrator.counts
         y, directions = np.array(record.y), np.array(record.directions, int)
         rows = Rows(

@@ -6,8 +6,18 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Controller, Motor, SimulationStopped, Slope, Torque, TorqueTable, Trajectory, Vehicle
-from omniroll import simulate
+from omniroll import (
+    Bearings,
+    Controller,
+    Motor,
+    SimulationStopped,
+    Slope,
+    Torque,
+    TorqueTable,
+    Trajectory,
+    Vehicle,
+    simulate,
+)
 from omniroll.comparison import difference
 from omniroll.kernels import kernel
 
