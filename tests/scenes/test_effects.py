@@ -1,5 +1,6 @@
 """Effects of a scene: which tables make which, what is refused, and what runs."""
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -7,6 +8,8 @@ import numpy as np
 import pytest
 
 import omniroll
+from omniroll import cli
+from omniroll.errors import RollingWarning
 from omniroll.scene import SceneError, load_scene
 from omniroll.scene.estimates import estimates
 
@@ -78,6 +81,8 @@ def lines_of(folder: Path, more: str) -> list[str]:
          ["[controller] output = 'voltage': needs a Motor among the effects"]),
         ("[layout]\nwheel_places = [[0, 1]]\n",
          ["[layout] wheel_places = [[0, 1]]: must be 3 rows of 2 numbers, in m"]),
+        ("[reactions]\nfriction = 0\n", ["[reactions] height: is missing; must be a number, > 0, in m",
+                                         "[reactions] friction = 0: must be a number, > 0"]),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said_by_table_and_key(more, said, tmp_path):
@@ -116,6 +121,34 @@ def test_estimates_keep_the_friction_that_is_there(tmp_path):
     more = "[bearings]\nwheel_viscous = 1e-3\n"
     found = {estimate.effect for estimate in estimates(scene_of(tmp_path, more))[1]}
     assert "axle_viscous" not in found and {"axle_coulomb", "roller_viscous", "roller_coulomb"} <= found
+
+
+SLIPPERY = "[slope]\nangle = 0.3\n[reactions]\nheight = 0.1\nfriction = 0.05\n"
+
+
+def test_reactions_are_kept_and_doubts_are_said(tmp_path, capsys):
+    """Numbers as omniroll.reactions gives them; a vehicle on a slope of 0.3 rad does not hold with friction 0.05."""
+    scene = scene_of(tmp_path, SLIPPERY)
+    assert cli.main(["run", str(tmp_path / "scene.toml"), "--output", str(tmp_path / "out"), "--json"]) == 0
+    captured = capsys.readouterr()
+    said = json.loads(captured.out)["reactions"]
+    with pytest.warns(RollingWarning):
+        found = omniroll.reactions(omniroll.run(scene), height=0.1, friction=0.05)
+    rows = np.genfromtxt(tmp_path / "out/reactions.csv", delimiter=",", names=True)
+    assert rows["load_2"].tolist() == found.load[:, 1].tolist()
+    assert rows["along_rolling_3"].tolist() == found.contact_force[:, 2, 1].tolist()
+    assert said["least_slip_margin"] == found.slip_margin.min() < 0 and len(said["doubts"]) == len(found.doubts) > 0
+    assert "could not have held: t = " in captured.err and "wheel" in captured.err
+
+
+def test_reactions_that_cannot_be_are_refused_with_the_scene(tmp_path):
+    """Two wheels cannot stand; off its wheels' centroid a vehicle must say how heavy its wheels are."""
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD.replace("'paper'", "'paper'\nwheels = 2") + "[reactions]\nheight = 0.1\n")
+    with pytest.raises(SceneError, match=r":3: \[vehicle\] wheels = 2: loads need three wheels"):
+        load_scene(path)
+    beside = "[layout]\ncenter_of_mass = [0.01, 0]\n[reactions]\nheight = 0.1\n"
+    assert lines_of(tmp_path, beside)[0].startswith("[reactions] wheel_mass: must be given")
 
 
 def test_scenes_from_two_threads_give_what_they_give_alone():

@@ -4,6 +4,7 @@ import argparse
 import importlib.util
 import sys
 from pathlib import Path
+from typing import Any
 
 from omniroll.errors import OmnirollError
 from omniroll.scene import load_scene
@@ -65,8 +66,21 @@ def text(outcome: Outcome) -> str:
         "",
         f"{'energy':<12}J",
         *(f"  {LEDGER[name]:<18}{value: .6e}" for name, value in said["energy"].items()),
+        *_reactions(said["reactions"]),
     ]
     return "\n".join(lines)
+
+
+def _reactions(said: dict[str, Any] | None) -> list[str]:
+    if said is None:
+        return []
+    slip = "" if said["least_slip_margin"] is None else f", {said['least_slip_margin']:.4g} N from slipping at least"
+    return [
+        "",
+        f"{'reactions':<12}loads {said['load_rule']}, {said['least_load']:.4g} N at least",
+        f"{'':<12}friction {said['needed_friction']:.4g} needed at most{slip}",
+        f"{'':<12}{1e3 * said['least_tip_margin']:.4g} mm from tipping at least",
+    ]
 
 
 def _number(value: float | None) -> str:

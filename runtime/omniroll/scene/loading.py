@@ -1,5 +1,6 @@
 """Scene files read, checked and run."""
 
+import warnings
 from dataclasses import dataclass, field
 from itertools import chain
 from os import PathLike
@@ -8,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.errors import InvalidValueError
+from omniroll.errors import InvalidValueError, RollingWarning
+from omniroll.reactions import Reactions, reactions
 from omniroll.scene.acting import check_together, effects_of, with_layout
 from omniroll.scene.checking import Findings, checked_tables, sizes
 from omniroll.scene.problems import SceneError, shown
@@ -73,8 +75,6 @@ def load_scene(path: str | PathLike) -> Scene:
     }
     _check_samples(tables.get("run", {}), found)
     effects = effects_of(tables, found)
-    if "reactions" in tables:
-        found.add("reactions", None, "is not worked out by this version")
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, found)
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
@@ -93,6 +93,14 @@ def load_scene(path: str | PathLike) -> Scene:
 def run(scene: Scene, **changes: Any) -> Trajectory:
     """Simulate a scene; `changes` are arguments of omniroll.simulate that replace the scene's."""
     return simulate(scene.vehicle, **scene.options | changes)
+
+
+def reactions_of(trajectory: Trajectory, said: dict[str, Any]) -> tuple[Reactions, list[str]]:
+    """The reactions that [reactions] asks for, and the warnings that come with them."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RollingWarning)
+        found = reactions(trajectory, **said)
+    return found, [str(warning.message) for warning in caught]
 
 
 def _steps(said: dict[str, Any]) -> int:
@@ -137,6 +145,8 @@ def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, An
     """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
     try:
         checked_task(vehicle, **options)
+        if "reactions" in tables:
+            reactions_of(simulate(vehicle, **options | {"duration": 0}), tables["reactions"])
     except InvalidValueError as error:
         found.add(*_place(error.field, tables), error.bound, shown(error.value))
 

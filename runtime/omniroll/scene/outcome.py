@@ -5,14 +5,15 @@ import json
 import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from omniroll.errors import AccuracyWarning, SimulationStopped
-from omniroll.scene.loading import Scene, run
+from omniroll.reactions import Reactions
+from omniroll.scene.loading import Scene, reactions_of, run
 from omniroll.scene.progress import Report
 from omniroll.trajectory import Trajectory
 
@@ -36,6 +37,7 @@ class Outcome:
     seconds     that it took
     warnings    what simulate warned of
     stopped     the error that stopped it, or None
+    reactions   where the scene asks for them
     """
 
     scene: Scene
@@ -43,6 +45,7 @@ class Outcome:
     seconds: float
     warnings: tuple[str, ...]
     stopped: SimulationStopped | None
+    reactions: Reactions | None
 
     def summary(self) -> dict[str, Any]:
         """What there is to know in short, in plain Python types; units SI."""
@@ -60,6 +63,7 @@ class Outcome:
             "nu": trajectory.nu[-1].tolist(),
             "pose": trajectory.pose[-1].tolist(),
             "energy": ledger(trajectory),
+            "reactions": self.reactions and _reactions_in_short(self.reactions),
         }
 
 
@@ -67,6 +71,18 @@ def ledger(trajectory: Trajectory) -> dict[str, float]:
     """Where the kinetic energy went, in J. `residual` is what the rest does not explain."""
     account = trajectory.ledger
     return {"start": account.start, "end": account.end} | account.contributions | {"residual": account.residual}
+
+
+def _reactions_in_short(found: Reactions) -> dict[str, Any]:
+    needed = found.needed_friction[np.isfinite(found.needed_friction)]
+    return {
+        "load_rule": found.load_rule,
+        "least_load": float(found.load.min()),
+        "needed_friction": float(needed.max(initial=0.0)),
+        "least_slip_margin": None if found.slip_margin is None else float(found.slip_margin.min()),
+        "least_tip_margin": float(found.tip_margin.min()),
+        "doubts": [asdict(doubt) for doubt in found.doubts],
+    }
 
 
 def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
@@ -80,7 +96,12 @@ def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
         except SimulationStopped as error:
             stopped, trajectory = error, error.trajectory
     seconds = time.perf_counter() - began
-    return Outcome(scene, trajectory, seconds, tuple(str(warning.message) for warning in caught), stopped)
+    said = [str(warning.message) for warning in caught]
+    found = None
+    if "reactions" in scene.tables:
+        found, doubts = reactions_of(trajectory, scene.tables["reactions"])
+        said += doubts
+    return Outcome(scene, trajectory, seconds, tuple(said), stopped, found)
 
 
 def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
@@ -94,6 +115,8 @@ def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
     times = outcome.scene.sample_times(float(trajectory.t[-1]))
     if times is not None:
         _write_samples(trajectory, times, folder / "samples.csv")
+    if outcome.reactions is not None:
+        _write_reactions(outcome.reactions, folder / "reactions.csv")
     (folder / "summary.json").write_text(as_json(outcome.summary()) + "\n", encoding="utf-8")
     if picture:
         from omniroll.scene.picture import draw
@@ -115,6 +138,18 @@ def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> Non
     names = ["t", "x", "y", "theta", "nu_1", "nu_2", "nu_3"]
     names += [f"{name}_{i}" for name in ("chi", "contact", "contact_spin") for i in wheels] + ["energy"]
     columns = (samples.t, samples.pose, samples.nu, samples.chi, samples.contact, samples.contact_spin, samples.energy)
+    _write_table(path, names, _rows(columns))
+
+
+def _write_reactions(found: Reactions, path: Path) -> None:
+    wheels = range(1, found.load.shape[1] + 1)
+    names = [
+        "t",
+        *(f"{name}_{i}" for name in ("along_axle", "along_rolling", "load", "needed_friction") for i in wheels),
+    ]
+    names += ["pressure_x", "pressure_y", "tip_margin"]
+    along, across = found.contact_force[..., 0], found.contact_force[..., 1]
+    columns = (found.t, along, across, found.load, found.needed_friction, found.pressure_point, found.tip_margin)
     _write_table(path, names, _rows(columns))
 
 

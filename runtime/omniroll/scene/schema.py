@@ -105,7 +105,7 @@ MOTOR = (
     Key("voltage", OVER_TIME, "V", "for all motors, or each; with times, a row for each time"),
     Key("torque_constant", POSITIVE, "N m/A", "of a motor; needed with voltage"),
     Key("resistance", POSITIVE, "ohm", "of a motor; needed with voltage"),
-    Key("gear_ratio", POSITIVE, "1", "turns of the rotor per turn of the wheel", "1"),
+    Key("gear_ratio", NUMBER, "1", "turns of the rotor per turn of the wheel; negative: the other way", "1"),
     Key("back_emf", NOT_NEGATIVE, "V s", "voltage per rotor speed", "torque_constant"),
     Key("current_limit", POSITIVE, "A", "the current stays within +-this", "no limit"),
     Key("rotor_inertia", NOT_NEGATIVE, "kg m^2", "of the rotor about its axis; added to the wheel's by the gear", "0"),
