@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/motions
 BUILT := $(addprefix runtime/omniroll/,_kernels_*.so _engine*.so _shared_*.so)
-PYTEST_ARGS ?=
+PYTEST_ARGS ?= --numprocesses=logical --dist=loadfile
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')

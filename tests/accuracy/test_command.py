@@ -59,6 +59,27 @@ def test_models_and_advice(found):
     assert cheapest["microseconds"] <= following["microseconds"]
 
 
+def test_effects_are_left_out_in_turn():
+    """On a slope with bearings: integrators on the bare vehicle, models with every effect and with one less."""
+    scene = load_scene("scenes/slope-bearings.toml")
+    shown = study(scene, 0.3, wanted=1e-2, peers=PEERS[:1])
+    assert shown.effects == [type(effect).__name__ for effect in scene.options["effects"]] and not shown.failed
+    best = {p.series: p.trajectory for p in shown.models}
+    assert list(best) == ["massless", "locked", "free", "without Bearings", "without Slope"]
+    assert best["free"] < 1e-8
+    assert min(best["without Slope"], best["without Bearings"]) > 1e4 * best["free"]
+    assert shown.advice["cheapest"]["model"] in best
+
+
+def test_what_cannot_be_left_out_is_said():
+    """A controller whose output is a voltage needs the motors."""
+    scene = load_scene("scenes/tracked.toml")
+    shown = study(scene, 0.02, peers=PEERS[:1])
+    without = {p.series for p in shown.models} - {"massless", "locked", "free"}
+    kinds = {type(effect).__name__ for effect in scene.options["effects"]}
+    assert {f"without {kind}" for kind in kinds} - without == {line.split(":")[0] for line in shown.failed}
+
+
 def test_advice_is_none_where_nothing_will_do(found):
     assert advice(found, 1e-30) == {"wanted": 1e-30, "cheapest": None, "next_digit": None}
 

@@ -3,12 +3,14 @@
 from pathlib import Path
 
 from omniroll.accuracy.study import Point, Study
+from omniroll.accuracy.tables import fullest
 
 COLOURS = {
     "compiled": "#0b5fa5", "Python engine": "#4fa3d9", "SciPy RK45": "#b8860b", "SciPy DOP853": "#d1495b",
     "SciPy LSODA": "#7a5195", "SciPy Radau": "#2a9d6f", "RK4 fixed, double": "#444444",
     "RK4 fixed, float": "#999999", "massless": "#b8860b", "locked": "#2a9d6f", "free": "#0b5fa5",
 }  # fmt: skip
+LEFT_OUT = ("#d1495b", "#7a5195", "#e07b39", "#5c8001", "#444444", "#00798c")  # for models without an effect
 MARKERS = {"compiled": "o", "Python engine": "s", "RK4 fixed, double": "x", "RK4 fixed, float": "+"}
 
 
@@ -26,9 +28,10 @@ def draw(study: Study, folder: Path) -> list[Path]:
             f"{study.scene}: {study.model} rollers, {study.law} switches, {study.duration:g} s simulated",
             x=0.01, ha="left", fontweight="bold",
         )  # fmt: skip
-        _panel(left, study.points, "numerical accuracy: one curve per integrator")
+        bare = ", without effects" * bool(study.effects)
+        _panel(left, study.points, f"numerical accuracy{bare}: one curve per integrator")
         left.legend(loc="center", bbox_to_anchor=(0.3, 0.36), fontsize=8, frameon=False)  # where no curve goes
-        _panel(right, study.models, "model accuracy: compiled engine, against free rollers")
+        _panel(right, study.models, f"model accuracy: against {fullest(study)}", LEFT_OUT)
         left.set_ylabel("largest error over the trajectory, norm of `accuracy`")
         left.axhline(study.floor, color="0.6", lw=0.8, ls=":")
         left.annotate(
@@ -41,18 +44,21 @@ def draw(study: Study, folder: Path) -> list[Path]:
     return paths
 
 
-def _panel(axes, points: list[Point], title: str) -> None:
-    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+def _panel(axes, points: list[Point], title: str, further: tuple[str, ...] = ()) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, StrMethodFormatter
 
-    for name in dict.fromkeys(point.series for point in points):
+    names = list(dict.fromkeys(point.series for point in points))
+    colours = COLOURS | dict(zip((name for name in names if name not in COLOURS), further, strict=False))
+    for name in names:
         own = [point for point in points if point.series == name]
         axes.loglog(
             [p.microseconds for p in own], [p.trajectory for p in own], MARKERS.get(name, "o") + "-",
-            color=COLOURS.get(name), label=name, ms=4, lw=2.0 if name == "compiled" else 1.2,
+            color=colours.get(name), label=name, ms=4, lw=2.0 if name == "compiled" else 1.2,
         )  # fmt: skip
     axes.set_title(title, loc="left", fontsize=9)
     axes.set_xlabel("microseconds per simulated second")
     axes.grid(True, which="major", color="0.9", lw=0.6)
+    axes.xaxis.set_minor_formatter(NullFormatter())
     low, high = axes.get_xlim()
     if high < 10 * low:  # within a decade: plain numbers
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 5, 7)))

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from omniroll.kernels import compiled_module, kernel
+from omniroll.kernels import kernel
 from omniroll.runs import Task
 from omniroll.simulate import one_run
 from omniroll.switching import SwitchingModel, outward, tau
+from omniroll.trajectory import Trajectory
 
 SMALLEST_RTOL = 2.3e-14  # SciPy takes no less than 100 eps
 LONGEST = 200_000  # phases or evaluations before a run is given up
@@ -45,15 +46,19 @@ class Peer:
 def by_engine(engine: str) -> Callable:
     def run(task: Task, times: np.ndarray, tolerance: float) -> Outcome:
         own = replace(task, engine=engine, kernel=kernel(task.kernel.vehicle, task.kernel.roller_model, engine))
-        trajectory = one_run(own, tolerance)
-        clock = np.minimum(task.start_time + times, trajectory.t[-1])
-        found = trajectory.sample(clock)
-        y = np.concatenate([found.nu, found.chi, found.pose], axis=-1)
-        table = trajectory.switches
-        switches = list(zip(table.t - task.start_time, table.wheel, table.direction, strict=True))
-        return Outcome(y, found.contact, found.energy, switches, trajectory.stats["evaluations"])
+        return outcome_of(one_run(own, tolerance), task, times)
 
     return run
+
+
+def outcome_of(trajectory: Trajectory, task: Task, times: np.ndarray) -> Outcome:
+    """A trajectory at the sample times, which are counted from the start."""
+    clock = np.minimum(task.start_time + times, trajectory.t[-1])
+    found = trajectory.sample(clock)
+    y = np.concatenate([found.nu, found.chi, found.pose], axis=-1)
+    table = trajectory.switches
+    switches = list(zip(table.t - task.start_time, table.wheel, table.direction, strict=True))
+    return Outcome(y, found.contact, found.energy, switches, trajectory.stats["evaluations"])
 
 
 def by_scipy(method: str) -> Callable:
@@ -174,11 +179,11 @@ def fixed_steps(task: Task, times: np.ndarray, per_sample: int, number_type: str
     """The generated C step, `per_sample` times from one sample to the next; a wheel beyond its joint switches then."""
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "compiled", number_type)
     law = SwitchingModel(task.kernel, task.switching)
-    module, wheels, joint = compiled_module(number_type), bound.wheels, np.pi / bound.rollers_per_wheel
+    wheels, joint = bound.wheels, np.pi / bound.rollers_per_wheel
     state, turn = task.state, 2 * np.pi / bound.rollers_per_wheel
     nu, chi, pose = (np.array(part, bound.dtype) for part in (state.nu, state.chi, state.pose))
-    step = getattr(module.lib, f"omniroll_{bound.set_name}_step")
-    size = getattr(module.lib, f"omniroll_{bound.set_name}_step_work_size")(wheels)
+    step = bound._function("step")
+    size = bound._function("step_work_size")(wheels)
     work, momenta = np.zeros(size, bound.dtype), np.zeros((wheels, 2), bound.dtype)
     pointer = bound._pointer
     between = (pointer(momenta),) if bound.has_spins else ()

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from omniroll import specialised
 from omniroll.errors import OmnirollError
-from omniroll.kernels import VEHICLE_SCALARS
 from omniroll.runs import Task
 from omniroll.switching import tau
 
@@ -48,12 +48,11 @@ class Mechanics:
     def __init__(self, task: Task, number: Callable[[float], Any]):
         bound = task.kernel
         self.task, self.number = task, number
-        self.module = importlib.import_module(f"omniroll.generated.python.{bound.set_name}")
+        self.module = specialised.python_module(bound.base, bound.effects)
         self.wheels, self.rollers = bound.wheels, bound.rollers_per_wheel
-        scalars = [number(getattr(bound.vehicle, name)) for name in VEHICLE_SCALARS]
-        angles = [number(angle) for angle in bound.vehicle.wheel_angles]
-        self.model = self.module.prepare(self.wheels, self.rollers, *scalars, angles)
-        self.joint = elementary().circle_ratio(scalars[0]) / self.rollers
+        constants = [_numbers(value.tolist(), number) for value in bound.constants]
+        self.model = self.module.prepare(self.wheels, self.rollers, *constants)
+        self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
         self.free = bound.has_spins
 
     def momenta(self, axial: Any) -> tuple:
@@ -94,6 +93,11 @@ class Mechanics:
         if self.task.switching == "impact" and hasattr(self.module, "impact"):
             nu = self.module.impact(self.model, nu, after, entering, leaving)
         return [*nu, *after, *y[-3:]], axial
+
+
+def _numbers(value: Any, number: Callable[[float], Any]) -> Any:
+    """Nested lists of floats as such lists of numbers."""
+    return [_numbers(inner, number) for inner in value] if isinstance(value, list) else number(value)
 
 
 def elementary() -> Any:

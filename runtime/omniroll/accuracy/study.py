@@ -4,17 +4,17 @@ import json
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from omniroll.accuracy.peers import PEERS, TOLERANCES, Outcome, Peer, quietly
+from omniroll.accuracy.models import ladder
+from omniroll.accuracy.peers import PEERS, Outcome, Peer, quietly
 from omniroll.accuracy.reference import Extrapolated, Reference, Taylor, digits, distance, follow
-from omniroll.kernels import ROLLER_MODELS
 from omniroll.runs import Task
 from omniroll.scene import Scene
-from omniroll.simulate import checked_task, one_run
+from omniroll.simulate import checked_task
 
 SAMPLES = 41  # times at which motions are compared
 FINER = 100.0  # the reference is so much finer than any error shown
@@ -43,7 +43,10 @@ class Point:
 
 @dataclass
 class Study:
-    """All that `omniroll accuracy` shows. `laws` are {integrator: (C, E)} of error = C tol^E."""
+    """All that `omniroll accuracy` shows. `laws` are {integrator: (C, E)} of error = C tol^E.
+
+    effects  of the scene; the integrators are compared without them, the models with them
+    """
 
     scene: str
     duration: float
@@ -56,6 +59,7 @@ class Study:
     laws: dict[str, tuple[float, float]] = field(default_factory=dict)
     models: list[Point] = field(default_factory=list)
     advice: dict[str, Any] | None = None
+    effects: list[str] = field(default_factory=list)
 
     def as_json(self) -> str:
         def plain(value: Any) -> Any:
@@ -85,7 +89,8 @@ def study(
 ) -> Study:  # fmt: skip
     """Measure everything for the first `duration` seconds of a scene."""
     options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
-    task = checked_task(scene.vehicle, **options, duration=duration)
+    plain = {k: v for k, v in options.items() if k != "effects"}
+    task = checked_task(scene.vehicle, **plain, duration=duration)
     times = np.linspace(0.0, duration, SAMPLES)
     report("reference: Taylor series in 28 digits")
     with digits():
@@ -98,18 +103,20 @@ def study(
     if [s[1:] for s in second.switches] != [s[1:] for s in reference.switches]:
         confirmed = math.inf
     result = Study(
-        scene.name, duration, task.kernel.roller_model, task.switching, confirmed, FINER * max(confirmed, 1e-18)
-    )
+        scene.name, duration, task.kernel.roller_model, task.switching, confirmed, FINER * max(confirmed, 1e-18),
+        effects=[type(effect).__name__ for effect in options.get("effects", ())],
+    )  # fmt: skip
     for peer in peers:
         report(peer.name)
         for setting in peer.settings:
             try:
-                result.points.append(_measured(peer, setting, task, times, reference, result.floor))
+                result.points.append(_measured(peer, setting, task, reference, result.floor))
             except (ArithmeticError, ValueError) as error:
                 result.failed.append(f"{peer.name} at {setting:g}: {error}")
         result.laws |= _law(peer, [p for p in result.points if p.series == peer.name], result.floor)
     report("models")
-    result.models = _ladder(scene, options, duration, times)
+    result.models, refused = ladder(scene, options, duration, times, _measured)
+    result.failed += refused
     if wanted is not None:
         result.advice = advice(result, wanted)
     return result
@@ -119,13 +126,11 @@ def _speed(task: Task) -> float:
     return float(np.linalg.norm(task.state.nu)) or 1.0
 
 
-def _measured(
-    peer: Peer, setting: float, task: Task, times: np.ndarray, reference: Reference, floor: float
-) -> Point:
+def _measured(peer: Peer, setting: float, task: Task, reference: Reference, floor: float) -> Point:
     least, spent, outcome = math.inf, 0.0, None
     for _ in range(REPEATS):
         start = time.perf_counter()
-        outcome = quietly(peer, task, times, setting)
+        outcome = quietly(peer, task, reference.times, setting)
         took = time.perf_counter() - start
         least, spent = min(least, took), spent + took
         if spent > ENOUGH:
@@ -175,27 +180,6 @@ def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float
     return {peer.name: (math.exp(height), float(slope))}
 
 
-def _ladder(scene: Scene, options: dict[str, Any], duration: float, times: np.ndarray) -> list[Point]:
-    """Each roller model on the compiled engine, its error against free rollers, the fullest of them."""
-    start = {k: v for k, v in options.items() if k != "roller_model"}
-    fullest = checked_task(scene.vehicle, **start, duration=duration, roller_model="free")
-    run = one_run(fullest, 1e-14)
-    clock = np.minimum(fullest.start_time + times, run.t[-1])
-    y, contact = run.state_at(clock)
-    table = run.switches
-    switches = list(zip(table.t - fullest.start_time, table.wheel, table.direction, strict=True))
-    exact = Reference(times, y, contact, run.sample(clock).energy, switches)
-    compiled = PEERS[0]
-    points = []
-    for model in ROLLER_MODELS:
-        own = start if model == "free" else {k: v for k, v in start.items() if k != "spins"}
-        task = checked_task(scene.vehicle, **own, duration=duration, roller_model=model)
-        for tolerance in TOLERANCES[::2][:6]:
-            point = _measured(compiled, tolerance, task, times, exact, 1e-14)
-            points.append(replace(point, series=model))
-    return points
-
-
 def advice(result: Study, wanted: float) -> dict[str, Any]:
     """The cheapest setting whose error over the trajectory, the model's included, is at most `wanted`.
 
@@ -203,13 +187,13 @@ def advice(result: Study, wanted: float) -> dict[str, Any]:
     """
     model_error = min((p.trajectory for p in result.models if p.series == result.model), default=math.inf)
     offers = [
-        {"model": p.series, "integrator": "compiled", "setting": p.setting, "error": p.trajectory,
+        {"model": p.series, "integrator": "compiled kernel" if result.effects else "compiled", "setting": p.setting, "error": p.trajectory,
          "microseconds": p.microseconds}
         for p in result.models
     ] + [
         {"model": result.model, "integrator": p.series, "setting": p.setting,
          "error": p.trajectory + (0.0 if result.model == "free" else model_error), "microseconds": p.microseconds}
-        for p in result.points
+        for p in ([] if result.effects else result.points)  # they were compared without the effects
     ]  # fmt: skip
 
     def cheapest(limit: float) -> dict[str, Any] | None:

@@ -12,15 +12,21 @@ def text(study: Study) -> str:
         f"reference: confirmed to {study.confirmed:.1e}; errors below {study.floor:.1e} are shown as that",
         "us/s: microseconds per simulated second; end, whole: error at the end and over the trajectory in the",
         "norm of `accuracy`; switches: of their times in s, - where they are others; energy: relative",
-        "", "Numerical accuracy", HEAD, *_rows(study.points),
+        "", "Numerical accuracy" + (", without the scene's effects" if study.effects else ""), HEAD,
+        *_rows(study.points),
     ]  # fmt: skip
     lines += [f"not done: {line}" for line in study.failed]
     lines += ["", "error = C tol^E"]
     lines += [f"  {name:<16} C = {c:8.2g}  E = {e:.2f}" for name, (c, e) in study.laws.items()]
-    lines += ["", "Model accuracy: against free rollers", HEAD, *_rows(study.models)]
+    lines += ["", f"Model accuracy: against {fullest(study)}", HEAD, *_rows(study.models)]
     if study.advice is not None:
         lines += ["", *_advice(study.advice)]
     return "\n".join(lines)
+
+
+def fullest(study: Study) -> str:
+    """The model that the others are measured against."""
+    return "free rollers, all effects" if study.effects else "free rollers"
 
 
 def _rows(points: list[Point]) -> list[str]:
@@ -36,12 +42,16 @@ def _rows(points: list[Point]) -> list[str]:
     return lines
 
 
+def _model(name: str) -> str:
+    return f"free rollers {name}" if name.startswith("without") else f"{name} rollers"
+
+
 def _advice(advice: dict) -> list[str]:
     def said(offer: dict | None) -> str:
         if offer is None:
             return "nothing that was measured"
         return (
-            f"{offer['model']} rollers, {offer['integrator']}, setting {offer['setting']:g}: "
+            f"{_model(offer['model'])}, {offer['integrator']}, setting {offer['setting']:g}: "
             f"error {offer['error']:.1e}, {offer['microseconds']:.0f} us/s"
         )
 

@@ -30,8 +30,6 @@ def run(arguments: argparse.Namespace) -> int:
     from omniroll.accuracy.study import study
 
     scene = load_scene(arguments.scene)
-    if "effects" in scene.options or scene.vehicle.has_layout:
-        raise InvalidValueError("SCENE", scene.name, "must have no effects: integrators are compared without them")
     duration = _duration(arguments.duration, scene.options["duration"])
     if arguments.error is not None and not 0 < arguments.error < math.inf:
         raise InvalidValueError("--error", arguments.error, "must be positive")
