@@ -33,6 +33,7 @@ WRONG = {
     "gyroscopic terms do no work": "map(lambda([g], [nu_1, nu_2, -nu_3, nu_s] . g), gyroscopic_parts)",
     "massless wheel": "wheel_force",
     "locked free rollers": "first_three(third(force_parts))",
+    "ideal constraints": "on_constraints(dot(ground_force, velocity_on_platform(wheel_place)))",
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
 }
 PASS_ON = {"prove", "prove_steps", "prove_exact"}

@@ -15,6 +15,7 @@ from omniroll.errors import (
     RollingWarning,
     SimulationStopped,
 )
+from omniroll.impulses import Impulses, impulses
 from omniroll.kernels import Kernel, kernel
 from omniroll.ledger import Ledger
 from omniroll.many import Many, simulate_many
@@ -33,6 +34,7 @@ __all__ = [
     "Bearings",
     "Controller",
     "Doubt",
+    "Impulses",
     "InvalidValueError",
     "Kernel",
     "KernelsMissingError",
@@ -53,6 +55,7 @@ __all__ = [
     "Vehicle",
     "accelerations",
     "cylinder",
+    "impulses",
     "kernel",
     "load_scene",
     "reactions",
