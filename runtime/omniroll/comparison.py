@@ -6,7 +6,9 @@ from omniroll.trajectory import Trajectory
 
 
 def difference(coarse: Trajectory, fine: Trajectory) -> float:
-    """The distance in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), the norm of `accuracy`.
+    """The distance in the max-norm of ((x, y)/R, theta, nu/|nu|), the norm of `accuracy`.
+
+    |nu| is that of the start; with effects, which may start from rest, the largest of the run.
 
     Taken in the middle of each step of `fine` and at its end. Speeds jump at switches, whose times differ a
     little between the two: they are compared where both have the same rollers in contact.
@@ -21,7 +23,8 @@ def distance_at(coarse: Trajectory, fine: Trajectory, times: np.ndarray) -> floa
     (one, one_contact), (other, other_contact) = coarse.state_at(times), fine.state_at(times)
     radius = fine.vehicle.platform_radius
     pose = np.abs(one[:, -3:] - other[:, -3:]) / [radius, radius, 1.0]
-    speed = float(np.linalg.norm(fine.nu[0]))
+    speeds = np.linalg.norm(fine.nu if fine.effects else fine.nu[:1], axis=-1)
+    speed = float(speeds.max())
     same = (one_contact == other_contact).all(axis=-1)
     nu = np.abs(one[:, :3] - other[:, :3])[same] / (speed if speed > 0 else 1.0)
     return float(max(pose.max(), nu.max(initial=0.0)))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.effects import Effect
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
 from omniroll.runs import Task
 from omniroll.simulate import checked_task, controlled_run, one_run
@@ -82,6 +83,7 @@ def simulate_many(
     accuracy: float = 1e-9,
     engine: str = "compiled",
     control: bool = True,
+    effects: Sequence[Effect] = (),
     times: ArrayLike | None = None,
     executor: Executor | None = None,
     progress: bool | Counted | None = None,
@@ -104,7 +106,7 @@ def simulate_many(
     shape, runs = _all_runs(vehicles, nu, chi, spins, pose, duration)
     common = {
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
-        "accuracy": accuracy, "engine": engine,
+        "accuracy": accuracy, "engine": engine, "effects": effects,
     }  # fmt: skip
     runs = [run | common for run in runs]
     tasks = [checked_task(**run) for run in runs]
@@ -142,8 +144,7 @@ def _all_runs(
                 name, f"array of shape {array.shape}", f"leading axes do not broadcast with {shape}"
             ) from None
     spread = {
-        name: np.broadcast_to(array, shape + array.shape[array.ndim - axes :])
-        for name, (array, axes) in arrays.items()
+        name: np.broadcast_to(array, shape + array.shape[array.ndim - axes :]) for name, (array, axes) in arrays.items()
     }
     table = np.broadcast_to(table, shape)
     return shape, [

@@ -107,12 +107,13 @@ class Run:
         self.added = y[self.acting.layout.plain :]
 
     def _speed_scale(self) -> float:
-        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration."""
-        axial = self.task.state.axial
-        for speeds in (self.task.state.nu, axial):
+        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration; with effects at least that."""
+        least = 1 / self.task.duration if self.task.duration > 0 else 1.0
+        for speeds in (self.task.state.nu, self.task.state.axial):
             if speeds is not None and speeds.any():
-                return float(np.linalg.norm(speeds))
-        return 1 / self.task.duration if self.task.duration > 0 else 1.0
+                norm = float(np.linalg.norm(speeds))
+                return max(norm, least) if self.task.effects else norm
+        return least
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""

@@ -60,7 +60,8 @@ def simulate(
     start_time    in s
     roller_model  "free", "locked" or "massless"
     switching     "impact" or "smooth": the law at a change of rollers, see omniroll.switching
-    accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this
+    accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this; with
+                  effects nu is taken over the largest |nu| of the run
     engine        "compiled": C kernels; "python": Python kernels
     effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor,
                   Controller, Bearings, Slope. With effects the Python engine integrates, over their kernel

@@ -17,6 +17,7 @@ from omniroll import (
     Trajectory,
     Vehicle,
     simulate,
+    simulate_many,
 )
 from omniroll.comparison import difference
 from omniroll.kernels import kernel
@@ -193,6 +194,14 @@ def test_two_threads_give_what_each_gives_alone():
         for field in FIELDS:
             expected = getattr(one, field)
             assert expected is None or (getattr(other, field) == expected).all(), field
+
+
+def test_many_runs_with_effects():
+    nu = np.array([[1.0, 0.2, 0.8], [0.0, 1.0, 0.0]])
+    many = simulate_many(PAPER, nu=nu, duration=0.5, accuracy=1e-8, effects=SETS["viscous"], control=False)
+    for k in range(2):
+        alone = simulate(PAPER, nu=nu[k], duration=0.5, accuracy=1e-8, effects=SETS["viscous"], control=False)
+        assert (many.end.pose[k] == alone.pose[-1]).all() and (many.end.spins[k] == alone.spins[-1]).all()
 
 
 def test_progress_is_told_and_times_are_exact():

@@ -64,8 +64,8 @@ class Motion:
 class Series:
     """Taylor coefficients of x', y', theta', chi'_i, phi'_ij and of x, y, theta, chi_i about a state."""
 
-    def __init__(self, vehicle, state, model, order):
-        self.vehicle, self.model = vehicle, model
+    def __init__(self, vehicle, state, model, order, forces=None):
+        self.vehicle, self.model, self.forces = vehicle, model, forces
         dq = state.dq
         self.place = [[p] for p in (*state.pose, *state.chi)]
         self.rate = [[v] for v in dq.flat()]
@@ -86,7 +86,8 @@ class Series:
         now = [arb_series(c[: k + 1], k + 1) for c in self.place]
         ahead = [arb_series(c[: k + 2], k + 2) for c in self.place]
         dq = self.speeds(k + 1)
-        system = System(self.vehicle, now[2], now[3:], dq, ahead[2], ahead[3:], self.model, None)
+        applied = self.forces(now[2], dq) if self.forces else None
+        system = System(self.vehicle, now[2], now[3:], dq, ahead[2], ahead[3:], self.model, applied)
         keys = system.keys()
         if self.inverse is None:
             self.inverse = system.matrix(keys).inv().mid()
@@ -172,9 +173,10 @@ def start(vehicle, *, nu, chi, spins=None, pose=(0, 0, 0), model):
 
 
 @working_precision
-def simulate(vehicle, state, duration, *, model, law, digits=30, order=40, times=(), together="1e-20"):
+def simulate(vehicle, state, duration, *, model, law, digits=30, order=40, times=(), together="1e-20", forces=None):
     """Motion from `state` over `duration`, every step to `digits` digits. times: when to keep a sample.
 
+    forces(theta, dq) gives the generalised forces as a Speeds, from series for theta and q'.
     Wheels that reach their joints within `together` of each other switch together. A wheel that after a
     switch moves back over the joint that it came from is refused (RuntimeError): the law is silent there.
     """
@@ -182,7 +184,7 @@ def simulate(vehicle, state, duration, *, model, law, digits=30, order=40, times
     end, together = exact(duration), arb(together)
     motion, wanted = Motion(state), sorted(exact(t) for t in times)
     while state.t < end:
-        series = Series(vehicle, state, model, order)
+        series = Series(vehicle, state, model, order, forces)
         h = series.step(tolerance)
         h = end - state.t if state.t + h > end else h
         found = {i: crossing(series, i, h, joint) for i in range(vehicle.wheels)}
