@@ -100,7 +100,8 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
     const real_t half_rollers = n/2;
     const real_t bare_yaw = I_S - B*half_rollers*N;
     const real_t pi_per_n = pi/n;
-    const real_t joint_sine = real_sin(pi_per_n/2);
+    const real_t t1 = pi_per_n/2;
+    const real_t joint_sine = real_sin(t1);
     const real_t gap = l - r;
     const real_t tip = gap - 2*l*joint_sine*joint_sine;
     real_t g11 = real_number(0);
@@ -109,14 +110,14 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
     real_t g22 = real_number(0);
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
-    const real_t t1 = inverse_yaw_scale*R_over_l;
+    const real_t t2 = inverse_yaw_scale*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
         const real_t sin_alpha = real_sin(alpha);
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t g_2 = -R_over_l*cos_alpha;
-        const real_t g_3 = -t1;
+        const real_t g_3 = -t2;
         g11 += g_1*g_1;
         g12 += g_1*g_2;
         g13 += g_1*g_3;
@@ -132,12 +133,22 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
     const real_t m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
-    const real_t t2 = 2*pi_per_n;
+    const real_t joint_quarter = pi_per_n/4;
+    const real_t joint_half = t1;
+    const real_t t3 = 2*n;
+    const real_t t5 = 3*n;
     for (int j = 0; j < slots; j++) {
         const real_t slot = real_number(j + 1);
-        const real_t kappa = t2*slot;
-        model[2*wheels + 2*j + 23] = real_cos(kappa);
-        model[2*wheels + 2*j + 24] = real_sin(kappa);
+        const real_t twice_slot = 2*slot;
+        const real_t sin_kappa_high = t3 - twice_slot;
+        const real_t sin_kappa_middle = n - twice_slot;
+        const real_t sin_kappa = 4*real_sin(joint_quarter*twice_slot)*real_sin(joint_quarter*sin_kappa_high)*real_sin(joint_half*sin_kappa_middle);
+        const real_t t4 = 2*twice_slot;
+        const real_t cos_kappa_low = n - t4;
+        const real_t cos_kappa_high = t5 - t4;
+        const real_t cos_kappa = 2*real_sin(joint_quarter*cos_kappa_low)*real_sin(joint_quarter*cos_kappa_high);
+        model[2*wheels + 2*j + 23] = cos_kappa;
+        model[2*wheels + 2*j + 24] = sin_kappa;
     }
     model[0] = B;
     model[1] = inverse_yaw_scale;
@@ -540,6 +551,7 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -549,7 +561,6 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
         m23 += sine_3*inertia_2;
         const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
-        const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
@@ -753,20 +764,6 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;
-        const real_t axial = yaw_rate*sine + rolling;
-        real_t axial_cos = real_number(0);
-        real_t axial_sin = real_number(0);
-        for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
-            const real_t free_spin = spins[slots*i + j];
-            const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const real_t free_axial = free_spin + yaw_rate*free_sine;
-            axial_cos += cos_kappa*free_axial;
-            axial_sin += sin_kappa*free_axial;
-        }
-        const real_t momentum_cos = B*axial_cos;
-        const real_t momentum_sin = B*axial_sin;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
         const real_t row_2 = R_inverse_rho*sin_alpha;
@@ -774,6 +771,16 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        real_t spin_cos = real_number(0);
+        real_t spin_sin = real_number(0);
+        for (int j = 0; j < slots; j++) {
+            const real_t cos_kappa = model[2*wheels + 2*j + 23];
+            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t free_spin = spins[slots*i + j];
+            spin_cos += cos_kappa*free_spin;
+            spin_sin += sin_kappa*free_spin;
+        }
+        const real_t couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin);
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -783,7 +790,6 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         m23 += sine_3*inertia_2;
         const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
-        const real_t couple = cosine*(B*axial + momentum_cos) - sine*momentum_sin;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;

@@ -113,7 +113,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     const real_t half_rollers = n/2;
     const real_t bare_yaw = I_S - B*half_rollers*N;
     const real_t pi_per_n = pi/n;
-    const real_t joint_sine = real_sin(pi_per_n/2);
+    const real_t t1 = pi_per_n/2;
+    const real_t joint_sine = real_sin(t1);
     const real_t gap = l - r;
     const real_t tip = gap - 2*l*joint_sine*joint_sine;
     const real_t slope_pull = gravity*M*R*real_sin(slope_angle);
@@ -125,14 +126,14 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     real_t g22 = real_number(0);
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
-    const real_t t1 = inverse_yaw_scale*R_over_l;
+    const real_t t2 = inverse_yaw_scale*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
         const real_t sin_alpha = real_sin(alpha);
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t g_2 = -R_over_l*cos_alpha;
-        const real_t g_3 = -t1;
+        const real_t g_3 = -t2;
         g11 += g_1*g_1;
         g12 += g_1*g_2;
         g13 += g_1*g_3;
@@ -148,12 +149,22 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
     const real_t m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
-    const real_t t2 = 2*pi_per_n;
+    const real_t joint_quarter = pi_per_n/4;
+    const real_t joint_half = t1;
+    const real_t t3 = 2*n;
+    const real_t t5 = 3*n;
     for (int j = 0; j < slots; j++) {
         const real_t slot = real_number(j + 1);
-        const real_t kappa = t2*slot;
-        model[5*wheels + 2*j + 25] = real_cos(kappa);
-        model[5*wheels + 2*j + 26] = real_sin(kappa);
+        const real_t twice_slot = 2*slot;
+        const real_t sin_kappa_high = t3 - twice_slot;
+        const real_t sin_kappa_middle = n - twice_slot;
+        const real_t sin_kappa = 4*real_sin(joint_quarter*twice_slot)*real_sin(joint_quarter*sin_kappa_high)*real_sin(joint_half*sin_kappa_middle);
+        const real_t t4 = 2*twice_slot;
+        const real_t cos_kappa_low = n - t4;
+        const real_t cos_kappa_high = t5 - t4;
+        const real_t cos_kappa = 2*real_sin(joint_quarter*cos_kappa_low)*real_sin(joint_quarter*cos_kappa_high);
+        model[5*wheels + 2*j + 25] = cos_kappa;
+        model[5*wheels + 2*j + 26] = sin_kappa;
     }
     const real_t inv_B = 1/B;
     for (int i = 0; i < wheels; i++) {
@@ -630,6 +641,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -639,7 +651,6 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
         m23 += sine_3*inertia_2;
         const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
-        const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
@@ -887,8 +898,10 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     f2 += down_2;
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
-    const real_t t3 = inverse_yaw_scale*R_over_l;
-    const real_t t4 = n/2;
+    const real_t t3 = n/2;
+    const real_t t4 = yaw_rate*(1 - t3);
+    const real_t t5 = yaw_rate*n/2;
+    const real_t t6 = inverse_yaw_scale*R_over_l;
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -909,20 +922,6 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;
-        const real_t axial = yaw_rate*sine + rolling;
-        real_t axial_cos = real_number(0);
-        real_t axial_sin = real_number(0);
-        for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
-            const real_t free_spin = spins[slots*i + j];
-            const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const real_t free_axial = free_spin + yaw_rate*free_sine;
-            axial_cos += cos_kappa*free_axial;
-            axial_sin += sin_kappa*free_axial;
-        }
-        const real_t momentum_cos = B*axial_cos;
-        const real_t momentum_sin = B*axial_sin;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
         const real_t row_2 = R_inverse_rho*sin_alpha;
@@ -930,6 +929,18 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        real_t spin_cos = real_number(0);
+        real_t spin_sin = real_number(0);
+        for (int j = 0; j < slots; j++) {
+            const real_t cos_kappa = model[5*wheels + 2*j + 25];
+            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t free_spin = spins[slots*i + j];
+            spin_cos += cos_kappa*free_spin;
+            spin_sin += sin_kappa*free_spin;
+        }
+        const real_t momentum_cos = B*(spin_cos - t4*sine);
+        const real_t momentum_sin = B*(t5*cosine + spin_sin);
+        const real_t couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin);
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -939,7 +950,6 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         m23 += sine_3*inertia_2;
         const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
-        const real_t couple = cosine*(B*axial + momentum_cos) - sine*momentum_sin;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
@@ -952,9 +962,9 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         const real_t contact_push = -R_inverse_rho*contact_friction;
         f1 += cos_alpha*contact_push + sin_alpha*axle_push;
         f2 += sin_alpha*contact_push - cos_alpha*axle_push;
-        f3 += -t3*axle_moment;
+        f3 += -t6*axle_moment;
         const real_t momentum_lift = sine*momentum_cos + cosine*momentum_sin;
-        const real_t carried_yaw = yaw_rate*roller_damping*(t4 - sine*sine);
+        const real_t carried_yaw = yaw_rate*roller_damping*(t3 - sine*sine);
         f3 += inverse_yaw_scale*(damping_per_inertia*momentum_lift - carried_yaw);
     }
     const real_t pivot_1 = 1/m11;
@@ -973,15 +983,15 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     nu_dot[0] = nu_dot_1;
     nu_dot[1] = nu_dot_2;
     nu_dot[2] = nu_dot_3;
-    const real_t t6 = inverse_yaw_scale*nu_dot_3;
+    const real_t t8 = inverse_yaw_scale*nu_dot_3;
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
         const real_t damping_per_inertia = model[5*i + 29];
         const real_t chi_i = chi[i];
-        const real_t t5 = chi_i/2;
-        const real_t half_sine = real_sin(t5);
-        const real_t half_cosine = real_cos(t5);
+        const real_t t7 = chi_i/2;
+        const real_t half_sine = real_sin(t7);
+        const real_t half_cosine = real_cos(t7);
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
@@ -994,7 +1004,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_cosine = cosine*cos_kappa - sine*sin_kappa;
             const real_t axial_rate = -damping_per_inertia*free_spin;
-            spins_dot[slots*i + j] = axial_rate - t6*free_sine - yaw_rate_wheel_rate*free_cosine;
+            spins_dot[slots*i + j] = axial_rate - t8*free_sine - yaw_rate_wheel_rate*free_cosine;
         }
     }
 }

@@ -98,8 +98,8 @@ OMNIROLL_API size_t omniroll_free_axle_viscous_roller_viscous_slope_model_size(i
  *   in  gravity [m/s^2]: acceleration of gravity
  *   in  slope_angle [rad]: inclination of the plane
  *   in  slope_direction [rad]: direction of steepest descent in the plane's x, y
- * Operations: once 6 add, 28 mul, 6 div, 4 sincos; per wheel 6 add, 9 mul, 2 sincos; per free-roller slot 1
- * mul, 2 sincos. Intermediates: 34. */
+ * Operations: once 6 add, 30 mul, 6 div, 4 sincos; per wheel 6 add, 9 mul, 2 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 45. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wheels, int rollers_per_wheel,
                                                                           real_t mass, real_t yaw_inertia,
                                                                           real_t wheel_inertia,
@@ -271,8 +271,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_torques(
  *   in  heading [rad]: heading, theta
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
- * Operations: once 14 add, 28 mul, 4 div, 2 sincos; per wheel 35 add, 74 mul, 1 div, 4 sincos; per free
- * roller 8 add, 12 mul. Intermediates: 84. */
+ * Operations: once 15 add, 31 mul, 4 div, 2 sincos; per wheel 36 add, 75 mul, 1 div, 4 sincos; per free
+ * roller 6 add, 9 mul. Intermediates: 83. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(int wheels,
                                                                                 int rollers_per_wheel,
                                                                                 const real_t *model,

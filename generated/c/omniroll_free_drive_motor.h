@@ -92,8 +92,8 @@ OMNIROLL_API size_t omniroll_free_drive_motor_model_size(int wheels, int rollers
  *   in  wheel_radius [m]: wheel centre to the ground
  *   in  roller_axis_radius [m]: wheel centre to a roller's axis
  *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 6 add, 23 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 1
- * mul, 2 sincos. Intermediates: 30. */
+ * Operations: once 6 add, 25 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 41. */
 OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_wheel, real_t mass,
                                                     real_t yaw_inertia, real_t wheel_inertia,
                                                     real_t roller_inertia, real_t yaw_scale,
@@ -236,8 +236,8 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_torques(int wheels, int roller
  *   in  damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
- * Operations: once 10 add, 23 mul, 4 div; per wheel 30 add, 63 mul, 1 div, 4 sincos; per free roller 7 add,
- * 11 mul. Intermediates: 73. */
+ * Operations: once 10 add, 23 mul, 4 div; per wheel 29 add, 60 mul, 1 div, 4 sincos; per free roller 5 add, 8
+ * mul. Intermediates: 68. */
 OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int rollers_per_wheel,
                                                           const real_t *model, const real_t *nu,
                                                           const real_t *chi, const real_t *spins,

@@ -98,8 +98,8 @@ OMNIROLL_API size_t omniroll_free_sharp_model_size(int wheels, int rollers_per_w
  *   in  wheel_radius [m]: wheel centre to the ground
  *   in  roller_axis_radius [m]: wheel centre to a roller's axis
  *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 10 add, 29 mul, 8 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 1
- * mul, 2 sincos. Intermediates: 38. */
+ * Operations: once 10 add, 31 mul, 8 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 49. */
 OMNIROLL_API void omniroll_free_sharp_prepare(int wheels, int rollers_per_wheel, real_t mass,
                                               real_t yaw_inertia, real_t wheel_inertia, real_t roller_inertia,
                                               real_t yaw_scale, real_t platform_radius, real_t wheel_radius,
@@ -188,7 +188,7 @@ OMNIROLL_API void omniroll_free_sharp_bias(int wheels, int rollers_per_wheel, co
  *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
  *   free rollers
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 12 mul, 6 div; per wheel 29 add, 60 mul, 7 div, 2 sincos. Intermediates: 63. */
+ * Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 67. */
 OMNIROLL_API void omniroll_free_sharp_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, const real_t *momenta,
                                               real_t *nu_dot);
@@ -225,8 +225,8 @@ OMNIROLL_API void omniroll_free_sharp_wheel_torques(int wheels, int rollers_per_
  *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
- * Operations: once 9 add, 13 mul, 6 div; per wheel 32 add, 72 mul, 7 div, 4 sincos; per free roller 7 add, 11
- * mul. Intermediates: 80. */
+ * Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
+ * mul. Intermediates: 79. */
 OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *nu, const real_t *chi, const real_t *spins,
                                                     real_t *nu_dot, real_t *spins_dot);
@@ -254,7 +254,7 @@ OMNIROLL_API void omniroll_free_sharp_energy(int wheels, int rollers_per_wheel, 
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 12 add, 7 mul, 6 div; per wheel 18 add, 35 mul, 7 div, 2 sincos. Intermediates: 47. */
+ * Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 51. */
 OMNIROLL_API void omniroll_free_sharp_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, const real_t *chi, const real_t *entering,
                                              const real_t *leaving, real_t *nu_after);

@@ -524,6 +524,7 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        const real_t couple = B*cosine*rolling;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -531,7 +532,6 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t couple = B*cosine*rolling;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;
@@ -736,6 +736,7 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
         const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
         const real_t turning = yaw_rate*cosine*wheel_rate;
         const real_t drift = stretch + turning;
+        const real_t couple = B*cosine*rolling;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
         m11 += row_1*inertia_1;
@@ -743,7 +744,6 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t couple = B*cosine*rolling;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
         f1 += sin_alpha*couple_rate - drift*inertia_1;

@@ -183,7 +183,7 @@ OMNIROLL_API void omniroll_locked_sharp_bias(int wheels, int rollers_per_wheel, 
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 15 mul, 6 div; per wheel 29 add, 64 mul, 9 div, 2 sincos. Intermediates: 65. */
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69. */
 OMNIROLL_API void omniroll_locked_sharp_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                                 const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -215,7 +215,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_torques(int wheels, int rollers_pe
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 15 mul, 6 div; per wheel 29 add, 64 mul, 9 div, 2 sincos. Intermediates: 65. */
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69. */
 OMNIROLL_API void omniroll_locked_sharp_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                       const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -239,7 +239,7 @@ OMNIROLL_API void omniroll_locked_sharp_energy(int wheels, int rollers_per_wheel
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 12 add, 10 mul, 6 div; per wheel 21 add, 41 mul, 9 div, 2 sincos. Intermediates: 50. */
+ * Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 54. */
 OMNIROLL_API void omniroll_locked_sharp_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                                const real_t *nu, const real_t *chi, const real_t *entering,
                                                const real_t *leaving, real_t *nu_after);

@@ -54,8 +54,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       sin_alpha[N] [1]: sine of the axle's direction.
       cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
       sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
-    Operations: once 6 add, 23 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 1
-    mul, 2 sincos. Intermediates: 30.
+    Operations: once 6 add, 25 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
+    add, 12 mul, 5 sincos. Intermediates: 41.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -81,7 +81,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     half_rollers = n/2
     bare_yaw = I_S - B*half_rollers*N
     pi_per_n = pi/n
-    joint_sine = sin(pi_per_n/2)
+    t1 = pi_per_n/2
+    joint_sine = sin(t1)
     gap = l - r
     tip = gap - 2*l*joint_sine*joint_sine
     g11 = 0
@@ -90,14 +91,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     g22 = 0
     g23 = 0
     g33 = 0
-    t1 = inverse_yaw_scale*R_over_l
+    t2 = inverse_yaw_scale*R_over_l
     for i in range(wheels):
         alpha = wheel_angles[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         g_1 = R_over_l*sin_alpha
         g_2 = -R_over_l*cos_alpha
-        g_3 = -t1
+        g_3 = -t2
         g11 = g11 + g_1*g_1
         g12 = g12 + g_1*g_2
         g13 = g13 + g_1*g_3
@@ -112,12 +113,22 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     m0_22 = J*g22 + mass_R2
     m0_23 = J*g23
     m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw
-    t2 = 2*pi_per_n
+    joint_quarter = pi_per_n/4
+    joint_half = t1
+    t3 = 2*n
+    t5 = 3*n
     for j in range(rollers_per_wheel - 1):
         slot = number(j + 1, like)
-        kappa = t2*slot
-        model.cos_kappa[j] = cos(kappa)
-        model.sin_kappa[j] = sin(kappa)
+        twice_slot = 2*slot
+        sin_kappa_high = t3 - twice_slot
+        sin_kappa_middle = n - twice_slot
+        sin_kappa = (4*sin(joint_quarter*twice_slot)*sin(joint_quarter*sin_kappa_high)*sin(joint_half*sin_kappa_middle))
+        t4 = 2*twice_slot
+        cos_kappa_low = n - t4
+        cos_kappa_high = t5 - t4
+        cos_kappa = 2*sin(joint_quarter*cos_kappa_low)*sin(joint_quarter*cos_kappa_high)
+        model.cos_kappa[j] = cos_kappa
+        model.sin_kappa[j] = sin_kappa
     model.B = B
     model.inverse_yaw_scale = inverse_yaw_scale
     model.R = R
@@ -569,6 +580,7 @@ def reduced(model, nu, chi, momenta):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -578,7 +590,6 @@ def reduced(model, nu, chi, momenta):
         m23 = m23 + sine_3*inertia_2
         inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
-        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
@@ -752,8 +763,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 26 add, 58 mul, 1 div, 4 sincos; per free roller 7 add,
-    11 mul. Intermediates: 70.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 25 add, 55 mul, 1 div, 4 sincos; per free roller 5 add,
+    8 mul. Intermediates: 65.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -804,19 +815,6 @@ def accelerations(model, nu, chi, spins):
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho
-        axial = yaw_rate*sine + rolling
-        axial_cos = 0
-        axial_sin = 0
-        for j in range(model.rollers_per_wheel - 1):
-            cos_kappa = model.cos_kappa[j]
-            sin_kappa = model.sin_kappa[j]
-            free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_axial = free_spin + yaw_rate*free_sine
-            axial_cos = axial_cos + cos_kappa*free_axial
-            axial_sin = axial_sin + sin_kappa*free_axial
-        momentum_cos = B*axial_cos
-        momentum_sin = B*axial_sin
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
         row_2 = R_inverse_rho*sin_alpha
@@ -824,6 +822,15 @@ def accelerations(model, nu, chi, spins):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -833,7 +840,6 @@ def accelerations(model, nu, chi, spins):
         m23 = m23 + sine_3*inertia_2
         inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
-        couple = cosine*(B*axial + momentum_cos) - sine*momentum_sin
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)

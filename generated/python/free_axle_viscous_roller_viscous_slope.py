@@ -66,8 +66,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       damping_per_inertia[N] [1/s]: viscous friction of a roller's bearings, over its inertia.
       cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
       sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
-    Operations: once 6 add, 28 mul, 6 div, 4 sincos; per wheel 6 add, 9 mul, 2 sincos; per free-roller slot 1
-    mul, 2 sincos. Intermediates: 34.
+    Operations: once 6 add, 30 mul, 6 div, 4 sincos; per wheel 6 add, 9 mul, 2 sincos; per free-roller slot 4
+    add, 12 mul, 5 sincos. Intermediates: 45.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -96,7 +96,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     half_rollers = n/2
     bare_yaw = I_S - B*half_rollers*N
     pi_per_n = pi/n
-    joint_sine = sin(pi_per_n/2)
+    t1 = pi_per_n/2
+    joint_sine = sin(t1)
     gap = l - r
     tip = gap - 2*l*joint_sine*joint_sine
     slope_pull = gravity*M*R*sin(slope_angle)
@@ -108,14 +109,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     g22 = 0
     g23 = 0
     g33 = 0
-    t1 = inverse_yaw_scale*R_over_l
+    t2 = inverse_yaw_scale*R_over_l
     for i in range(wheels):
         alpha = wheel_angles[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         g_1 = R_over_l*sin_alpha
         g_2 = -R_over_l*cos_alpha
-        g_3 = -t1
+        g_3 = -t2
         g11 = g11 + g_1*g_1
         g12 = g12 + g_1*g_2
         g13 = g13 + g_1*g_3
@@ -130,12 +131,22 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     m0_22 = J*g22 + mass_R2
     m0_23 = J*g23
     m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw
-    t2 = 2*pi_per_n
+    joint_quarter = pi_per_n/4
+    joint_half = t1
+    t3 = 2*n
+    t5 = 3*n
     for j in range(rollers_per_wheel - 1):
         slot = number(j + 1, like)
-        kappa = t2*slot
-        model.cos_kappa[j] = cos(kappa)
-        model.sin_kappa[j] = sin(kappa)
+        twice_slot = 2*slot
+        sin_kappa_high = t3 - twice_slot
+        sin_kappa_middle = n - twice_slot
+        sin_kappa = (4*sin(joint_quarter*twice_slot)*sin(joint_quarter*sin_kappa_high)*sin(joint_half*sin_kappa_middle))
+        t4 = 2*twice_slot
+        cos_kappa_low = n - t4
+        cos_kappa_high = t5 - t4
+        cos_kappa = 2*sin(joint_quarter*cos_kappa_low)*sin(joint_quarter*cos_kappa_high)
+        model.cos_kappa[j] = cos_kappa
+        model.sin_kappa[j] = sin_kappa
     inv_B = 1/B
     for i in range(wheels):
         axle_damping_i = axle_damping[i]
@@ -642,6 +653,7 @@ def reduced(model, nu, chi, momenta, heading):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -651,7 +663,6 @@ def reduced(model, nu, chi, momenta, heading):
         m23 = m23 + sine_3*inertia_2
         inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
-        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
@@ -865,8 +876,8 @@ def accelerations(model, nu, chi, spins, heading):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 14 add, 28 mul, 4 div, 2 sincos; per wheel 35 add, 74 mul, 1 div, 4 sincos; per free
-    roller 8 add, 12 mul. Intermediates: 84.
+    Operations: once 15 add, 31 mul, 4 div, 2 sincos; per wheel 36 add, 75 mul, 1 div, 4 sincos; per free
+    roller 6 add, 9 mul. Intermediates: 83.
     """
     like = nu[0]
     nu_dot = [None] * 3
@@ -911,8 +922,10 @@ def accelerations(model, nu, chi, spins, heading):
     f2 = f2 + down_2
     t2 = 2*l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    t3 = inverse_yaw_scale*R_over_l
-    t4 = n/2
+    t3 = n/2
+    t4 = yaw_rate*(1 - t3)
+    t5 = yaw_rate*n/2
+    t6 = inverse_yaw_scale*R_over_l
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
@@ -933,19 +946,6 @@ def accelerations(model, nu, chi, spins, heading):
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho
-        axial = yaw_rate*sine + rolling
-        axial_cos = 0
-        axial_sin = 0
-        for j in range(model.rollers_per_wheel - 1):
-            cos_kappa = model.cos_kappa[j]
-            sin_kappa = model.sin_kappa[j]
-            free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_axial = free_spin + yaw_rate*free_sine
-            axial_cos = axial_cos + cos_kappa*free_axial
-            axial_sin = axial_sin + sin_kappa*free_axial
-        momentum_cos = B*axial_cos
-        momentum_sin = B*axial_sin
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
         row_2 = R_inverse_rho*sin_alpha
@@ -953,6 +953,17 @@ def accelerations(model, nu, chi, spins, heading):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        momentum_cos = B*(spin_cos - t4*sine)
+        momentum_sin = B*(t5*cosine + spin_sin)
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -962,7 +973,6 @@ def accelerations(model, nu, chi, spins, heading):
         m23 = m23 + sine_3*inertia_2
         inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
-        couple = cosine*(B*axial + momentum_cos) - sine*momentum_sin
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
@@ -975,9 +985,9 @@ def accelerations(model, nu, chi, spins, heading):
         contact_push = -R_inverse_rho*contact_friction
         f1 = f1 + (cos_alpha*contact_push + sin_alpha*axle_push)
         f2 = f2 + sin_alpha*contact_push - cos_alpha*axle_push
-        f3 = f3 + -t3*axle_moment
+        f3 = f3 + -t6*axle_moment
         momentum_lift = sine*momentum_cos + cosine*momentum_sin
-        carried_yaw = yaw_rate*roller_damping*(t4 - sine*sine)
+        carried_yaw = yaw_rate*roller_damping*(t3 - sine*sine)
         f3 = f3 + inverse_yaw_scale*(damping_per_inertia*momentum_lift - carried_yaw)
     pivot_1 = 1/m11
     u12 = m12*pivot_1
@@ -995,15 +1005,15 @@ def accelerations(model, nu, chi, spins, heading):
     nu_dot[0] = nu_dot_1
     nu_dot[1] = nu_dot_2
     nu_dot[2] = nu_dot_3
-    t6 = inverse_yaw_scale*nu_dot_3
+    t8 = inverse_yaw_scale*nu_dot_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
         damping_per_inertia = model.damping_per_inertia[i]
         chi_i = chi[i]
-        t5 = chi_i/2
-        half_sine = sin(t5)
-        half_cosine = cos(t5)
+        t7 = chi_i/2
+        half_sine = sin(t7)
+        half_cosine = cos(t7)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
@@ -1016,7 +1026,7 @@ def accelerations(model, nu, chi, spins, heading):
             free_sine = sine*cos_kappa + cosine*sin_kappa
             free_cosine = cosine*cos_kappa - sine*sin_kappa
             axial_rate = -damping_per_inertia*free_spin
-            spins_dot[i][j] = axial_rate - t6*free_sine - yaw_rate_wheel_rate*free_cosine
+            spins_dot[i][j] = axial_rate - t8*free_sine - yaw_rate_wheel_rate*free_cosine
     return nu_dot, spins_dot
 
 

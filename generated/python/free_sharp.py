@@ -61,8 +61,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       start_u12 [1]: factor of the constant part of the mass matrix.
       start_u13 [1]: factor of the constant part of the mass matrix.
       start_u23 [1]: factor of the constant part of the mass matrix.
-    Operations: once 10 add, 29 mul, 8 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 1
-    mul, 2 sincos. Intermediates: 38.
+    Operations: once 10 add, 31 mul, 8 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
+    add, 12 mul, 5 sincos. Intermediates: 49.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -88,7 +88,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     half_rollers = n/2
     bare_yaw = I_S - B*half_rollers*N
     pi_per_n = pi/n
-    joint_sine = sin(pi_per_n/2)
+    t1 = pi_per_n/2
+    joint_sine = sin(t1)
     gap = l - r
     tip = gap - 2*l*joint_sine*joint_sine
     g11 = 0
@@ -97,14 +98,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     g22 = 0
     g23 = 0
     g33 = 0
-    t1 = inverse_yaw_scale*R_over_l
+    t2 = inverse_yaw_scale*R_over_l
     for i in range(wheels):
         alpha = wheel_angles[i]
         cos_alpha = cos(alpha)
         sin_alpha = sin(alpha)
         g_1 = R_over_l*sin_alpha
         g_2 = -R_over_l*cos_alpha
-        g_3 = -t1
+        g_3 = -t2
         g11 = g11 + g_1*g_1
         g12 = g12 + g_1*g_2
         g13 = g13 + g_1*g_3
@@ -127,12 +128,22 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     start_u23 = start_23/start_d2
     start_33 = m0_33
     start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23
-    t2 = 2*pi_per_n
+    joint_quarter = pi_per_n/4
+    joint_half = t1
+    t3 = 2*n
+    t5 = 3*n
     for j in range(rollers_per_wheel - 1):
         slot = number(j + 1, like)
-        kappa = t2*slot
-        model.cos_kappa[j] = cos(kappa)
-        model.sin_kappa[j] = sin(kappa)
+        twice_slot = 2*slot
+        sin_kappa_high = t3 - twice_slot
+        sin_kappa_middle = n - twice_slot
+        sin_kappa = (4*sin(joint_quarter*twice_slot)*sin(joint_quarter*sin_kappa_high)*sin(joint_half*sin_kappa_middle))
+        t4 = 2*twice_slot
+        cos_kappa_low = n - t4
+        cos_kappa_high = t5 - t4
+        cos_kappa = 2*sin(joint_quarter*cos_kappa_low)*sin(joint_quarter*cos_kappa_high)
+        model.cos_kappa[j] = cos_kappa
+        model.sin_kappa[j] = sin_kappa
     model.B = B
     model.inverse_yaw_scale = inverse_yaw_scale
     model.R = R
@@ -530,7 +541,7 @@ def reduced(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 9 add, 12 mul, 6 div; per wheel 29 add, 60 mul, 7 div, 2 sincos. Intermediates: 63.
+    Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 67.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -601,29 +612,33 @@ def reduced(model, nu, chi, momenta):
         f3 = f3 + -inverse_yaw_scale*momentum_rate
         target = -drift
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = target - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
+        t3 = t3*kept_3 + fold_target_3*gain_3
     z2 = f2 - u12*f1
     z3 = f3 - u13*f1 - u23*z2
     x_3 = t3 + z3/d3
@@ -786,8 +801,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 9 add, 13 mul, 6 div; per wheel 32 add, 72 mul, 7 div, 4 sincos; per free roller 7 add,
-    11 mul. Intermediates: 80.
+    Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
+    mul. Intermediates: 79.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -841,19 +856,6 @@ def accelerations(model, nu, chi, spins):
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho
-        axial = yaw_rate*sine + rolling
-        axial_cos = 0
-        axial_sin = 0
-        for j in range(model.rollers_per_wheel - 1):
-            cos_kappa = model.cos_kappa[j]
-            sin_kappa = model.sin_kappa[j]
-            free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_axial = free_spin + yaw_rate*free_sine
-            axial_cos = axial_cos + cos_kappa*free_axial
-            axial_sin = axial_sin + sin_kappa*free_axial
-        momentum_cos = B*axial_cos
-        momentum_sin = B*axial_sin
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
         row_2 = R_inverse_rho*sin_alpha
@@ -861,7 +863,15 @@ def accelerations(model, nu, chi, spins):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
-        couple = cosine*(B*axial + momentum_cos) - sine*momentum_sin
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + sin_alpha*couple_rate
@@ -869,29 +879,33 @@ def accelerations(model, nu, chi, spins):
         f3 = f3 + -inverse_yaw_scale*momentum_rate
         target = -drift
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = target - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
+        t3 = t3*kept_3 + fold_target_3*gain_3
     z2 = f2 - u12*f1
     z3 = f3 - u13*f1 - u23*z2
     nu_dot_3 = t3 + z3/d3
@@ -902,14 +916,14 @@ def accelerations(model, nu, chi, spins):
     nu_dot[0] = nu_dot_1
     nu_dot[1] = nu_dot_2
     nu_dot[2] = nu_dot_3
-    t8 = inverse_yaw_scale*nu_dot_3
+    t7 = inverse_yaw_scale*nu_dot_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
         chi_i = chi[i]
-        t7 = chi_i/2
-        half_sine = sin(t7)
-        half_cosine = cos(t7)
+        t6 = chi_i/2
+        half_sine = sin(t6)
+        half_cosine = cos(t6)
         sine = 2*half_sine*half_cosine
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
@@ -920,7 +934,7 @@ def accelerations(model, nu, chi, spins):
             sin_kappa = model.sin_kappa[j]
             free_sine = sine*cos_kappa + cosine*sin_kappa
             free_cosine = cosine*cos_kappa - sine*sin_kappa
-            spins_dot[i][j] = -t8*free_sine - yaw_rate_wheel_rate*free_cosine
+            spins_dot[i][j] = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
     return nu_dot, spins_dot
 
 
@@ -995,7 +1009,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 12 add, 7 mul, 6 div; per wheel 18 add, 35 mul, 7 div, 2 sincos. Intermediates: 47.
+    Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 51.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1044,29 +1058,33 @@ def impact(model, nu, chi, entering, leaving):
         row_2 = R_inverse_rho*sin_alpha
         sine_3 = inverse_yaw_scale*sine
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = entering_i - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = entering_i*gain_1 + t1*kept_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
+        t3 = t3*kept_3 + fold_target_3*gain_3
     z2 = f2 - u12*f1
     z3 = f3 - u13*f1 - u23*z2
     x_3 = t3 + z3/d3

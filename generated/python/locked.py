@@ -547,6 +547,7 @@ def reduced(model, nu, chi):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        couple = B*cosine*rolling
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -554,7 +555,6 @@ def reduced(model, nu, chi):
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        couple = B*cosine*rolling
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
@@ -776,6 +776,7 @@ def accelerations(model, nu, chi):
         stretch = l*sine*wheel_rate*inverse_rho*rolling
         turning = yaw_rate*cosine*wheel_rate
         drift = stretch + turning
+        couple = B*cosine*rolling
         inertia_1 = B*row_1
         inertia_2 = B*row_2
         m11 = m11 + row_1*inertia_1
@@ -783,7 +784,6 @@ def accelerations(model, nu, chi):
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        couple = B*cosine*rolling
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)

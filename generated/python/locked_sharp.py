@@ -512,7 +512,7 @@ def reduced(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 9 add, 15 mul, 6 div; per wheel 29 add, 64 mul, 9 div, 2 sincos. Intermediates: 65.
+    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69.
     """
     nu_dot = [None] * 3
     half_rollers = model.half_rollers
@@ -549,7 +549,7 @@ def reduced(model, nu, chi):
     f3 = 0
     t5 = 2*l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    t7 = B*inverse_yaw_scale*inverse_yaw_scale
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
@@ -583,30 +583,34 @@ def reduced(model, nu, chi):
         f3 = f3 + B*sine_3*turning
         target = -drift
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = target - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
-        locked_yaw = t7*(half_rollers - sine*sine)
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
         fold_yaw = d3 + locked_yaw
         t3 = d3*t3/fold_yaw
         d3 = fold_yaw
@@ -763,7 +767,7 @@ def accelerations(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 9 add, 15 mul, 6 div; per wheel 29 add, 64 mul, 9 div, 2 sincos. Intermediates: 65.
+    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69.
     """
     nu_dot = [None] * 3
     half_rollers = model.half_rollers
@@ -800,7 +804,7 @@ def accelerations(model, nu, chi):
     f3 = 0
     t5 = 2*l
     R_over_l_yaw_rate = R_over_l*yaw_rate
-    t7 = B*inverse_yaw_scale*inverse_yaw_scale
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
@@ -834,30 +838,34 @@ def accelerations(model, nu, chi):
         f3 = f3 + B*sine_3*turning
         target = -drift
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = target - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
-        locked_yaw = t7*(half_rollers - sine*sine)
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
         fold_yaw = d3 + locked_yaw
         t3 = d3*t3/fold_yaw
         d3 = fold_yaw
@@ -939,7 +947,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 12 add, 10 mul, 6 div; per wheel 21 add, 41 mul, 9 div, 2 sincos. Intermediates: 50.
+    Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 54.
     """
     nu_after = [None] * 3
     half_rollers = model.half_rollers
@@ -971,7 +979,7 @@ def impact(model, nu, chi, entering, leaving):
     f2 = 0
     f3 = 0
     t5 = 2*l
-    t7 = B*inverse_yaw_scale*inverse_yaw_scale
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
@@ -991,30 +999,34 @@ def impact(model, nu, chi, entering, leaving):
         row_2 = R_inverse_rho*sin_alpha
         sine_3 = inverse_yaw_scale*sine
         fold_d1 = B*row_1*row_1 + d1
-        B_per_fold_d1 = B/fold_d1
-        gain_1 = B_per_fold_d1*row_1
-        fold_weight_2 = B_per_fold_d1*d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
         fold_2 = row_2 - u12*row_1
         fold_3 = sine_3 - u13*row_1
         fold_target_2 = entering_i - t1*row_1
         d1 = fold_d1
-        u12 = u12 + gain_1*fold_2
-        u13 = u13 + gain_1*fold_3
-        t1 = t1 + gain_1*fold_target_2
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = entering_i*gain_1 + t1*kept_1
         fold_d2 = d2 + fold_weight_2*fold_2*fold_2
-        t6 = fold_weight_2/fold_d2
-        gain_2 = t6*fold_2
-        fold_weight_3 = t6*d2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
         fold_33 = fold_3 - u23*fold_2
         fold_target_3 = fold_target_2 - t2*fold_2
         d2 = fold_d2
-        u23 = u23 + gain_2*fold_33
-        t2 = t2 + gain_2*fold_target_3
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
         fold_d3 = d3 + fold_weight_3*fold_33*fold_33
-        gain_3 = fold_weight_3*fold_33/fold_d3
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
         d3 = fold_d3
-        t3 = t3 + gain_3*(fold_target_3 - t3*fold_33)
-        locked_yaw = t7*(half_rollers - sine*sine)
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
         fold_yaw = d3 + locked_yaw
         t3 = d3*t3/fold_yaw
         d3 = fold_yaw
