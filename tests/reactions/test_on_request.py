@@ -1,0 +1,67 @@
+"""Reactions are there on request only, and add nothing to what simulates."""
+
+import re
+from functools import cache
+
+import pytest
+
+from omniroll import generated_data
+from omniroll.codegen.on_demand import kernel_on_demand
+
+MODELS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
+REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
+LISTED = [effect for effect in generated_data.load("effects")["effects"] if effect["neutral"]]
+FELT = ("layout", "drive", "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "roller_coulomb", "slope")
+OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactions")
+
+
+@cache
+def made(base, effects):
+    load = generated_data.load
+    return kernel_on_demand(load("programs"), load("effects")["effects"], load("symbols")["symbols"], base, effects)
+
+
+def bodies(texts):
+    """{name: text} of the Python functions of a set."""
+    parts = re.split(r"^def (\w+)", texts.python, flags=re.MULTILINE)[1:]
+    return {name: text.strip() for name, text in zip(parts[::2], parts[1::2], strict=True)}
+
+
+def code(body):
+    """A function's text without its docstring."""
+    return re.sub(r'""".*?"""', "", body, flags=re.DOTALL)
+
+
+def operations(texts, name, wheels=3, rollers=5):
+    (function,) = (f for f in texts.functions if f["name"] == name)
+    turns = {"once": 1, "wheel": wheels, "slot": rollers - 1, "roller": wheels * (rollers - 1)}
+    return sum(turns[place] * sum(counts.values()) for place, counts in function["operations"].items())
+
+
+@pytest.mark.parametrize("base", MODELS)
+@pytest.mark.parametrize("others", [(), OTHERS], ids=["alone", "with all"])
+def test_every_other_function_stays_as_it_is(base, others):
+    plain, asked = bodies(made(base, others)), bodies(made(base, (*others, "reactions")))
+    extra = asked.keys() - plain.keys()
+    assert extra >= set(REACTIONS) and extra <= {*REACTIONS, "coulomb_momenta"}
+    assert all(asked[name] == text for name, text in plain.items())
+
+
+@pytest.mark.parametrize("base", MODELS)
+def test_without_them_no_symbol_of_theirs_is_left(base):
+    (own,) = (effect["neutral"] for effect in LISTED if effect["name"] == "reactions")
+    texts = made(base, OTHERS)
+    for text in (texts.python, texts.c_source, texts.c_header):
+        assert not set(own) & set(re.findall(r"\w+", text))
+
+
+@pytest.mark.parametrize("base", MODELS[:3])
+@pytest.mark.parametrize("effect", FELT)
+def test_a_reaction_has_only_the_effects_that_are_there(base, effect):
+    name = "load_balance" if effect in ("slope", "layout") else "contact_forces"
+    larger = ("drive", "motor") if effect == "motor" else (effect,)
+    smaller = tuple(other for other in larger if other != effect)
+    with_it, without = (made(base, (*effects, "reactions")) for effects in (larger, smaller))
+    assert operations(without, name) < operations(with_it, name)
+    (neutral,) = (entry["neutral"] for entry in LISTED if entry["name"] == effect)
+    assert not set(neutral) & set(re.findall(r"\w+", code(bodies(without)[name])))
