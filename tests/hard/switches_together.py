@@ -4,7 +4,8 @@ import numpy as np
 
 from hard import naive
 from hard.case import Case, Measurement, Scale
-from hard.setting import JOINT, Setting, settings
+from hard.setting import JOINT, PAPER, Setting, settings, speeds_of_wheels
+from omniroll.switching import tau
 
 SECTION = "Switches"
 
@@ -39,6 +40,50 @@ def turning_on_the_spot(scale: Scale) -> list[Measurement]:
     return [measured(setting) for setting in settings()]
 
 
+def gaps(scale: Scale) -> list[Measurement]:
+    """Turning on the spot, wheel 1 a little behind: by an ulp of chi, a tenth of tau, ten tau."""
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(2)
+        wrong, theirs, count = 0, 0, scale.of(5, 100)
+        for _ in range(count):
+            nu, chi = np.array([0, 0, random.uniform(0.3, 3)]), random.uniform(-0.5, 0.5)
+            rate = nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 0]
+            arrival = (JOINT - np.sign(rate) * chi) / abs(rate)
+            for gap, instants in (("ulp", 1), (0.1, 1), (10, 2)):
+                behind = np.spacing(chi) if gap == "ulp" else gap * tau(arrival, arrival) * abs(rate)
+                start = {"nu": nu, "chi": (chi, chi - np.sign(rate) * behind, chi), "duration": 1.1 * arrival}
+                switches = setting.run(**start).switches
+                wrong += sorted(switches.wheel) != [0, 1, 2] or len(set(switches.t)) != instants
+                others = naive.simulate(setting.task(**start)).switches
+                theirs += sorted(w for _, w, _ in others) != [0, 1, 2] or len({t for t, *_ in others}) != instants
+        share = 100 / (3 * count)
+        found.append(setting.measurement("starts judged wrongly, in %", share * wrong, 0, share * theirs))
+    return found
+
+
+def relabelled(scale: Scale) -> list[Measurement]:
+    """The wheels in another order: the same switches of the same wheels, the same motion."""
+    vehicle = PAPER.replace(wheel_angles=(0.1, 2.0, 4.4))
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(3)
+        worst, duration = 0.0, scale.of(3.0, 6.0)
+        for _ in range(scale.of(2, 20)):
+            nu, chi, spins = random.normal(size=3), random.uniform(-JOINT, JOINT, 3), random.normal(size=(3, 4))
+            order = random.permutation(3)
+            angles = [vehicle.wheel_angles[k] for k in order]
+            one = setting.run(vehicle, nu=nu, chi=chi, spins=spins, duration=duration)
+            other = setting.run(
+                vehicle.replace(wheel_angles=angles), nu=nu, chi=chi[order], spins=spins[order], duration=duration
+            )
+            apart = np.abs(one.pose[-1] - other.pose[-1]).max() + np.abs(one.nu[-1] - other.nu[-1]).max()
+            wrong = order[other.switches.wheel].tolist() != one.switches.wheel.tolist()
+            worst = max(worst, float(apart) + wrong)
+        found.append(setting.measurement("distance of the ends", worst, 1e-9))
+    return found
+
+
 CASES = [
     Case(
         name="all-wheels-at-once",
@@ -47,5 +92,21 @@ CASES = [
         naive="ends the step at the first event; the others then stand behind their joints, where no event rises",
         promise="one switch of all wheels, projected together, each time",
         run=turning_on_the_spot,
+    ),
+    Case(
+        name="gaps",
+        section=SECTION,
+        title="Two wheels 1 ulp apart, tau/10 apart, 10 tau apart",
+        naive="takes apart what rounding took apart, and loses the second wheel",
+        promise="one switch up to tau/10, two from 10 tau on; tau = 100 eps (t + h)",
+        run=gaps,
+    ),
+    Case(
+        name="relabelled",
+        section=SECTION,
+        title="Wheels in another order",
+        naive="treats switches in the order of the wheels' numbers",
+        promise="the same switches, the same motion",
+        run=relabelled,
     ),
 ]
