@@ -15,7 +15,7 @@ typedef struct {
     /* The state, in and out. */
     double elapsed, carry;      /* time since the start, and what its rounding has left over            */
     double step;                /* the length to try first, 0 if unknown                                */
-    double slope_nu[3];         /* of nu' in the last step, for the next guess                          */
+    double rise_nu[3], rise_over;   /* of nu' in the last step, and its length, for the next guess       */
     double phase_start;         /* elapsed at the last switch                                           */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */

@@ -265,9 +265,9 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
         s->end_pose[k] = pose[k] + s->h*weighted(&s->rate_pose[k], &gauss_weight);
 }
 
-/* The first guess of a step: the derivatives at its start with the slopes of the last step; and the length to the first joint
+/* The first guess of a step: the derivatives at its start, rising as in the last step; and the length to the first joint
  * at constant rates. */
-ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const double *slope_nu)
+ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const omniroll_run_t *run)
 {
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3], chi_dot[MOST_WHEELS];
     for (int k = 0; k < 3; k++)
@@ -284,9 +284,11 @@ ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const double 
     }
     if (!(s->h > 1e-3*most))
         s->h = 1e-3*most;
+    /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. */
+    const double part = run->rise_over > 0 ? s->h/run->rise_over : 0;
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
-            s->rate_nu[k].lanes[b] = nu_dot[k] + slope_nu[k]*s->h*gauss_node.lanes[b];
+            s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
 }
 
 /* Rows, steps and switches as the caller gets them. */
@@ -491,7 +493,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
     /* end_late() has an error of the order of (late/h)^2, so that the joint need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     for (int trial = 0; trial < 200; trial++) {
-        guess(s, wheels, most, run->slope_nu);
+        guess(s, wheels, most, run);
         const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
@@ -541,7 +543,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const step_t *s)
     run->carry = last ? 0 : h - (sum - run->elapsed);
     run->elapsed = last ? run->duration : fmin(sum, run->duration);
     for (int k = 0; k < 3; k++)
-        run->slope_nu[k] = (weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start))/s->h;
+        run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
+    run->rise_over = s->h;
     run->step_count++;
     put_row(run);
 }

@@ -39,7 +39,7 @@ class Turn:
 
 
 def turns(model: str, count: int, beyond: float) -> Iterator[Turn]:
-    """Starts whose wheel 0 turns `beyond` the joint, as exactly as the floats allow. The same ones for each distance."""
+    """Starts whose wheel 0 turns `beyond` the joint, as exactly as the floats allow."""
     random = np.random.default_rng([7, MODELS.index(model)])
     found = 0
     while found < count:
@@ -182,7 +182,7 @@ CASES = [
         section=SECTION,
         title="A wheel whose speed vanishes exactly at the joint",
         naive="as above; or a second event at the instant of the first",
-        promise="a touch or a switch there and back, whichever rounding says; the motion is the same but for the time outside, sqrt(8 eps); |chi| <= pi/n",
+        promise="a touch, or there and back; the same motion but for the time between, sqrt(8 eps); |chi| <= pi/n",
         run=vanishing_at_the_joint,
     ),
 ]

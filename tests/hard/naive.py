@@ -41,17 +41,17 @@ def joint_events(wheels: int, joint: float) -> list:
     return events
 
 
-def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000) -> Motion:
-    """The motion of a task, from elapsed 0; it gives up after so many switches."""
+def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, start_time: float = 0) -> Motion:
+    """The motion of a task on a clock that starts at `start_time`; it gives up after so many switches."""
     bound, state = task.kernel, task.state
     model = SwitchingModel(bound, task.switching)
     events = joint_events(bound.wheels, model.joint)
-    motion = Motion(y=_packed(state))
-    while motion.t < task.duration and not motion.gave_up:
+    motion, end = Motion(t=start_time, y=_packed(state)), start_time + task.duration
+    while motion.t < end and not motion.gave_up:
         free = state.free_axial()
         flow = bound.flow(None if free is None else bound.momenta(free))
         with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
-            span = (motion.t, task.duration)
+            span = (motion.t, end)
             found = solve_ivp(flow, span, _packed(state), "DOP853", events=events, rtol=rtol, atol=1e-14)
         motion.t, motion.y = float(found.t[-1]), found.y[:, -1]
         chi = found.y[3 : 3 + bound.wheels]

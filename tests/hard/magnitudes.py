@@ -1,0 +1,182 @@
+"""Speeds over the whole range of numbers, subnormal ones, late clocks and short times."""
+
+import math
+
+import numpy as np
+
+from hard import naive
+from hard.case import Case, Measurement, Scale
+from hard.flushing import CAN_FLUSH, subnormals_are_zero
+from hard.setting import EPS, PAPER, Setting, settings
+from omniroll import InvalidValueError, Trajectory, validation
+
+SECTION = "Magnitudes and time"
+START = {"nu": np.array([1.0, 0.5, 1.0]), "chi": (0.1, -0.2, 0.3), "spins": np.full((3, 4), 0.25), "duration": 3.0}
+POWERS = (-450, 450, 30, -7, -100, 100, -301, 301)  # beyond 450 squares of errors leave the number range
+LATE = 1e9  # s
+
+
+def scaled(factor: float) -> dict:
+    moved = {key: START[key] * factor for key in ("nu", "spins")}
+    return START | moved | {"duration": START["duration"] / factor}
+
+
+def powers_of_two(scale: Scale) -> list[Measurement]:
+    """How many numbers of a run differ from those of the run at ordinary speeds, after scaling."""
+    found = []
+    for setting in settings():
+        base = setting.run(**START)
+        powers = scale.of(POWERS[:3], POWERS)
+        differing = sum(_differing(base, setting.run(**scaled(2.0**power)), 2.0**power) for power in powers)
+        theirs = None
+        if setting == Setting("massless", "impact", "compiled"):
+            ends = [naive.simulate(setting.task(**scaled(f)), most_switches=30).y[3:] for f in (1.0, 2.0**30)]
+            theirs = int((ends[0] != ends[1]).sum())
+        found.append(setting.measurement("numbers that are not the same to the bit", differing, 0, theirs))
+    return found
+
+
+def _differing(base: Trajectory, other: Trajectory, factor: float) -> int:
+    if len(other) != len(base):
+        return max(len(other), len(base))
+    pairs = [
+        (base.nu * factor, other.nu), (base.chi, other.chi), (base.pose, other.pose),
+        (base.contact, other.contact), (base.elapsed / factor, other.elapsed),
+        (base.contact_spin * factor, other.contact_spin),
+    ]  # fmt: skip
+    if base.spins is not None:
+        pairs.append((base.spins * factor, other.spins))
+    return sum(int((a != b).sum()) for a, b in pairs)
+
+
+def at_rest(scale: Scale) -> list[Measurement]:
+    """nu = 0; under free rollers also with spins, which go on (section 3 of the paper, property 2)."""
+    found = []
+    for setting in settings():
+        spins = 3.0 if setting.model == "free" else 0.0
+        run = setting.run(nu=(0, 0, 0), chi=(0.1, -0.2, 0.3), spins=spins, duration=scale.of(5.0, 1000.0))
+        change = max(np.abs(run.nu).max(), np.abs(run.chi - run.chi[0]).max(), np.abs(run.pose).max())
+        if run.spins is not None:
+            change = max(change, np.abs(run.spins - spins).max() / spins)
+        found.append(setting.measurement("largest change, relative to the spins", float(change), 4 * EPS))
+    return found
+
+
+def subnormal(scale: Scale) -> list[Measurement]:
+    """Subnormal components among ordinary ones: speeds, angles, spins; then with subnormals counted as zero."""
+    tiny = 5e-324
+    clean = {"nu": (1.0, 0.0, 0.5), "chi": (0.0, 0.0, 0.3), "spins": np.eye(3, 4), "duration": 3.0}
+    start = clean | {
+        "nu": (1.0, tiny, 0.5),
+        "chi": (tiny, -tiny, 0.3),
+        "spins": np.eye(3, 4) + tiny * (np.eye(3, 4) == 0),
+    }
+    found = []
+    for setting in settings():
+        wanted = setting.run(**clean)
+        found.append(
+            setting.measurement("distance from the run with zeros", _distance(setting.run(**start), wanted), 1e-13)
+        )
+        if CAN_FLUSH:
+            with subnormals_are_zero():
+                flushed = setting.run(**start)
+            found.append(setting.measurement("the same, flush-to-zero on", _distance(flushed, wanted), 1e-13))
+    return found
+
+
+def _distance(run: Trajectory, other: Trajectory) -> float:
+    if run.switches.wheel.tolist() != other.switches.wheel.tolist():
+        return math.inf
+    return float(max(np.abs(run.nu[-1] - other.nu[-1]).max(), np.abs(run.pose[-1] - other.pose[-1]).max()))
+
+
+def edges_of_the_range(scale: Scale) -> list[Measurement]:
+    """Speeds up to and just beyond the allowed ones: a run that scales, or a refusal that names nu."""
+    found = []
+    for setting in settings():
+        wrong = 0
+        for size in (validation.SMALLEST, validation.LARGEST / 1e3, validation.SMALLEST / 2, validation.LARGEST * 2):
+            nu = np.array([1.0, 0.5, 1.0]) * size
+            try:
+                run = setting.run(nu=nu, duration=1 / size)
+                wrong += not (np.isfinite(run.nu).all() and np.isfinite(run.energy).all() and len(run.switches) > 0)
+            except InvalidValueError as refused:
+                wrong += refused.field != "nu"
+        theirs = None
+        if setting == Setting("locked", "smooth", "compiled"):
+            ends = [_naive_end(setting, size) for size in (validation.SMALLEST, validation.LARGEST / 1e3)]
+            theirs = sum(not moved for moved in ends)
+        found.append(setting.measurement("neither a finite run nor a refusal that names nu", wrong, 0, theirs))
+    return found
+
+
+def _naive_end(setting: Setting, size: float) -> bool:
+    """Whether SciPy's run is finite and has a switch."""
+    motion = naive.simulate(setting.task(nu=np.array([1.0, 0.5, 1.0]) * size, duration=1 / size), most_switches=10)
+    return bool(np.isfinite(motion.y).all()) and len(motion.switches) > 0
+
+
+def late_clock(scale: Scale) -> list[Measurement]:
+    """A start at t = 1e9 s, where an ulp is 1.2e-7 s: the motion is the early one's."""
+    found = []
+    for setting in settings():
+        early, late = setting.run(**START), setting.run(**START, start_time=LATE)
+        found.append(setting.measurement("distance of the ends", _distance(late, early), 1e-12, _late_naive(setting)))
+        off = float(np.abs(late.switches.t - LATE - early.switches.t).max()) / np.spacing(LATE)
+        found.append(setting.measurement("times of switches, in ulp of t", off, 0.5))
+        short = setting.run(**START | {"duration": 1e-9}, start_time=LATE)
+        way = short.pose[-1, 0] / (PAPER.platform_radius * START["nu"][0] * 1e-9)
+        wrong = abs(way - 1) + (short.t[0] != LATE) + (short.elapsed[-1] != 1e-9) + len(short.switches)
+        found.append(setting.measurement("way in 1e-9 s, far less than an ulp, relative error", float(wrong), 1e-8))
+    return found
+
+
+def _late_naive(setting: Setting) -> float:
+    """SciPy with the clock in its independent variable: the end's distance from that of the early run."""
+    task = setting.task(**START)
+    early, late = naive.simulate(task), naive.simulate(task, start_time=LATE)
+    return float(max(np.abs(early.y[:3] - late.y[:3]).max(), np.abs(early.y[6:] - late.y[6:]).max()))
+
+
+CASES = [
+    Case(
+        name="rest",
+        section=SECTION,
+        title="nu = 0",
+        naive="divides by the speed, or lets rounding move the vehicle",
+        promise="nothing moves but what spins",
+        run=at_rest,
+    ),
+    Case(
+        name="powers-of-two",
+        section=SECTION,
+        title="Speeds from 2^-450 to 2^450 times ordinary ones",
+        naive="absolute tolerances: another run at every magnitude",
+        promise="the same run to the bit, scaled",
+        run=powers_of_two,
+    ),
+    Case(
+        name="edges-of-the-range",
+        section=SECTION,
+        title="The smallest and the largest speeds, and beyond",
+        naive="overflow and NaN in the middle of a run",
+        promise="finite, or refused by name before it starts",
+        run=edges_of_the_range,
+    ),
+    Case(
+        name="subnormal",
+        section=SECTION,
+        title="Subnormal numbers, and flush-to-zero on",
+        naive="loses digits or divides by a flushed zero",
+        promise="as with zeros in their place",
+        run=subnormal,
+    ),
+    Case(
+        name="late-clock",
+        section=SECTION,
+        title="Start at t = 1e9 s, and a duration shorter than one ulp of it",
+        naive="adds steps to the clock and loses their digits",
+        promise="the motion of an early clock; only its times are rounded",
+        run=late_clock,
+    ),
+]
