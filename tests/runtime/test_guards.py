@@ -96,3 +96,15 @@ def test_resting_on_a_guard_is_no_passage():
 def test_a_guard_that_is_passed_at_the_start_ends_the_phase_at_once():
     phase = run(only_nu(lambda t, nu: np.ones(3)), [nu_1(-0.5)], nu=(0.6, 0, 0))
     assert phase.passed.all() and phase.duration == 0
+
+
+def test_a_joint_under_a_flow_that_knows_the_time():
+    """chi_1'' = cos t from rest: 1 - cos t reaches the joint, late in a phase of several steps."""
+    joint = np.pi / 5
+
+    def flow(t, y):
+        return np.concatenate([[np.cos(t), 0, 0], y[:3], np.zeros(3)])
+
+    phase = run(flow, [], first_step=0.01)
+    assert phase.directions.tolist() == [1, 0, 0] and len(phase.times) > 2
+    assert phase.duration == pytest.approx(np.arccos(1 - joint), rel=1e-11)
