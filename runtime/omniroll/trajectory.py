@@ -219,9 +219,9 @@ class Trajectory:
             for quantity in self.effects.quantities(self.roller_model)
             if quantity.account
         }
-        if self.effects.potentials:
-            potential = self.effects.potential(self._effect_kernel, self.pose)
-            accounts["slope_work"] = potential[0] - potential
+        for entry, name in self.effects.potentials().items():
+            potential = self._effect_kernel.call(name, self.pose)
+            accounts[entry] = potential[0] - potential
         return accounts
 
     def gained(self) -> np.ndarray:

@@ -92,7 +92,7 @@ class Effect:
     """Base of the effects: one that does nothing. roller_model is "free", "locked" or "massless"."""
 
     needs: ClassVar[tuple[str, ...]] = ()
-    potential: ClassVar[str | None] = None  # the generated function that gives its potential energy
+    potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
 
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
         """Raise InvalidValueError where it does not fit the vehicle, or the effects with which it acts."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -95,14 +94,9 @@ class EffectSet:
         later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
         return next((found for found in later if found is not None), axial)
 
-    @cached_property
-    def potentials(self) -> tuple[str, ...]:
-        """Generated functions that give potential energy."""
-        return tuple(effect.potential for effect in self.effects if effect.potential is not None)
-
-    def potential(self, bound: Kernel, pose: np.ndarray) -> np.ndarray:
-        """Potential energy (...,) in J."""
-        return sum((bound.call(name, pose) for name in self.potentials), np.zeros(pose.shape[:-1]))
+    def potentials(self) -> dict[str, str]:
+        """Entries of the account, and the generated functions of the pose that give their potential energy."""
+        return {entry: name for effect in self.effects for entry, name in effect.potentials.items()}
 
 
 class EffectRun:

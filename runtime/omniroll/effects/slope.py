@@ -1,6 +1,7 @@
 """Gravity on an inclined plane."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -21,7 +22,7 @@ class Slope(Effect):
     gravity    in m/s^2, at least 0
     """
 
-    potential: ClassVar[str] = "potential"
+    potentials: ClassVar[Mapping[str, str]] = {"slope_work": "potential"}
 
     angle: float
     direction: float = 0.0
