@@ -57,6 +57,18 @@ def test_files_samples_and_text(shortened, tmp_path, capsys):
     assert [float(row["energy_jump"]) for row in switches] == run.switches["energy_jump"].tolist() and switches
 
 
+def test_impulses_are_kept_under_impact_and_only_there(shortened, tmp_path):
+    """A file of every switch, joint ones once, as omniroll.impulses gives them."""
+    for name, wanted in (("motion-3-impact", True), ("motion-3", False)):
+        folder = tmp_path / name
+        assert cli.main(["run", str(shortened(Path(f"scenes/{name}.toml"))), "--output", str(folder)]) == 0
+        assert (folder / "impulses.csv").exists() == wanted
+    rows = np.genfromtxt(tmp_path / "motion-3-impact/impulses.csv", delimiter=",", names=True)
+    found = omniroll.impulses(omniroll.Trajectory.load(tmp_path / "motion-3-impact/trajectory.npz"))
+    assert len(found.t) and np.atleast_1d(rows["t"]).tolist() == found.t.tolist()
+    assert np.atleast_1d(rows["along_rolling_2"]).tolist() == found.contact[:, 1, 1].tolist()
+
+
 def test_a_run_without_samples_leaves_none_of_an_earlier_run(shortened, tmp_path):
     path = shortened(Path("scenes/motion-3.toml"), "times = [0.1]")
     assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0
@@ -87,6 +99,15 @@ def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypat
     assert "without progress" in captured.err and "wheel" in captured.err
     assert summary["stopped"]["t"] == summary["t"][1] < 20 and "without progress" in summary["stopped"]["reason"]
     assert omniroll.Trajectory.load(tmp_path / "out/trajectory.npz").t[-1] == summary["t"][1]
+
+
+def test_what_is_not_finite_is_null_in_json():
+    from omniroll.scene.outcome import as_json
+
+    assert json.loads(as_json({"a": [1.0, float("inf")], "b": {"c": float("nan")}})) == {
+        "a": [1.0, None],
+        "b": {"c": None},
+    }
 
 
 def test_a_folder_that_cannot_be_made_is_exit_code_1_before_the_run(tmp_path, capsys):

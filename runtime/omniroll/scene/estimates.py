@@ -135,6 +135,8 @@ def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> E
     if other is None:
         return Estimate(variant.effect, variant.setting, None)
     distance = distance_at(other, base, np.linspace(base.t[0], base.t[-1], TIMES))
+    if not np.isfinite(distance):
+        return Estimate(variant.effect, variant.setting, None)
     percent = ""
     if variant.coefficient is not None and distance > 0:
         percent = f"{variant.coefficient * 0.01 / distance:.2g} {variant.unit}"

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import time
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.errors import AccuracyWarning, SimulationStopped
+from omniroll.impulses import Impulses, impulses
 from omniroll.reactions import Reactions
 from omniroll.scene.loading import Scene, reactions_of, run
 from omniroll.scene.progress import Report
@@ -112,6 +114,8 @@ def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
     trajectory.save(folder / "trajectory.npz")
     trajectory.save(folder / "trajectory.csv", dense=False)
     _write_switches(trajectory, folder / "switches.csv")
+    if trajectory.switching == "impact":
+        _write_impulses(impulses(trajectory), folder / "impulses.csv")
     times = outcome.scene.sample_times(float(trajectory.t[-1]))
     if times is not None:
         _write_samples(trajectory, times, folder / "samples.csv")
@@ -126,11 +130,26 @@ def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
 
 
 def as_json(summary: dict[str, Any]) -> str:
-    return json.dumps(summary, indent=1, allow_nan=False)
+    """The summary as JSON, which has no infinity: what is not finite becomes null."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {name: plain(part) for name, part in value.items()}
+        if isinstance(value, list):
+            return [plain(part) for part in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(plain(summary), indent=1, allow_nan=False)
 
 
 def _write_switches(trajectory: Trajectory, path: Path) -> None:
     _write_table(path, trajectory.switches.dtype.names, trajectory.switches.tolist())
+
+
+def _write_impulses(found: Impulses, path: Path) -> None:
+    wheels = range(1, found.contact.shape[1] + 1)
+    names = ["t", *(f"{name}_{i}" for name in ("along_axle", "along_rolling") for i in wheels)]
+    _write_table(path, names, _rows((found.t, found.contact[..., 0], found.contact[..., 1])))
 
 
 def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:
