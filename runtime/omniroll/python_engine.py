@@ -166,8 +166,9 @@ class Run:
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
         end, plain = 3 + self.kernel.wheels, self.acting.layout.plain
-        speeds = self.kernel.wheel_speeds(np.array([self.state.nu, phase.y[:3]]))
-        self.turned += phase.duration * float(np.abs(speeds).max())
+        if phase.dense:
+            chi = np.array(phase.dense)[:, :, self.integrator.chi]
+            self.turned += float(np.ptp(chi, axis=(0, 1)).max())
         self.state = replace(self.state, nu=phase.y[:3], chi=phase.y[3:end], pose=phase.y[end:plain])
         self.added = phase.y[plain:]
         if phase.times and axial is not None:

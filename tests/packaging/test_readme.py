@@ -27,6 +27,14 @@ def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):
     assert done.stdout.rstrip("\n") == blocks("text")[0].rstrip("\n")
 
 
+def test_the_examples_one_after_the_other_run_as_printed(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-c", "".join(blocks("python"))], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "".join(blocks("text"))
+
+
 def test_links_and_pictures_lead_to_files():
     targets = re.findall(r"\]\(([^)#:]+)\)", README)
     assert targets and [target for target in targets if not (ROOT / target).exists()] == []
