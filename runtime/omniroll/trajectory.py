@@ -196,7 +196,7 @@ class Trajectory:
     def _backend(self) -> str:
         return "python" if self.engine == "python" else best_backend()
 
-    @cached_property
+    @property
     def _effect_kernel(self) -> Kernel:
         return self.effects.kernel(self.vehicle, self.roller_model, self._backend)
 

@@ -155,6 +155,37 @@ def test_a_voltage_that_jumps_through_both_limits():
     np.testing.assert_allclose(theta_rate(run), rate * np.where(run.t < 0.4, run.t, 0.8 - run.t), atol=1e-13)
 
 
+def test_in_and_out_of_the_limits_many_times():
+    """A voltage that goes up and down, against Runge's and Kutta's rule in small steps with the current cut off."""
+    motor = Motor([[-4.0] * 3, [4.0] * 3] * 4, **MOTOR, current_limit=0.5, times=0.3 * np.arange(8))
+    run = simulate(PAPER, **turning(0.0), duration=2.1, effects=[motor])
+    g, k_t, k_e, resistance = (MOTOR[n] for n in ("gear_ratio", "torque_constant", "back_emf", "resistance"))
+
+    def rate(time, speed):  # of theta', and chi' = - RATIO theta'
+        place, voltage = time / 0.3 % 2, 0.0
+        voltage = -4.0 + 8.0 * (place if place <= 1 else 2 - place)
+        current = (voltage + k_e * g * RATIO * speed) / resistance
+        return -PAPER.wheels * RATIO * g * k_t * max(-0.5, min(0.5, current)) / TURNING
+
+    steps, speed = 42000, 0.0
+    h = 2.1 / steps
+    for k in range(steps):
+        a = rate(k * h, speed)
+        b = rate((k + 0.5) * h, speed + h / 2 * a)
+        c = rate((k + 0.5) * h, speed + h / 2 * b)
+        speed += h / 6 * (a + 2 * b + 2 * c + rate((k + 1) * h, speed + h * c))
+    assert theta_rate(run)[-1] == pytest.approx(speed, abs=1e-8)
+    limited = np.abs(run.drive[:, 0, 0]) == g * k_t * 0.5
+    assert np.count_nonzero(np.diff(limited.astype(int))) >= 14  # each way through zero leaves a limit and reaches one
+
+
+def test_a_current_that_stands_exactly_on_its_limit():
+    """Torques hold the motors at rest with u/R = the limit: neither mode is left for the other again and again."""
+    motor = Motor(3.0, 0.02, 1.5, gear_ratio=4.0, current_limit=2.0)
+    run = simulate(PAPER, **turning(0.0), duration=5, effects=[motor, Torque(-4.0 * 0.02 * 2.0)])
+    assert run.stats["phases"] < 10 and np.abs(run.nu).max() < 1e-12
+
+
 def test_a_sampled_controller():
     """theta' - target shrinks by one factor at each sample: the plant between samples is an integrator."""
     gain, sample = 0.05, 0.04
