@@ -123,11 +123,6 @@ def test_estimates_keep_the_friction_that_is_there(tmp_path):
     assert "axle_viscous" not in found and {"axle_coulomb", "roller_viscous", "roller_coulomb"} <= found
 
 
-def test_accuracy_refuses_scenes_with_effects(capsys):
-    assert cli.main(["accuracy", "scenes/driven.toml"]) == 2
-    assert "must have no effects" in capsys.readouterr().err
-
-
 SLIPPERY = "[slope]\nangle = 0.3\n[reactions]\nheight = 0.1\nfriction = 0.05\n"
 
 
