@@ -174,7 +174,9 @@ def _write_reactions(found: Reactions, path: Path) -> None:
 
 def _rows(columns: Iterable[np.ndarray]) -> Iterator[list]:
     """The rows of columns (T,) or (T, m) side by side, as Python's numbers: contacts stay integers."""
-    for row in zip(*(column.reshape(len(column), -1).tolist() for column in columns), strict=True):
+    for row in zip(
+        *(column.reshape(len(column), math.prod(column.shape[1:])).tolist() for column in columns), strict=True
+    ):
         yield [value for part in row for value in part]
 
 
