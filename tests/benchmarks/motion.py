@@ -11,9 +11,7 @@ from scipy.optimize import brentq
 
 import omniroll
 from omniroll.compiled_engine import DONE, FULL, CompiledRun
-from omniroll.kernels import kernel
-from omniroll.runs import Task
-from omniroll.simulate import _initial_state
+from omniroll.simulate import checked_task
 
 from .common import ROOT, Answer, Target, numeric_model, reduced_form, repeated
 
@@ -38,9 +36,9 @@ class Engine:
     """The C engine alone: one run, its buffers filled and not read."""
 
     def __init__(self, vehicle, tolerance, roller_model="locked", switching="smooth", duration=DURATION):
-        start = _initial_state(vehicle, roller_model, NU, 0, 0, (0, 0, 0), "compiled")
-        compiled = kernel(vehicle, roller_model, "compiled")
-        self.task = Task(compiled.vehicle, compiled, start, duration, 0.0, switching, tolerance, "compiled", None)
+        self.task = checked_task(
+            vehicle, nu=NU, duration=duration, roller_model=roller_model, switching=switching, accuracy=tolerance
+        )
         self.tolerance = tolerance
 
     def __call__(self):

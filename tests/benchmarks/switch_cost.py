@@ -7,8 +7,7 @@ import numpy as np
 import omniroll
 from omniroll.compiled_engine import DONE, CompiledRun
 from omniroll.kernels import kernel
-from omniroll.runs import Task
-from omniroll.simulate import _initial_state
+from omniroll.simulate import checked_task
 
 from .common import Answer, Target, Times
 
@@ -27,8 +26,8 @@ class OneStep:
         direction = np.sign(compiled.wheel_speeds(np.array(NU))[1])
         # Either at the joint and about to pass it, or just behind it: the phase after it is the same.
         chi[1] = direction * joint * (1 if at_joint else -1)
-        start = _initial_state(vehicle, roller_model, NU, chi, 0, (0, 0, 0), "compiled")
-        self.run = CompiledRun(Task(compiled.vehicle, compiled, start, LENGTH, 0.0, switching, 1e-9, "compiled", None), 1e-9)
+        task = checked_task(vehicle, nu=NU, chi=chi, duration=LENGTH, roller_model=roller_model, switching=switching)
+        self.run = CompiledRun(task, 1e-9)
         self.step = getattr(self.run.module.lib, f"omniroll_{compiled.set_name}_run")
         self.model, self.size = self.run._pointer(compiled.model), len(compiled.model)
         arrays = [getattr(self.run, name) for name in ("nu", "chi", "pose", "axial", "contact")]
