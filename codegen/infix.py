@@ -46,11 +46,12 @@ class Infix:
         return text
 
     def term(self, e: Expression) -> str:
-        return f"({self.expression(e)})" if isinstance(e, Sum) else self.expression(e)
+        """What is added to something else. A sum is added as a whole, so that it rounds like its mirror image."""
+        return f"({self.expression(e)})" if reads_as_sum(e) else self.expression(e)
 
     def product(self, e: Expression) -> str:
         value, factors = split_coefficient(e)
-        if value == -1 and len(factors) == 1 and isinstance(factors[0], Sum):
+        if reads_as_sum(e):
             return self.sum(tuple(map(negated, factors[0].terms)))
         above, below, _ = fraction(e)
         turned = next((place for place, f in enumerate(above) if value < 0 and has_negative_term(f)), None)
@@ -65,6 +66,12 @@ class Infix:
     def factor(self, e: Expression) -> str:
         is_simple = isinstance(e, Symbol | Call) or isinstance(e, Number) and e.value.denominator == 1
         return self.expression(e) if is_simple else f"({self.expression(e)})"
+
+
+def reads_as_sum(e: Expression) -> bool:
+    """A sum, or minus a sum."""
+    value, factors = split_coefficient(e)
+    return isinstance(e, Sum) or value == -1 and len(factors) == 1 and isinstance(factors[0], Sum)
 
 
 def is_negative(e: Expression) -> bool:

@@ -221,7 +221,8 @@ OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, c
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -308,7 +309,8 @@ OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_whe
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;
@@ -396,7 +398,8 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -459,7 +462,8 @@ OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const re
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -537,7 +541,8 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -637,7 +642,8 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -758,7 +764,8 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -869,7 +876,8 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -932,7 +940,8 @@ OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const 
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -994,7 +1003,8 @@ OMNIROLL_API void omniroll_free_contact_axial(int wheels, int rollers_per_wheel,
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;

@@ -115,7 +115,7 @@ OMNIROLL_API void omniroll_free_wheel_speeds(int wheels, int rollers_per_wheel, 
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                             const real_t *nu, const real_t *chi, real_t *chi_dot,
                                             real_t *contact_spin);
@@ -136,7 +136,7 @@ OMNIROLL_API void omniroll_free_nu_from_wheels(int wheels, int rollers_per_wheel
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
                                                  const real_t *chi, const real_t *chi_dot,
                                                  const real_t *contact_spin, real_t *nu);
@@ -156,7 +156,7 @@ OMNIROLL_API void omniroll_free_pose_rates(int wheels, int rollers_per_wheel, co
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22. */
+ * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23. */
 OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, const real_t *model,
                                             const real_t *chi, real_t *matrix);
 
@@ -168,7 +168,7 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
  *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
  *   free rollers
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 34. */
+ * Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 35. */
 OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const real_t *model, const real_t *nu,
                                      const real_t *chi, const real_t *momenta, real_t *force);
 
@@ -180,7 +180,7 @@ OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const re
  *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
  *   free rollers
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 10 add, 21 mul, 4 div; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 53. */
+ * Operations: once 10 add, 21 mul, 4 div; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 54. */
 OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                         const real_t *nu, const real_t *chi, const real_t *momenta,
                                         real_t *nu_dot);
@@ -194,7 +194,7 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
  *   free rollers
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 40. */
+ * Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 41. */
 OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_wheel, const real_t *model,
                                                  const real_t *nu, const real_t *chi, const real_t *momenta,
                                                  const real_t *nu_dot, real_t *force);
@@ -217,7 +217,7 @@ OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel,
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
  * Operations: once 10 add, 22 mul, 4 div; per wheel 25 add, 55 mul, 1 div, 4 sincos; per free roller 5 add, 8
- * mul. Intermediates: 65. */
+ * mul. Intermediates: 66. */
 OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, const real_t *spins,
                                               real_t *nu_dot, real_t *spins_dot);
@@ -230,7 +230,7 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
  *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
  *   out energy [J]: kinetic energy
  * Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
- * Intermediates: 20. */
+ * Intermediates: 21. */
 OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                        const real_t *nu, const real_t *chi, const real_t *spins,
                                        real_t *energy);
@@ -245,7 +245,7 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38. */
+ * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39. */
 OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                        const real_t *nu, const real_t *chi, const real_t *entering,
                                        const real_t *leaving, real_t *nu_after);
@@ -256,7 +256,7 @@ OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const 
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact
- * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13. */
+ * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14. */
 OMNIROLL_API void omniroll_free_contact_axial(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, real_t *contact_axial);
 

@@ -254,7 +254,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_rates(in
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -348,7 +349,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contac
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;
@@ -442,7 +444,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_mass_matrix(in
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -522,7 +525,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheel
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -627,7 +631,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -758,7 +763,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynami
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -916,7 +922,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -1044,7 +1051,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -1110,7 +1118,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int whe
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -1176,7 +1185,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_contact_axial(
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;
@@ -1363,7 +1373,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta_rates(
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;

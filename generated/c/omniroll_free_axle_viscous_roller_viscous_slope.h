@@ -134,7 +134,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_speeds(i
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_rates(int wheels,
                                                                               int rollers_per_wheel,
                                                                               const real_t *model,
@@ -162,7 +162,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_wheels
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contacts(int wheels,
                                                                                    int rollers_per_wheel,
                                                                                    const real_t *model,
@@ -189,7 +189,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_pose_rates(int
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22. */
+ * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_mass_matrix(int wheels,
                                                                               int rollers_per_wheel,
                                                                               const real_t *model,
@@ -205,7 +205,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_mass_matrix(in
  *   free rollers
  *   in  heading [rad]: heading, theta
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 4 add, 12 mul, 2 sincos; per wheel 26 add, 56 mul, 1 div, 2 sincos. Intermediates: 47. */
+ * Operations: once 4 add, 12 mul, 2 sincos; per wheel 26 add, 56 mul, 1 div, 2 sincos. Intermediates: 48. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheels, int rollers_per_wheel,
                                                                        const real_t *model, const real_t *nu,
                                                                        const real_t *chi,
@@ -222,7 +222,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheel
  *   in  heading [rad]: heading, theta
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  * Operations: once 14 add, 27 mul, 4 div, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos. Intermediates:
- * 66. */
+ * 67. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wheels, int rollers_per_wheel,
                                                                           const real_t *model,
                                                                           const real_t *nu, const real_t *chi,
@@ -239,7 +239,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
  *   in  heading [rad]: heading, theta
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 13 add, 21 mul, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos. Intermediates: 53. */
+ * Operations: once 13 add, 21 mul, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos. Intermediates: 54. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynamics(int wheels,
                                                                                    int rollers_per_wheel,
                                                                                    const real_t *model,
@@ -272,7 +272,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_torques(
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
  * Operations: once 15 add, 31 mul, 4 div, 2 sincos; per wheel 36 add, 75 mul, 1 div, 4 sincos; per free
- * roller 6 add, 9 mul. Intermediates: 83. */
+ * roller 6 add, 9 mul. Intermediates: 84. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(int wheels,
                                                                                 int rollers_per_wheel,
                                                                                 const real_t *model,
@@ -291,7 +291,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
  *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
  *   out energy [J]: kinetic energy
  * Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
- * Intermediates: 20. */
+ * Intermediates: 21. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int wheels, int rollers_per_wheel,
                                                                          const real_t *model,
                                                                          const real_t *nu, const real_t *chi,
@@ -307,7 +307,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38. */
+ * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int wheels, int rollers_per_wheel,
                                                                          const real_t *model,
                                                                          const real_t *nu, const real_t *chi,
@@ -321,7 +321,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int whe
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact
- * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13. */
+ * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_contact_axial(int wheels,
                                                                                 int rollers_per_wheel,
                                                                                 const real_t *model,
@@ -408,7 +408,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_roller_energy(
  *   out momenta_dot[N][2] [kg m^2/s^2]: rates of the momenta
  *   out roller_energy_dot[N] [W]: rates of the free rollers' energy
  *   out roller_loss [W]: power lost in the rollers' bearings
- * Operations: once 1 add, 8 mul; per wheel 14 add, 28 mul, 1 div, 2 sincos. Intermediates: 26. */
+ * Operations: once 1 add, 8 mul; per wheel 14 add, 28 mul, 1 div, 2 sincos. Intermediates: 27. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta_rates(int wheels,
                                                                                 int rollers_per_wheel,
                                                                                 const real_t *model,

@@ -118,7 +118,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_speeds(int wheels, int rollers
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_free_drive_motor_wheel_rates(int wheels, int rollers_per_wheel,
                                                         const real_t *model, const real_t *nu,
                                                         const real_t *chi, real_t *chi_dot,
@@ -141,7 +141,7 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_wheels(int wheels, int rolle
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_free_drive_motor_nu_from_contacts(int wheels, int rollers_per_wheel,
                                                              const real_t *model, const real_t *chi,
                                                              const real_t *chi_dot,
@@ -162,7 +162,7 @@ OMNIROLL_API void omniroll_free_drive_motor_pose_rates(int wheels, int rollers_p
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22. */
+ * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23. */
 OMNIROLL_API void omniroll_free_drive_motor_mass_matrix(int wheels, int rollers_per_wheel,
                                                         const real_t *model, const real_t *chi,
                                                         real_t *matrix);
@@ -177,7 +177,7 @@ OMNIROLL_API void omniroll_free_drive_motor_mass_matrix(int wheels, int rollers_
  *   in  torque[N] [N m]: torques of the drives at the wheels' axles
  *   in  damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 7 mul; per wheel 21 add, 45 mul, 1 div, 2 sincos. Intermediates: 37. */
+ * Operations: once 7 mul; per wheel 21 add, 45 mul, 1 div, 2 sincos. Intermediates: 38. */
 OMNIROLL_API void omniroll_free_drive_motor_bias(int wheels, int rollers_per_wheel, const real_t *model,
                                                  const real_t *nu, const real_t *chi, const real_t *momenta,
                                                  const real_t *torque, const real_t *damping, real_t *force);
@@ -192,7 +192,7 @@ OMNIROLL_API void omniroll_free_drive_motor_bias(int wheels, int rollers_per_whe
  *   in  torque[N] [N m]: torques of the drives at the wheels' axles
  *   in  damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 10 add, 22 mul, 4 div; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 56. */
+ * Operations: once 10 add, 22 mul, 4 div; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 57. */
 OMNIROLL_API void omniroll_free_drive_motor_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *nu, const real_t *chi,
                                                     const real_t *momenta, const real_t *torque,
@@ -209,7 +209,7 @@ OMNIROLL_API void omniroll_free_drive_motor_reduced(int wheels, int rollers_per_
  *   in  damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 9 add, 16 mul; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 43. */
+ * Operations: once 9 add, 16 mul; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 44. */
 OMNIROLL_API void omniroll_free_drive_motor_inverse_dynamics(int wheels, int rollers_per_wheel,
                                                              const real_t *model, const real_t *nu,
                                                              const real_t *chi, const real_t *momenta,
@@ -237,7 +237,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_torques(int wheels, int roller
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
  * Operations: once 10 add, 23 mul, 4 div; per wheel 29 add, 60 mul, 1 div, 4 sincos; per free roller 5 add, 8
- * mul. Intermediates: 68. */
+ * mul. Intermediates: 69. */
 OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int rollers_per_wheel,
                                                           const real_t *model, const real_t *nu,
                                                           const real_t *chi, const real_t *spins,
@@ -252,7 +252,7 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
  *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
  *   out energy [J]: kinetic energy
  * Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
- * Intermediates: 20. */
+ * Intermediates: 21. */
 OMNIROLL_API void omniroll_free_drive_motor_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                                    const real_t *nu, const real_t *chi, const real_t *spins,
                                                    real_t *energy);
@@ -267,7 +267,7 @@ OMNIROLL_API void omniroll_free_drive_motor_energy(int wheels, int rollers_per_w
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38. */
+ * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39. */
 OMNIROLL_API void omniroll_free_drive_motor_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                                    const real_t *nu, const real_t *chi,
                                                    const real_t *entering, const real_t *leaving,
@@ -279,7 +279,7 @@ OMNIROLL_API void omniroll_free_drive_motor_impact(int wheels, int rollers_per_w
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact
- * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13. */
+ * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14. */
 OMNIROLL_API void omniroll_free_drive_motor_contact_axial(int wheels, int rollers_per_wheel,
                                                           const real_t *model, const real_t *nu,
                                                           const real_t *chi, real_t *contact_axial);

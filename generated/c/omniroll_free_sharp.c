@@ -236,7 +236,8 @@ OMNIROLL_API void omniroll_free_sharp_wheel_rates(int wheels, int rollers_per_wh
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -323,7 +324,8 @@ OMNIROLL_API void omniroll_free_sharp_nu_from_contacts(int wheels, int rollers_p
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;
@@ -411,7 +413,8 @@ OMNIROLL_API void omniroll_free_sharp_mass_matrix(int wheels, int rollers_per_wh
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -475,7 +478,8 @@ OMNIROLL_API void omniroll_free_sharp_bias(int wheels, int rollers_per_wheel, co
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -556,7 +560,8 @@ OMNIROLL_API void omniroll_free_sharp_reduced(int wheels, int rollers_per_wheel,
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -671,7 +676,8 @@ OMNIROLL_API void omniroll_free_sharp_inverse_dynamics(int wheels, int rollers_p
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -795,7 +801,8 @@ OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -920,7 +927,8 @@ OMNIROLL_API void omniroll_free_sharp_energy(int wheels, int rollers_per_wheel, 
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -986,7 +994,8 @@ OMNIROLL_API void omniroll_free_sharp_impact(int wheels, int rollers_per_wheel, 
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -1059,7 +1068,8 @@ OMNIROLL_API void omniroll_free_sharp_contact_axial(int wheels, int rollers_per_
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
         const real_t rolling = along*inverse_rho;

@@ -122,7 +122,7 @@ OMNIROLL_API void omniroll_free_sharp_wheel_speeds(int wheels, int rollers_per_w
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_free_sharp_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                                   const real_t *nu, const real_t *chi, real_t *chi_dot,
                                                   real_t *contact_spin);
@@ -143,7 +143,7 @@ OMNIROLL_API void omniroll_free_sharp_nu_from_wheels(int wheels, int rollers_per
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_free_sharp_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
                                                        const real_t *chi, const real_t *chi_dot,
                                                        const real_t *contact_spin, real_t *nu);
@@ -163,7 +163,7 @@ OMNIROLL_API void omniroll_free_sharp_pose_rates(int wheels, int rollers_per_whe
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22. */
+ * Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23. */
 OMNIROLL_API void omniroll_free_sharp_mass_matrix(int wheels, int rollers_per_wheel, const real_t *model,
                                                   const real_t *chi, real_t *matrix);
 
@@ -175,7 +175,7 @@ OMNIROLL_API void omniroll_free_sharp_mass_matrix(int wheels, int rollers_per_wh
  *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
  *   free rollers
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 34. */
+ * Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 35. */
 OMNIROLL_API void omniroll_free_sharp_bias(int wheels, int rollers_per_wheel, const real_t *model,
                                            const real_t *nu, const real_t *chi, const real_t *momenta,
                                            real_t *force);
@@ -188,7 +188,7 @@ OMNIROLL_API void omniroll_free_sharp_bias(int wheels, int rollers_per_wheel, co
  *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
  *   free rollers
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 67. */
+ * Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 68. */
 OMNIROLL_API void omniroll_free_sharp_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, const real_t *momenta,
                                               real_t *nu_dot);
@@ -202,7 +202,7 @@ OMNIROLL_API void omniroll_free_sharp_reduced(int wheels, int rollers_per_wheel,
  *   free rollers
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 40. */
+ * Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 41. */
 OMNIROLL_API void omniroll_free_sharp_inverse_dynamics(int wheels, int rollers_per_wheel, const real_t *model,
                                                        const real_t *nu, const real_t *chi,
                                                        const real_t *momenta, const real_t *nu_dot,
@@ -226,7 +226,7 @@ OMNIROLL_API void omniroll_free_sharp_wheel_torques(int wheels, int rollers_per_
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
  * Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
- * mul. Intermediates: 79. */
+ * mul. Intermediates: 80. */
 OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *nu, const real_t *chi, const real_t *spins,
                                                     real_t *nu_dot, real_t *spins_dot);
@@ -239,7 +239,7 @@ OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_
  *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
  *   out energy [J]: kinetic energy
  * Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
- * Intermediates: 20. */
+ * Intermediates: 21. */
 OMNIROLL_API void omniroll_free_sharp_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, const real_t *chi, const real_t *spins,
                                              real_t *energy);
@@ -254,7 +254,7 @@ OMNIROLL_API void omniroll_free_sharp_energy(int wheels, int rollers_per_wheel, 
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 51. */
+ * Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 52. */
 OMNIROLL_API void omniroll_free_sharp_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, const real_t *chi, const real_t *entering,
                                              const real_t *leaving, real_t *nu_after);
@@ -265,7 +265,7 @@ OMNIROLL_API void omniroll_free_sharp_impact(int wheels, int rollers_per_wheel, 
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact
- * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13. */
+ * Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14. */
 OMNIROLL_API void omniroll_free_sharp_contact_axial(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *nu, const real_t *chi,
                                                     real_t *contact_axial);

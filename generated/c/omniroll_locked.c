@@ -204,7 +204,8 @@ OMNIROLL_API void omniroll_locked_wheel_rates(int wheels, int rollers_per_wheel,
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -291,7 +292,8 @@ OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_w
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;
@@ -379,7 +381,8 @@ OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel,
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -438,7 +441,8 @@ OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const 
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -511,7 +515,8 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -606,7 +611,8 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -723,7 +729,8 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -803,7 +810,8 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -859,7 +867,8 @@ OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, cons
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;

@@ -115,7 +115,7 @@ OMNIROLL_API void omniroll_locked_wheel_speeds(int wheels, int rollers_per_wheel
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_locked_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, real_t *chi_dot,
                                               real_t *contact_spin);
@@ -136,7 +136,7 @@ OMNIROLL_API void omniroll_locked_nu_from_wheels(int wheels, int rollers_per_whe
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
                                                    const real_t *chi, const real_t *chi_dot,
                                                    const real_t *contact_spin, real_t *nu);
@@ -156,7 +156,7 @@ OMNIROLL_API void omniroll_locked_pose_rates(int wheels, int rollers_per_wheel, 
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 21. */
+ * Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 22. */
 OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *chi, real_t *matrix);
 
@@ -166,7 +166,7 @@ OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel,
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 32. */
+ * Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 33. */
 OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const real_t *model,
                                        const real_t *nu, const real_t *chi, real_t *force);
 
@@ -176,7 +176,7 @@ OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const 
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 51. */
+ * Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 52. */
 OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                           const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -187,7 +187,7 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 38. */
+ * Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 39. */
 OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_wheel, const real_t *model,
                                                    const real_t *nu, const real_t *chi, const real_t *nu_dot,
                                                    real_t *force);
@@ -207,7 +207,7 @@ OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_whee
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 51. */
+ * Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 52. */
 OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                 const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -217,7 +217,7 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out energy [J]: kinetic energy
- * Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 19. */
+ * Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 20. */
 OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                          const real_t *nu, const real_t *chi, real_t *energy);
 
@@ -231,7 +231,7 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 37. */
+ * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38. */
 OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                          const real_t *nu, const real_t *chi, const real_t *entering,
                                          const real_t *leaving, real_t *nu_after);

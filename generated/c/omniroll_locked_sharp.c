@@ -221,7 +221,8 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_rates(int wheels, int rollers_per_
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -309,7 +310,8 @@ OMNIROLL_API void omniroll_locked_sharp_nu_from_contacts(int wheels, int rollers
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;
@@ -397,7 +399,8 @@ OMNIROLL_API void omniroll_locked_sharp_mass_matrix(int wheels, int rollers_per_
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
@@ -456,7 +459,8 @@ OMNIROLL_API void omniroll_locked_sharp_bias(int wheels, int rollers_per_wheel, 
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -534,7 +538,8 @@ OMNIROLL_API void omniroll_locked_sharp_reduced(int wheels, int rollers_per_whee
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -651,7 +656,8 @@ OMNIROLL_API void omniroll_locked_sharp_inverse_dynamics(int wheels, int rollers
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -773,7 +779,8 @@ OMNIROLL_API void omniroll_locked_sharp_accelerations(int wheels, int rollers_pe
         const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -874,7 +881,8 @@ OMNIROLL_API void omniroll_locked_sharp_energy(int wheels, int rollers_per_wheel
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t2*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -935,7 +943,8 @@ OMNIROLL_API void omniroll_locked_sharp_impact(int wheels, int rollers_per_wheel
         const real_t sine = 2*half_sine*half_cosine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t5*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
         const real_t inverse_rho = 1/rho;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;

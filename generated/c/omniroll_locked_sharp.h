@@ -121,7 +121,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_speeds(int wheels, int rollers_per
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_locked_sharp_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *nu, const real_t *chi, real_t *chi_dot,
                                                     real_t *contact_spin);
@@ -142,7 +142,7 @@ OMNIROLL_API void omniroll_locked_sharp_nu_from_wheels(int wheels, int rollers_p
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_locked_sharp_nu_from_contacts(int wheels, int rollers_per_wheel,
                                                          const real_t *model, const real_t *chi,
                                                          const real_t *chi_dot, const real_t *contact_spin,
@@ -163,7 +163,7 @@ OMNIROLL_API void omniroll_locked_sharp_pose_rates(int wheels, int rollers_per_w
  * Equations: (7.1).
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out matrix[3][3] [kg m^2]: mass matrix
- * Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 21. */
+ * Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 22. */
 OMNIROLL_API void omniroll_locked_sharp_mass_matrix(int wheels, int rollers_per_wheel, const real_t *model,
                                                     const real_t *chi, real_t *matrix);
 
@@ -173,7 +173,7 @@ OMNIROLL_API void omniroll_locked_sharp_mass_matrix(int wheels, int rollers_per_
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 32. */
+ * Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 33. */
 OMNIROLL_API void omniroll_locked_sharp_bias(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, const real_t *chi, real_t *force);
 
@@ -183,7 +183,7 @@ OMNIROLL_API void omniroll_locked_sharp_bias(int wheels, int rollers_per_wheel, 
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69. */
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70. */
 OMNIROLL_API void omniroll_locked_sharp_reduced(int wheels, int rollers_per_wheel, const real_t *model,
                                                 const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -194,7 +194,7 @@ OMNIROLL_API void omniroll_locked_sharp_reduced(int wheels, int rollers_per_whee
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   in  nu_dot[3] [1/s^2]: quasi-accelerations
  *   out force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- * Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 38. */
+ * Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 39. */
 OMNIROLL_API void omniroll_locked_sharp_inverse_dynamics(int wheels, int rollers_per_wheel,
                                                          const real_t *model, const real_t *nu,
                                                          const real_t *chi, const real_t *nu_dot,
@@ -215,7 +215,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_torques(int wheels, int rollers_pe
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
- * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 69. */
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70. */
 OMNIROLL_API void omniroll_locked_sharp_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                       const real_t *nu, const real_t *chi, real_t *nu_dot);
 
@@ -225,7 +225,7 @@ OMNIROLL_API void omniroll_locked_sharp_accelerations(int wheels, int rollers_pe
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out energy [J]: kinetic energy
- * Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 19. */
+ * Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 20. */
 OMNIROLL_API void omniroll_locked_sharp_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                                const real_t *nu, const real_t *chi, real_t *energy);
 
@@ -239,7 +239,7 @@ OMNIROLL_API void omniroll_locked_sharp_energy(int wheels, int rollers_per_wheel
  *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
  *   switch is
  *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 54. */
+ * Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 55. */
 OMNIROLL_API void omniroll_locked_sharp_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                                const real_t *nu, const real_t *chi, const real_t *entering,
                                                const real_t *leaving, real_t *nu_after);

@@ -199,7 +199,8 @@ OMNIROLL_API void omniroll_massless_wheel_rates(int wheels, int rollers_per_whee
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
@@ -286,7 +287,8 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
-        const real_t rho = tip + t1*below*above;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
         const real_t g_1 = R_over_l*sin_alpha;
         const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
         const real_t g_2 = -R_over_l_cos_alpha;

@@ -112,7 +112,7 @@ OMNIROLL_API void omniroll_massless_wheel_speeds(int wheels, int rollers_per_whe
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   out chi_dot[N] [rad/s]: wheel rates
  *   out contact_spin[N] [rad/s]: spins of the rollers in contact
- * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12. */
+ * Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13. */
 OMNIROLL_API void omniroll_massless_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                                 const real_t *nu, const real_t *chi, real_t *chi_dot,
                                                 real_t *contact_spin);
@@ -133,7 +133,7 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36. */
+ * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
 OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
                                                      const real_t *chi, const real_t *chi_dot,
                                                      const real_t *contact_spin, real_t *nu);

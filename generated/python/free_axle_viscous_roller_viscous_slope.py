@@ -217,7 +217,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12.
+    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -240,7 +240,8 @@ def wheel_rates(model, nu, chi):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -309,7 +310,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -338,7 +339,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         g_1 = R_over_l*sin_alpha
         R_over_l_cos_alpha = R_over_l*cos_alpha
         g_2 = -R_over_l_cos_alpha
@@ -405,7 +407,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22.
+    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -437,7 +439,8 @@ def mass_matrix(model, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -475,7 +478,7 @@ def bias(model, nu, chi, momenta, heading):
     heading [rad]: heading, theta.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 4 add, 12 mul, 2 sincos; per wheel 26 add, 56 mul, 1 div, 2 sincos. Intermediates: 47.
+    Operations: once 4 add, 12 mul, 2 sincos; per wheel 26 add, 56 mul, 1 div, 2 sincos. Intermediates: 48.
     """
     like = nu[0]
     force = [None] * 3
@@ -525,7 +528,8 @@ def bias(model, nu, chi, momenta, heading):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -546,15 +550,15 @@ def bias(model, nu, chi, momenta, heading):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_friction = axle_damping*wheel_rate
         contact_friction = roller_damping*rolling
         axle_moment = -axle_friction
         axle_push = R_over_l*axle_moment
         contact_push = -R_inverse_rho*contact_friction
         f1 = f1 + (cos_alpha*contact_push + sin_alpha*axle_push)
-        f2 = f2 + sin_alpha*contact_push - cos_alpha*axle_push
+        f2 = f2 + (sin_alpha*contact_push - cos_alpha*axle_push)
         f3 = f3 + -t3*axle_moment
         momentum_lift = momentum_cos*sine + momentum_sin*cosine
         carried_yaw = yaw_rate*roller_damping*(t4 - sine*sine)
@@ -577,7 +581,7 @@ def reduced(model, nu, chi, momenta, heading):
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
     Operations: once 14 add, 27 mul, 4 div, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos.
-    Intermediates: 66.
+    Intermediates: 67.
     """
     like = nu[0]
     nu_dot = [None] * 3
@@ -639,7 +643,8 @@ def reduced(model, nu, chi, momenta, heading):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -666,15 +671,15 @@ def reduced(model, nu, chi, momenta, heading):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_friction = axle_damping*wheel_rate
         contact_friction = roller_damping*rolling
         axle_moment = -axle_friction
         axle_push = R_over_l*axle_moment
         contact_push = -R_inverse_rho*contact_friction
         f1 = f1 + (cos_alpha*contact_push + sin_alpha*axle_push)
-        f2 = f2 + sin_alpha*contact_push - cos_alpha*axle_push
+        f2 = f2 + (sin_alpha*contact_push - cos_alpha*axle_push)
         f3 = f3 + -t3*axle_moment
         momentum_lift = momentum_cos*sine + momentum_sin*cosine
         carried_yaw = yaw_rate*roller_damping*(t4 - sine*sine)
@@ -710,7 +715,7 @@ def inverse_dynamics(model, nu, chi, momenta, heading, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 13 add, 21 mul, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos. Intermediates: 53.
+    Operations: once 13 add, 21 mul, 2 sincos; per wheel 32 add, 62 mul, 1 div, 2 sincos. Intermediates: 54.
     """
     like = nu[0]
     force = [None] * 3
@@ -775,7 +780,8 @@ def inverse_dynamics(model, nu, chi, momenta, heading, nu_dot):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -802,15 +808,15 @@ def inverse_dynamics(model, nu, chi, momenta, heading, nu_dot):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_friction = axle_damping*wheel_rate
         contact_friction = roller_damping*rolling
         axle_moment = -axle_friction
         axle_push = R_over_l*axle_moment
         contact_push = -R_inverse_rho*contact_friction
         f1 = f1 + (cos_alpha*contact_push + sin_alpha*axle_push)
-        f2 = f2 + sin_alpha*contact_push - cos_alpha*axle_push
+        f2 = f2 + (sin_alpha*contact_push - cos_alpha*axle_push)
         f3 = f3 + -t3*axle_moment
         momentum_lift = momentum_cos*sine + momentum_sin*cosine
         carried_yaw = yaw_rate*roller_damping*(t4 - sine*sine)
@@ -877,7 +883,7 @@ def accelerations(model, nu, chi, spins, heading):
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
     Operations: once 15 add, 31 mul, 4 div, 2 sincos; per wheel 36 add, 75 mul, 1 div, 4 sincos; per free
-    roller 6 add, 9 mul. Intermediates: 83.
+    roller 6 add, 9 mul. Intermediates: 84.
     """
     like = nu[0]
     nu_dot = [None] * 3
@@ -940,7 +946,8 @@ def accelerations(model, nu, chi, spins, heading):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -976,15 +983,15 @@ def accelerations(model, nu, chi, spins, heading):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_friction = axle_damping*wheel_rate
         contact_friction = roller_damping*rolling
         axle_moment = -axle_friction
         axle_push = R_over_l*axle_moment
         contact_push = -R_inverse_rho*contact_friction
         f1 = f1 + (cos_alpha*contact_push + sin_alpha*axle_push)
-        f2 = f2 + sin_alpha*contact_push - cos_alpha*axle_push
+        f2 = f2 + (sin_alpha*contact_push - cos_alpha*axle_push)
         f3 = f3 + -t6*axle_moment
         momentum_lift = sine*momentum_cos + cosine*momentum_sin
         carried_yaw = yaw_rate*roller_damping*(t3 - sine*sine)
@@ -1040,7 +1047,7 @@ def energy(model, nu, chi, spins):
     Returns:
       energy [J]: kinetic energy.
     Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
-    Intermediates: 20.
+    Intermediates: 21.
     """
     B = model.B
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1070,7 +1077,8 @@ def energy(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -1101,7 +1109,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38.
+    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1140,7 +1148,8 @@ def impact(model, nu, chi, entering, leaving):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -1185,7 +1194,7 @@ def contact_axial(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
-    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13.
+    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14.
     """
     contact_axial = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1208,7 +1217,8 @@ def contact_axial(model, nu, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho
@@ -1369,7 +1379,7 @@ def momenta_rates(model, nu, chi, momenta, roller_energy):
       momenta_dot[N][2] [kg m^2/s^2]: rates of the momenta.
       roller_energy_dot[N] [W]: rates of the free rollers' energy.
       roller_loss [W]: power lost in the rollers' bearings.
-    Operations: once 1 add, 8 mul; per wheel 14 add, 28 mul, 1 div, 2 sincos. Intermediates: 26.
+    Operations: once 1 add, 8 mul; per wheel 14 add, 28 mul, 1 div, 2 sincos. Intermediates: 27.
     """
     like = nu[0]
     momenta_dot = [[None] * 2 for _ in range(model.wheels)]
@@ -1408,7 +1418,8 @@ def momenta_rates(model, nu, chi, momenta, roller_energy):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho

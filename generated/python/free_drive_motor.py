@@ -190,7 +190,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12.
+    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -213,7 +213,8 @@ def wheel_rates(model, nu, chi):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -282,7 +283,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -311,7 +312,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         g_1 = R_over_l*sin_alpha
         R_over_l_cos_alpha = R_over_l*cos_alpha
         g_2 = -R_over_l_cos_alpha
@@ -378,7 +380,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22.
+    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -410,7 +412,8 @@ def mass_matrix(model, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -449,7 +452,7 @@ def bias(model, nu, chi, momenta, torque, damping):
     damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 7 mul; per wheel 21 add, 45 mul, 1 div, 2 sincos. Intermediates: 37.
+    Operations: once 7 mul; per wheel 21 add, 45 mul, 1 div, 2 sincos. Intermediates: 38.
     """
     force = [None] * 3
     B = model.B
@@ -486,7 +489,8 @@ def bias(model, nu, chi, momenta, torque, damping):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -507,8 +511,8 @@ def bias(model, nu, chi, momenta, torque, damping):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_moment = torque_i - damping_i*wheel_rate
         axle_push = R_over_l*axle_moment
         f1 = f1 + sin_alpha*axle_push
@@ -532,7 +536,7 @@ def reduced(model, nu, chi, momenta, torque, damping):
     damping[N] [N m s]: what the drives' torques lose per wheel rate: torque - damping chi'.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 56.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 57.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -581,7 +585,8 @@ def reduced(model, nu, chi, momenta, torque, damping):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -608,8 +613,8 @@ def reduced(model, nu, chi, momenta, torque, damping):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_moment = torque_i - damping_i*wheel_rate
         axle_push = R_over_l*axle_moment
         f1 = f1 + sin_alpha*axle_push
@@ -647,7 +652,7 @@ def inverse_dynamics(model, nu, chi, momenta, torque, damping, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 16 mul; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 43.
+    Operations: once 9 add, 16 mul; per wheel 27 add, 51 mul, 1 div, 2 sincos. Intermediates: 44.
     """
     force = [None] * 3
     B = model.B
@@ -699,7 +704,8 @@ def inverse_dynamics(model, nu, chi, momenta, torque, damping, nu_dot):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -726,8 +732,8 @@ def inverse_dynamics(model, nu, chi, momenta, torque, damping, nu_dot):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_moment = torque_i - damping_i*wheel_rate
         axle_push = R_over_l*axle_moment
         f1 = f1 + sin_alpha*axle_push
@@ -796,7 +802,7 @@ def accelerations(model, nu, chi, spins, torque, damping):
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
     Operations: once 10 add, 23 mul, 4 div; per wheel 29 add, 60 mul, 1 div, 4 sincos; per free roller 5 add,
-    8 mul. Intermediates: 68.
+    8 mul. Intermediates: 69.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -844,7 +850,8 @@ def accelerations(model, nu, chi, spins, torque, damping):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -878,8 +885,8 @@ def accelerations(model, nu, chi, spins, torque, damping):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
         axle_moment = torque_i - damping_i*wheel_rate
         axle_push = R_over_l*axle_moment
         f1 = f1 + sin_alpha*axle_push
@@ -933,7 +940,7 @@ def energy(model, nu, chi, spins):
     Returns:
       energy [J]: kinetic energy.
     Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
-    Intermediates: 20.
+    Intermediates: 21.
     """
     B = model.B
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -963,7 +970,8 @@ def energy(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -994,7 +1002,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38.
+    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1033,7 +1041,8 @@ def impact(model, nu, chi, entering, leaving):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -1078,7 +1087,7 @@ def contact_axial(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
-    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13.
+    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14.
     """
     contact_axial = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1101,7 +1110,8 @@ def contact_axial(model, nu, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho

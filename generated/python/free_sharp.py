@@ -211,7 +211,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12.
+    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -234,7 +234,8 @@ def wheel_rates(model, nu, chi):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -303,7 +304,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -332,7 +333,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         g_1 = R_over_l*sin_alpha
         R_over_l_cos_alpha = R_over_l*cos_alpha
         g_2 = -R_over_l_cos_alpha
@@ -399,7 +401,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 22.
+    Operations: once 1 mul; per wheel 9 add, 18 mul, 1 div, 2 sincos. Intermediates: 23.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -431,7 +433,8 @@ def mass_matrix(model, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -468,7 +471,7 @@ def bias(model, nu, chi, momenta):
     rollers.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 34.
+    Operations: once 6 mul; per wheel 17 add, 40 mul, 1 div, 2 sincos. Intermediates: 35.
     """
     force = [None] * 3
     B = model.B
@@ -502,7 +505,8 @@ def bias(model, nu, chi, momenta):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -523,8 +527,8 @@ def bias(model, nu, chi, momenta):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
     force[0] = f1
     force[1] = f2
     force[2] = f3
@@ -541,7 +545,7 @@ def reduced(model, nu, chi, momenta):
     rollers.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 67.
+    Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 68.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -590,7 +594,8 @@ def reduced(model, nu, chi, momenta):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t5*below*above
+        width = below*above
+        rho = tip + t5*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -663,7 +668,7 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 40.
+    Operations: once 9 add, 15 mul; per wheel 23 add, 46 mul, 1 div, 2 sincos. Intermediates: 41.
     """
     force = [None] * 3
     B = model.B
@@ -712,7 +717,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -739,8 +745,8 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -inverse_yaw_scale*momentum_rate - drift*inertia_3
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3
@@ -802,7 +808,7 @@ def accelerations(model, nu, chi, spins):
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
     Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
-    mul. Intermediates: 79.
+    mul. Intermediates: 80.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -850,7 +856,8 @@ def accelerations(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t5*below*above
+        width = below*above
+        rho = tip + t5*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -948,7 +955,7 @@ def energy(model, nu, chi, spins):
     Returns:
       energy [J]: kinetic energy.
     Operations: once 2 add, 10 mul; per wheel 10 add, 22 mul, 1 div, 2 sincos; per free roller 3 add, 6 mul.
-    Intermediates: 20.
+    Intermediates: 21.
     """
     B = model.B
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -978,7 +985,8 @@ def energy(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -1009,7 +1017,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 51.
+    Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 52.
     """
     nu_after = [None] * 3
     B = model.B
@@ -1051,7 +1059,8 @@ def impact(model, nu, chi, entering, leaving):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t5*below*above
+        width = below*above
+        rho = tip + t5*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -1106,7 +1115,7 @@ def contact_axial(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       contact_axial[N] [rad/s]: absolute axial speeds of the rollers in contact.
-    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 13.
+    Operations: once 2 mul; per wheel 5 add, 10 mul, 1 div, 2 sincos. Intermediates: 14.
     """
     contact_axial = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -1129,7 +1138,8 @@ def contact_axial(model, nu, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
         rolling = along*inverse_rho

@@ -170,7 +170,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12.
+    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -193,7 +193,8 @@ def wheel_rates(model, nu, chi):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -262,7 +263,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -291,7 +292,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         g_1 = R_over_l*sin_alpha
         R_over_l_cos_alpha = R_over_l*cos_alpha
         g_2 = -R_over_l_cos_alpha
@@ -358,7 +360,7 @@ def mass_matrix(model, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
-    Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 21.
+    Operations: once 1 mul; per wheel 8 add, 16 mul, 1 div, 2 sincos. Intermediates: 22.
     """
     matrix = [[None] * 3 for _ in range(3)]
     B = model.B
@@ -390,7 +392,8 @@ def mass_matrix(model, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
@@ -423,7 +426,7 @@ def bias(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 32.
+    Operations: once 6 mul; per wheel 14 add, 38 mul, 1 div, 2 sincos. Intermediates: 33.
     """
     force = [None] * 3
     B = model.B
@@ -455,7 +458,8 @@ def bias(model, nu, chi):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -474,8 +478,8 @@ def bias(model, nu, chi):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -B*sine_3*stretch - inverse_yaw_scale*momentum_rate
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-B*sine_3*stretch - inverse_yaw_scale*momentum_rate)
     force[0] = f1
     force[1] = f2
     force[2] = f3
@@ -490,7 +494,7 @@ def reduced(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 51.
+    Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 52.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -534,7 +538,8 @@ def reduced(model, nu, chi):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -558,8 +563,8 @@ def reduced(model, nu, chi):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -B*sine_3*stretch - inverse_yaw_scale*momentum_rate
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-B*sine_3*stretch - inverse_yaw_scale*momentum_rate)
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
@@ -588,7 +593,7 @@ def inverse_dynamics(model, nu, chi, nu_dot):
     nu_dot[3] [1/s^2]: quasi-accelerations.
     Returns:
       force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
-    Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 38.
+    Operations: once 9 add, 15 mul; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 39.
     """
     force = [None] * 3
     B = model.B
@@ -635,7 +640,8 @@ def inverse_dynamics(model, nu, chi, nu_dot):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -659,8 +665,8 @@ def inverse_dynamics(model, nu, chi, nu_dot):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -B*sine_3*stretch - inverse_yaw_scale*momentum_rate
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-B*sine_3*stretch - inverse_yaw_scale*momentum_rate)
     force[0] = nu_dot_1*m11 + nu_dot_2*m12 + nu_dot_3*m13 - f1
     force[1] = nu_dot_1*m12 + nu_dot_2*m22 + nu_dot_3*m23 - f2
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3
@@ -719,7 +725,7 @@ def accelerations(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 51.
+    Operations: once 10 add, 21 mul, 4 div; per wheel 19 add, 43 mul, 1 div, 2 sincos. Intermediates: 52.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -763,7 +769,8 @@ def accelerations(model, nu, chi):
         cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -787,8 +794,8 @@ def accelerations(model, nu, chi):
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
         f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
-        f2 = f2 + -cos_alpha*couple_rate - drift*inertia_2
-        f3 = f3 + -B*sine_3*stretch - inverse_yaw_scale*momentum_rate
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-B*sine_3*stretch - inverse_yaw_scale*momentum_rate)
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
@@ -816,7 +823,7 @@ def energy(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       energy [J]: kinetic energy.
-    Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 19.
+    Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 20.
     """
     half_rollers = model.half_rollers
     B = model.B
@@ -848,7 +855,8 @@ def energy(model, nu, chi):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -873,7 +881,7 @@ def impact(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 37.
+    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 38.
     """
     nu_after = [None] * 3
     B = model.B
@@ -913,7 +921,8 @@ def impact(model, nu, chi, entering, leaving):
         sine = 2*half_sine*half_cosine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t2*below*above
+        width = below*above
+        rho = tip + t2*width
         inverse_rho = 1/rho
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha

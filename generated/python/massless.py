@@ -161,7 +161,7 @@ def wheel_rates(model, nu, chi):
     Returns these, as a tuple:
       chi_dot[N] [rad/s]: wheel rates.
       contact_spin[N] [rad/s]: spins of the rollers in contact.
-    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 12.
+    Operations: once 3 mul; per wheel 6 add, 10 mul, 1 div, 1 sincos. Intermediates: 13.
     """
     chi_dot = [None] * model.wheels
     contact_spin = [None] * model.wheels
@@ -184,7 +184,8 @@ def wheel_rates(model, nu, chi):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
@@ -253,7 +254,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 36.
+    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -282,7 +283,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         half_sine = sin(chi_i/2)
         below = joint_sine - half_sine
         above = joint_sine + half_sine
-        rho = tip + t1*below*above
+        width = below*above
+        rho = tip + t1*width
         g_1 = R_over_l*sin_alpha
         R_over_l_cos_alpha = R_over_l*cos_alpha
         g_2 = -R_over_l_cos_alpha

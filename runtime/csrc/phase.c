@@ -30,7 +30,7 @@ typedef struct {
     nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
     nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
     nodes_t rate_pose[3];
-    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], end_pose[3];
+    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
     int landing;                                /* the wheel whose joint ends the step, or -1    */
     double late;                                /* the joint comes so long after h               */
     long long sweeps;
@@ -191,7 +191,7 @@ ALWAYS_INLINE void end_late(step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++) {
         s->end_nu[k] += s->late*weighted(&s->rate_nu[k], &gauss_end);
-        s->end_pose[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
+        s->way[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
     }
     for (int i = 0; i < wheels; i++)
         s->end_chi[i] += s->late*s->end_rate[i];
@@ -262,7 +262,7 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
     for (int b = 0; b < BLOCKS; b++)
         lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);
     for (int k = 0; k < 3; k++)
-        s->end_pose[k] = pose[k] + s->h*weighted(&s->rate_pose[k], &gauss_weight);
+        s->way[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
 }
 
 /* The first guess of a step: the derivatives at its start, rising as in the last step; and the length to the first joint
@@ -527,12 +527,20 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
     return OMNIROLL_NO_STEP;
 }
 
+/* a + b rounded, and what the rounding leaves over (Knuth). */
+ALWAYS_INLINE double sum_and_rest(double a, double b, double *rest)
+{
+    const double sum = a + b, part = sum - a;
+    *rest = (a - (sum - part)) + (b - part);
+    return sum;
+}
+
 ALWAYS_INLINE void take(omniroll_run_t *run, const step_t *s)
 {
     put_step(run, s);
     for (int k = 0; k < 3; k++) {
         run->nu[k] = s->end_nu[k];
-        run->pose[k] = s->end_pose[k];
+        run->pose[k] = sum_and_rest(run->pose[k], s->way[k] + run->pose_carry[k], &run->pose_carry[k]);
     }
     for (int i = 0; i < run->wheels; i++) {
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
