@@ -48,9 +48,7 @@ def interpolated(first: int, terms: int) -> list[str]:
     values = [series(first, z) for z in points]
     total = [Fraction(0)] * terms
     for k in range(terms):
-        difference = sum(
-            values[i] / prod(points[i] - points[j] for j in range(k + 1) if j != i) for i in range(k + 1)
-        )
+        difference = sum(values[i] / prod(points[i] - points[j] for j in range(k + 1) if j != i) for i in range(k + 1))
         factors = [Fraction(1)]  # of (z - points[0]) ... (z - points[k - 1])
         for z in points[:k]:
             factors = [a - z * b for a, b in zip([0, *factors], [*factors, 0], strict=True)]

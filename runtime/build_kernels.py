@@ -72,9 +72,9 @@ def kernel_module(number_type: str) -> cffi.FFI:
 
 
 def engine_compilation(*flags: str) -> dict:
-    """What to compile for the engine: one file for each set of effects that includes its kernel and the rest."""
+    """What to compile for the engine: two files for each set of effects that include its kernel and the rest."""
     folder = Path(ENGINE_FOLDER)
-    sources = sorted(path.name for path in (ROOT / folder).glob("engine_*.c"))
+    sources = sorted(path.name for half in ("engine", "batch") for path in (ROOT / folder).glob(f"{half}_*.c"))
     included = sorted(path.name for path in (ROOT / folder).iterdir() if path.suffix in (".c", ".h"))
     return {
         "sources": [str(folder / name) for name in sources],

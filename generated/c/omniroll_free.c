@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -111,6 +115,7 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t2 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -187,6 +192,7 @@ OMNIROLL_API void omniroll_free_wheel_speeds(int wheels, int rollers_per_wheel, 
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -214,6 +220,7 @@ OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, c
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -250,6 +257,7 @@ OMNIROLL_API void omniroll_free_nu_from_wheels(int wheels, int rollers_per_wheel
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -300,6 +308,7 @@ OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_whe
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -388,6 +397,7 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -449,6 +459,7 @@ OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const re
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -528,6 +539,7 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -629,6 +641,7 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -710,6 +723,7 @@ OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel,
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -753,6 +767,7 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -820,6 +835,7 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
     nu_dot[1] = nu_dot_2;
     nu_dot[2] = nu_dot_3;
     const real_t t4 = inverse_yaw_scale*nu_dot_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -865,6 +881,7 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
     real_t twice = mass_R2*(nu_1*nu_1 + nu_2*nu_2) + bare_yaw*yaw_rate*yaw_rate;
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -929,6 +946,7 @@ OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const 
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -993,6 +1011,7 @@ OMNIROLL_API void omniroll_free_contact_axial(int wheels, int rollers_per_wheel,
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -1022,6 +1041,7 @@ OMNIROLL_API void omniroll_free_axial_speeds(int wheels, int rollers_per_wheel, 
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1049,6 +1069,7 @@ OMNIROLL_API void omniroll_free_spins_from_axial(int wheels, int rollers_per_whe
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1072,6 +1093,7 @@ OMNIROLL_API void omniroll_free_momenta(int wheels, int rollers_per_wheel, const
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);

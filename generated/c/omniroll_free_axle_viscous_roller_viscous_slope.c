@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -127,6 +131,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t2 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -167,6 +172,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
         model[5*wheels + 2*j + 26] = sin_kappa;
     }
     const real_t inv_B = 1/B;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t axle_damping_i = axle_damping[i];
         const real_t roller_damping_i = roller_damping[i];
@@ -216,6 +222,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_speeds(i
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -247,6 +254,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_rates(in
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -286,6 +294,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_wheels
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -340,6 +349,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contac
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -434,6 +444,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_mass_matrix(in
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -509,6 +520,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheel
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
     const real_t t4 = n/2;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -615,6 +627,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
     const real_t t4 = n/2;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -747,6 +760,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynami
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
     const real_t t4 = n/2;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -845,6 +859,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_torques(
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -908,6 +923,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     const real_t t4 = yaw_rate*(1 - t3);
     const real_t t5 = yaw_rate*n/2;
     const real_t t6 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -991,6 +1007,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     nu_dot[1] = nu_dot_2;
     nu_dot[2] = nu_dot_3;
     const real_t t8 = inverse_yaw_scale*nu_dot_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1040,6 +1057,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
     real_t twice = mass_R2*(nu_1*nu_1 + nu_2*nu_2) + bare_yaw*yaw_rate*yaw_rate;
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1107,6 +1125,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int whe
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1175,6 +1194,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_contact_axial(
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1208,6 +1228,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_speeds(i
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1239,6 +1260,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_spins_from_axi
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1264,6 +1286,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta(int wh
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);
@@ -1294,6 +1317,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axle_loss(int 
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t loss = real_number(0);
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1316,6 +1340,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_roller_energy(
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
     const real_t t1 = B/2;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         real_t spin_squares = real_number(0);
         for (int j = 0; j < slots; j++) {
@@ -1357,6 +1382,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta_rates(
     const real_t t4 = B_yaw_rate*(1 - t3);
     const real_t t5 = B_yaw_rate*n/2;
     const real_t yaw_rate_sq = yaw_rate*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[5*i + 25];
         const real_t sin_alpha = model[5*i + 26];
@@ -1410,6 +1436,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
     const real_t inv_B = 1/B;
     const real_t t1 = inv_B/(1 - n/2);
     const real_t t2 = 2*inv_B/n;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t damping_per_inertia = model[5*i + 29];
         const real_t momentum_cos = momenta_before[2*i];

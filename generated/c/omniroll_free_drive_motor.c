@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -113,6 +117,7 @@ OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t2 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -190,6 +195,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_speeds(int wheels, int rollers
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -218,6 +224,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_rates(int wheels, int rollers_
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -255,6 +262,7 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_wheels(int wheels, int rolle
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -306,6 +314,7 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_contacts(int wheels, int rol
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -395,6 +404,7 @@ OMNIROLL_API void omniroll_free_drive_motor_mass_matrix(int wheels, int rollers_
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -458,6 +468,7 @@ OMNIROLL_API void omniroll_free_drive_motor_bias(int wheels, int rollers_per_whe
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -546,6 +557,7 @@ OMNIROLL_API void omniroll_free_drive_motor_reduced(int wheels, int rollers_per_
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -657,6 +669,7 @@ OMNIROLL_API void omniroll_free_drive_motor_inverse_dynamics(int wheels, int rol
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -746,6 +759,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_torques(int wheels, int roller
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -792,6 +806,7 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t3 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -866,6 +881,7 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
     nu_dot[1] = nu_dot_2;
     nu_dot[2] = nu_dot_3;
     const real_t t5 = inverse_yaw_scale*nu_dot_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -911,6 +927,7 @@ OMNIROLL_API void omniroll_free_drive_motor_energy(int wheels, int rollers_per_w
     real_t twice = mass_R2*(nu_1*nu_1 + nu_2*nu_2) + bare_yaw*yaw_rate*yaw_rate;
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -976,6 +993,7 @@ OMNIROLL_API void omniroll_free_drive_motor_impact(int wheels, int rollers_per_w
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -1041,6 +1059,7 @@ OMNIROLL_API void omniroll_free_drive_motor_contact_axial(int wheels, int roller
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];
@@ -1071,6 +1090,7 @@ OMNIROLL_API void omniroll_free_drive_motor_axial_speeds(int wheels, int rollers
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1099,6 +1119,7 @@ OMNIROLL_API void omniroll_free_drive_motor_spins_from_axial(int wheels, int rol
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1122,6 +1143,7 @@ OMNIROLL_API void omniroll_free_drive_motor_momenta(int wheels, int rollers_per_
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);
@@ -1152,6 +1174,7 @@ OMNIROLL_API void omniroll_free_drive_motor_drive_power(int wheels, int rollers_
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t power = real_number(0);
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 23];
         const real_t sin_alpha = model[2*i + 24];

@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -112,6 +116,7 @@ OMNIROLL_API void omniroll_free_sharp_prepare(int wheels, int rollers_per_wheel,
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t2 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -202,6 +207,7 @@ OMNIROLL_API void omniroll_free_sharp_wheel_speeds(int wheels, int rollers_per_w
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -229,6 +235,7 @@ OMNIROLL_API void omniroll_free_sharp_wheel_rates(int wheels, int rollers_per_wh
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -265,6 +272,7 @@ OMNIROLL_API void omniroll_free_sharp_nu_from_wheels(int wheels, int rollers_per
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -315,6 +323,7 @@ OMNIROLL_API void omniroll_free_sharp_nu_from_contacts(int wheels, int rollers_p
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -403,6 +412,7 @@ OMNIROLL_API void omniroll_free_sharp_mass_matrix(int wheels, int rollers_per_wh
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -465,6 +475,7 @@ OMNIROLL_API void omniroll_free_sharp_bias(int wheels, int rollers_per_wheel, co
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -547,6 +558,7 @@ OMNIROLL_API void omniroll_free_sharp_reduced(int wheels, int rollers_per_wheel,
     real_t f3 = real_number(0);
     const real_t t5 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -663,6 +675,7 @@ OMNIROLL_API void omniroll_free_sharp_inverse_dynamics(int wheels, int rollers_p
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -744,6 +757,7 @@ OMNIROLL_API void omniroll_free_sharp_wheel_torques(int wheels, int rollers_per_
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -790,6 +804,7 @@ OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_
     real_t f3 = real_number(0);
     const real_t t5 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -871,6 +886,7 @@ OMNIROLL_API void omniroll_free_sharp_accelerations(int wheels, int rollers_per_
     nu_dot[1] = nu_dot_2;
     nu_dot[2] = nu_dot_3;
     const real_t t7 = inverse_yaw_scale*nu_dot_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -916,6 +932,7 @@ OMNIROLL_API void omniroll_free_sharp_energy(int wheels, int rollers_per_wheel, 
     real_t twice = mass_R2*(nu_1*nu_1 + nu_2*nu_2) + bare_yaw*yaw_rate*yaw_rate;
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -983,6 +1000,7 @@ OMNIROLL_API void omniroll_free_sharp_impact(int wheels, int rollers_per_wheel, 
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t5 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -1058,6 +1076,7 @@ OMNIROLL_API void omniroll_free_sharp_contact_axial(int wheels, int rollers_per_
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 29];
         const real_t sin_alpha = model[2*i + 30];
@@ -1087,6 +1106,7 @@ OMNIROLL_API void omniroll_free_sharp_axial_speeds(int wheels, int rollers_per_w
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1114,6 +1134,7 @@ OMNIROLL_API void omniroll_free_sharp_spins_from_axial(int wheels, int rollers_p
     const real_t inverse_yaw_scale = model[1];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
@@ -1137,6 +1158,7 @@ OMNIROLL_API void omniroll_free_sharp_momenta(int wheels, int rollers_per_wheel,
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);

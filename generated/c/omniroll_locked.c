@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -110,6 +114,7 @@ OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, rea
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -170,6 +175,7 @@ OMNIROLL_API void omniroll_locked_wheel_speeds(int wheels, int rollers_per_wheel
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -197,6 +203,7 @@ OMNIROLL_API void omniroll_locked_wheel_rates(int wheels, int rollers_per_wheel,
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -233,6 +240,7 @@ OMNIROLL_API void omniroll_locked_nu_from_wheels(int wheels, int rollers_per_whe
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -283,6 +291,7 @@ OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_w
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -371,6 +380,7 @@ OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel,
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -430,6 +440,7 @@ OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const 
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -504,6 +515,7 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -600,6 +612,7 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -676,6 +689,7 @@ OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_whee
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -718,6 +732,7 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -800,6 +815,7 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t B_yaw_rate_sq = B*yaw_rate_sq;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];
@@ -855,6 +871,7 @@ OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, cons
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 24];
         const real_t sin_alpha = model[2*i + 25];

@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -111,6 +115,7 @@ OMNIROLL_API void omniroll_locked_sharp_prepare(int wheels, int rollers_per_whee
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -187,6 +192,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_speeds(int wheels, int rollers_per
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -214,6 +220,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_rates(int wheels, int rollers_per_
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -250,6 +257,7 @@ OMNIROLL_API void omniroll_locked_sharp_nu_from_wheels(int wheels, int rollers_p
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -301,6 +309,7 @@ OMNIROLL_API void omniroll_locked_sharp_nu_from_contacts(int wheels, int rollers
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -389,6 +398,7 @@ OMNIROLL_API void omniroll_locked_sharp_mass_matrix(int wheels, int rollers_per_
     real_t m23 = m0_23;
     real_t m33 = m0_33;
     const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -448,6 +458,7 @@ OMNIROLL_API void omniroll_locked_sharp_bias(int wheels, int rollers_per_wheel, 
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -527,6 +538,7 @@ OMNIROLL_API void omniroll_locked_sharp_reduced(int wheels, int rollers_per_whee
     const real_t t5 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -645,6 +657,7 @@ OMNIROLL_API void omniroll_locked_sharp_inverse_dynamics(int wheels, int rollers
     real_t f3 = real_number(0);
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -721,6 +734,7 @@ OMNIROLL_API void omniroll_locked_sharp_wheel_torques(int wheels, int rollers_pe
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -768,6 +782,7 @@ OMNIROLL_API void omniroll_locked_sharp_accelerations(int wheels, int rollers_pe
     const real_t t5 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -871,6 +886,7 @@ OMNIROLL_API void omniroll_locked_sharp_energy(int wheels, int rollers_per_wheel
     const real_t t2 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     const real_t B_yaw_rate_sq = B*yaw_rate_sq;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];
@@ -931,6 +947,7 @@ OMNIROLL_API void omniroll_locked_sharp_impact(int wheels, int rollers_per_wheel
     real_t f3 = real_number(0);
     const real_t t5 = 2*l;
     const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 30];
         const real_t sin_alpha = model[2*i + 31];

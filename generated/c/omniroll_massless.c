@@ -14,6 +14,10 @@
 #ifndef OMNIROLL_INLINE
 #define OMNIROLL_INLINE static inline
 #endif
+/* Stands before each loop over wheels: nothing, or a word to the compiler. */
+#ifndef OMNIROLL_EACH_WHEEL
+#define OMNIROLL_EACH_WHEEL
+#endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
  * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
 #if defined OMNIROLL_LONG_DOUBLE
@@ -107,6 +111,7 @@ OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, r
     real_t g23 = real_number(0);
     real_t g33 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
         const real_t cos_alpha = real_cos(alpha);
@@ -165,6 +170,7 @@ OMNIROLL_API void omniroll_massless_wheel_speeds(int wheels, int rollers_per_whe
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];
@@ -192,6 +198,7 @@ OMNIROLL_API void omniroll_massless_wheel_rates(int wheels, int rollers_per_whee
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t t1 = 2*l;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];
@@ -228,6 +235,7 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
     real_t f2 = real_number(0);
     real_t f3 = real_number(0);
     const real_t t1 = inverse_yaw_scale*R_over_l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];
@@ -278,6 +286,7 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
     const real_t t1 = 2*l;
     const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];
@@ -505,6 +514,7 @@ OMNIROLL_API void omniroll_massless_wheel_torques(int wheels, int rollers_per_wh
     const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
     const real_t R_over_l_x_2 = R_over_l*x_2;
     const real_t R_over_l_x_1 = R_over_l*x_1;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];
@@ -574,6 +584,7 @@ OMNIROLL_API void omniroll_massless_energy(int wheels, int rollers_per_wheel, co
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t twice = mass_R2*(nu_1*nu_1 + nu_2*nu_2) + bare_yaw*yaw_rate*yaw_rate;
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t cos_alpha = model[2*i + 22];
         const real_t sin_alpha = model[2*i + 23];

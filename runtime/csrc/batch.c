@@ -1,8 +1,14 @@
-/* Many vehicles at once: the reduced kernel over arrays, eight vehicles in the lanes.
+/* Many vehicles at once: the reduced kernel over arrays, sixteen vehicles in the lanes. That is twice the widest register:
+ * while one half waits for a result, the other has work.
  *
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. The constants of the model either
  * are one vehicle's (shared) or stand in such an array too. Each chi is on its roller, |chi| <= pi/n. */
+#define LANES 16
+#define UNROLLED _Pragma("GCC unroll 8")     /* so that all stays in registers */
+#define OMNIROLL_EACH_WHEEL UNROLLED
 #include "kernel_in_lanes.h"
+
+#include "engine.h"
 
 ALWAYS_INLINE lanes_t load(const double *from, long long left)
 {
@@ -38,24 +44,28 @@ ALWAYS_INLINE void batch(long long count, const int wheels, int rollers, const d
         if (!shared)
             for (int k = 0; k < model_size; k++)
                 constants[k] = load(model + k*count + v, left);
+        UNROLLED
         for (int k = 0; k < 3; k++)
             nu[k] = load(nu_ + k*count + v, left);
+        UNROLLED
         for (int i = 0; i < wheels; i++)
             chi[i] = load(chi_ + i*count + v, left);
 #ifdef OMNIROLL_FREE_ROLLERS
         lanes_t momenta[2*MOST_WHEELS];
+        UNROLLED
         for (int k = 0; k < 2*wheels; k++)
             momenta[k] = load(momenta_ + k*count + v, left);
 #else
         (void)momenta_;
 #endif
         KERNEL(reduced)(wheels, rollers, constants, nu, chi MOMENTA(momenta), nu_dot);
+        UNROLLED
         for (int k = 0; k < 3; k++)
             store(nu_dot_ + k*count + v, nu_dot[k], left);
     }
 }
 
-/* nu' of `count` vehicles. work: 8*model_size doubles, aligned to 64 bytes. Returns 1 where there are too many wheels. */
+/* nu' of `count` vehicles. work: 16*model_size doubles, aligned to 128 bytes. Returns 1 where there are too many wheels. */
 EACH_LEVEL int KERNEL(reduced_batch)(long long count, int wheels, int rollers_per_wheel, const double *model, int model_size, int shared,
                             const double *nu, const double *chi, const double *momenta, double *nu_dot, double *work)
 {

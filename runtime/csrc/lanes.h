@@ -1,13 +1,15 @@
-/* Eight doubles that are computed with as one number: the number type of the generated kernels in the phase integrator.
+/* Some doubles that are computed with as one number: the number type of the generated kernels in the compiled engine.
  *
- * The lanes are the eight nodes of a step (phase.c) or eight vehicles (batch.c). GNU C vector extensions, gcc and clang: the
+ * The lanes are eight nodes of a step (phase.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc and clang: the
  * compiler splits the vector where the machine's registers are shorter. */
 #ifndef OMNIROLL_LANES_H
 #define OMNIROLL_LANES_H
 
 #include <string.h>
 
+#ifndef LANES
 #define LANES 8
+#endif
 typedef double lanes_t __attribute__((vector_size(8*LANES)));
 typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
 
@@ -15,12 +17,7 @@ typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
 
 ALWAYS_INLINE lanes_t lanes_of(double x)
 {
-#if defined __clang__ || __GNUC__ >= 12
-    const lanes_t first = {x};      /* gcc copies a list of eight lane by lane */
-    return __builtin_shufflevector(first, first, 0, 0, 0, 0, 0, 0, 0, 0);
-#else
-    return (lanes_t){x, x, x, x, x, x, x, x};
-#endif
+    return x - (lanes_t){0};
 }
 
 /* a where the mask is set, b elsewhere. */

@@ -350,7 +350,7 @@ static double exchange_places(double *axial, int places, int direction, double l
 }
 #endif
 
-static void apply_switch(omniroll_run_t *run, const lanes_t *model, const int *directions)
+static EACH_LEVEL void apply_switch(omniroll_run_t *run, const lanes_t *model, const int *directions)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
@@ -420,7 +420,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const lanes_t *model,
 
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
  * time than tau (rule 5), be it to a switch or to the end of the run. Returns how many. */
-static int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, double phase_length,
+static EACH_LEVEL int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, double phase_length,
                             int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];

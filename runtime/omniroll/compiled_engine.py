@@ -20,7 +20,7 @@ from omniroll.trajectory import Trajectory
 NODES = 16  # of a step; phase.c
 MOST_WHEELS = 64  # kernel_in_lanes.h
 ROWS = 4096  # a buffer's length
-ALIGNMENT = 64  # bytes
+ALIGNMENT = 128  # bytes
 DONE, FULL, STUCK, NO_STEP = range(4)  # engine.h
 REASONS = {STUCK: "switches without progress in time", NO_STEP: "the step became too small"}
 

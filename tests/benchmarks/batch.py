@@ -30,7 +30,7 @@ def ours(vehicle, roller_model, parts, shared):
     ffi = module.ffi
     model = np.asarray(kernel(vehicle, roller_model, "compiled").model, float)
     constants = model if shared else np.repeat(model[:, None], VEHICLES, axis=1)
-    out, work = np.empty((3, VEHICLES)), aligned(8 * len(model))
+    out, work = np.empty((3, VEHICLES)), aligned(16 * len(model))
     function = getattr(module.lib, f"omniroll_{roller_model}_reduced_batch")
 
     def pointer(array):

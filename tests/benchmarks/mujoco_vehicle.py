@@ -97,10 +97,10 @@ class Mujoco:
 
     def __call__(self):
         self._start()
-        start = time.perf_counter()
+        start = time.thread_time()
         for _ in range(round(DURATION / self.step)):
             mujoco.mj_step(self.model, self.data)
-        seconds = time.perf_counter() - start
+        seconds = time.thread_time() - start
         self.end = self._end()
         return seconds
 

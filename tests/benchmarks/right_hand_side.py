@@ -397,8 +397,7 @@ def _plain_words(found):
     if words:
         words.append("It writes three wheels out in one straight line; this kernel loops and serves every N.")
     words.append(
-        "A sparse factorisation in the right order is the peers' best: row `LDL, spins first`. "
-        "Its error grows with n."
+        "A sparse factorisation in the right order is the peers' best: row `LDL, spins first`. Its error grows with n."
     )
     return " ".join(words)
 

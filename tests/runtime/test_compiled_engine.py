@@ -101,7 +101,7 @@ def test_integrals_in_bernstein_form():
         np.testing.assert_allclose(BPoly(matrix[:, [k]], [0, 1])(x), wanted, atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [1, 7, 8, 100])
+@pytest.mark.parametrize("count", [1, 15, 16, 100])
 @pytest.mark.parametrize("model", MODELS)
 def test_batch_of_vehicles(model, count):
     """reduced_batch: lanes give what the scalar kernel gives, also where the last vector is not full."""
@@ -109,7 +109,7 @@ def test_batch_of_vehicles(model, count):
     bound, module = kernel(PAPER, model), compiled_engine.engine_module()
     nu, chi = rng.normal(size=(count, 3)), rng.uniform(-np.pi / 5, np.pi / 5, (count, 3))
     momenta = rng.normal(size=(count, 3, 2)) * 1e-5
-    out, work = np.empty((3, count)), compiled_engine.aligned(8 * len(bound.model))
+    out, work = np.empty((3, count)), compiled_engine.aligned(16 * len(bound.model))
 
     def pointer(array):
         return module.ffi.from_buffer("double[]", array)

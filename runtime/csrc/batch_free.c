@@ -1,0 +1,2 @@
+#define OMNIROLL_BATCH
+#include "engine_free.c"
