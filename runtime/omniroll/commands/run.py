@@ -65,7 +65,7 @@ def text(outcome: Outcome) -> str:
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in said["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {LEDGER[name]:<18}{value: .6e}" for name, value in said["energy"].items()),
+        *(f"  {LEDGER.get(name, name):<18}{value: .6e}" for name, value in said["energy"].items()),
         *_reactions(said["reactions"]),
     ]
     return "\n".join(lines)

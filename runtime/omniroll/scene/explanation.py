@@ -39,7 +39,7 @@ def explained(scene: Scene) -> dict[str, Any]:
         ],
         "compared": compared,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
-        "time": nanoseconds(scene),
+        "time": nanoseconds(scene, task),
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
 
