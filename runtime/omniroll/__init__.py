@@ -14,6 +14,7 @@ from omniroll.errors import (
     OmnirollError,
     RollingWarning,
     SimulationStopped,
+    UnstableControllerWarning,
 )
 from omniroll.impulses import Impulses, impulses
 from omniroll.kernels import Kernel, kernel
@@ -52,6 +53,7 @@ __all__ = [
     "Torque",
     "TorqueTable",
     "Trajectory",
+    "UnstableControllerWarning",
     "Vehicle",
     "accelerations",
     "cylinder",

@@ -48,5 +48,9 @@ class RollingWarning(UserWarning):
     """Rolling without slip could not have held: a force beyond friction, or a load that would have to pull."""
 
 
+class UnstableControllerWarning(UserWarning):
+    """A sampled controller whose errors grow from sample to sample."""
+
+
 class AccuracyWarning(UserWarning):
     """The estimated error of a run is larger than the accuracy that was asked for."""

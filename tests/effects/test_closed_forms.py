@@ -1,9 +1,21 @@
 """Motions with effects that are known in closed form, and events at times that are known."""
 
+import warnings
+
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import (
+    Bearings,
+    Controller,
+    Motor,
+    Slope,
+    Torque,
+    TorqueTable,
+    UnstableControllerWarning,
+    Vehicle,
+    simulate,
+)
 
 PAPER = Vehicle.paper()
 EPS = np.finfo(float).eps
@@ -196,6 +208,24 @@ def test_a_sampled_controller():
         row = rows_at(run, k * sample)[-1]
         assert run.elapsed[row] == k * sample
         assert run.nu[row, 2] == pytest.approx(1 - factor**k, rel=1e-11, abs=1e-13)
+
+
+@pytest.mark.parametrize("part", [0.99, 1.01])
+def test_a_gain_that_is_too_large_for_the_sample_time_is_told(part):
+    """Turning on the spot, an error of theta' is multiplied by 1 - gain * sample * inertia^-1 at each sample.
+
+    Of the three kinds of motion turning is the lightest, so that its bound is the one that counts.
+    """
+    sample = 0.04
+    gain = part * 2 * TURNING / (PAPER.wheels * RATIO**2 * sample)
+    assert RATIO**2 * PAPER.wheels / TURNING > PAPER.wheels / 2 / PAPER.wheel_radius**2 / ROLLING
+    controller = Controller((0, 0, 1.0), gain, sample)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        run = simulate(PAPER, **turning(0.0), duration=1.0, effects=[controller])
+    assert [w.category for w in told] == [UnstableControllerWarning] * (part > 1)
+    errors = np.abs(run.nu[[rows_at(run, k * sample)[-1] for k in range(25)], 2] - 1)
+    assert (errors[-1] > errors[0]) == (part > 1)
 
 
 def test_a_controller_at_its_limit_keeps_its_integral():

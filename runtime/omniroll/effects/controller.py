@@ -5,6 +5,7 @@ the next sample. Where it is cut off at its limit, the integral waits.
 """
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,8 +16,8 @@ from omniroll import validation
 from omniroll.effects.effect import Effect, Part, Process, Signal
 from omniroll.effects.numbers import Curve, not_negative, spread, table
 from omniroll.effects.torque import Drive
-from omniroll.errors import InvalidValueError
-from omniroll.kernels import Kernel
+from omniroll.errors import InvalidValueError, UnstableControllerWarning
+from omniroll.kernels import Kernel, kernel
 from omniroll.switching import State
 from omniroll.vehicle import Vehicle
 
@@ -34,6 +35,8 @@ class Controller(Drive):
     output        "torque" at the axles, or "voltage", which is added to that of a Motor
     limit         of the output's size, in N m or V; None: no limit
     times         (K,) in s, increasing, on the clock of the run
+
+    Warns with UnstableControllerWarning where a gain in torque is too large for the sample time.
     """
 
     target: ArrayLike
@@ -66,6 +69,25 @@ class Controller(Drive):
             spread(name, getattr(self, name), vehicle.wheels)
         if self.output != "torque" and not any(self.output in effect.needs for effect in others):
             raise InvalidValueError("output", self.output, "needs a Motor among the effects")
+        correction = self._correction(vehicle)
+        if self.output == "torque" and correction > 2:
+            warnings.warn(
+                f"the controller's errors grow from sample to sample: it corrects {correction:.3g} times the error, and "
+                "settles below 2; make sample_time or proportional smaller",
+                UnstableControllerWarning,
+                stacklevel=2,
+            )
+
+    def _correction(self, vehicle: Vehicle) -> float:
+        """What the proportional part takes off an error until the next sample, in parts of the error, at most.
+
+        The wheels' speeds are W nu, so that torques held for a time T change them by T W M^-1 W^T of the torques.
+        """
+        bound = kernel(vehicle, "massless", "python")
+        wheels = bound.wheel_speeds(np.eye(3)).T
+        per_torque = wheels @ np.linalg.solve(bound.mass_matrix(np.zeros(vehicle.wheels)), wheels.T)
+        gain = spread("proportional", self.proportional, vehicle.wheels)
+        return float(np.abs(np.linalg.eigvals(self.sample_time * per_torque * gain)).max())
 
     def process(self, kernel: Kernel, start_time: float) -> "Sampling":
         curve = (
