@@ -79,7 +79,7 @@ OMNIROLL_INLINE real_t omniroll_free_axle_viscous_roller_viscous_slope_cos(real_
 
 OMNIROLL_API size_t omniroll_free_axle_viscous_roller_viscous_slope_model_size(int wheels, int rollers_per_wheel)
 {
-    return (size_t)(25 + 5*wheels + 2*(rollers_per_wheel - 1));
+    return (size_t)(27 + 9*wheels + 2*(rollers_per_wheel - 1));
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
@@ -145,8 +145,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model[5*i + 25] = cos_alpha;
-        model[5*i + 26] = sin_alpha;
+        model[9*i + 27] = cos_alpha;
+        model[9*i + 28] = sin_alpha;
     }
     const real_t m0_11 = J*g11 + mass_R2;
     const real_t m0_12 = J*g12;
@@ -154,31 +154,69 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
     const real_t m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
+    real_t last_alpha = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t alpha = wheel_angles[i];
+        last_alpha = alpha;
+    }
+    const real_t last_cosine = real_cos(last_alpha);
+    const real_t last_sine = real_sin(last_alpha);
+    real_t s_aa = real_number(0);
+    real_t s_ax = real_number(0);
+    real_t s_ay = real_number(0);
+    real_t sum_short = real_number(0);
+    real_t sum_side = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t alpha = wheel_angles[i];
+        const real_t bearing = alpha - last_alpha;
+        const real_t t3 = bearing/2;
+        const real_t bearing_half_sine = real_sin(t3);
+        const real_t bearing_sine = 2*bearing_half_sine*real_cos(t3);
+        const real_t bearing_versine = 2*bearing_half_sine*bearing_half_sine;
+        s_aa += real_number(1);
+        s_ax += bearing_sine;
+        s_ay += bearing_versine;
+        sum_short += bearing_versine;
+        sum_side += bearing_sine;
+        model[9*i + 29] = bearing_sine;
+        model[9*i + 30] = bearing_versine;
+        model[9*i + 31] = bearing_versine;
+        model[9*i + 32] = bearing_sine;
+    }
+    const real_t inverse_wheels = 1/N;
+    const real_t mean_arms = s_aa*inverse_wheels;
+    const real_t inverse_arms = inverse_wheels/mean_arms;
+    const real_t share_x = s_ax*inverse_arms;
+    const real_t share_y = s_ay*inverse_arms;
+    const real_t mean_short = sum_short*inverse_wheels;
+    const real_t mean_side = sum_side*inverse_wheels;
     const real_t joint_quarter = pi_per_n/4;
     const real_t joint_half = t1;
-    const real_t t3 = 2*n;
-    const real_t t5 = 3*n;
+    const real_t t4 = 2*n;
+    const real_t t6 = 3*n;
     for (int j = 0; j < slots; j++) {
         const real_t slot = real_number(j + 1);
         const real_t twice_slot = 2*slot;
-        const real_t sin_kappa_high = t3 - twice_slot;
+        const real_t sin_kappa_high = t4 - twice_slot;
         const real_t sin_kappa_middle = n - twice_slot;
         const real_t sin_kappa = 4*real_sin(joint_quarter*twice_slot)*real_sin(joint_quarter*sin_kappa_high)*real_sin(joint_half*sin_kappa_middle);
-        const real_t t4 = 2*twice_slot;
-        const real_t cos_kappa_low = n - t4;
-        const real_t cos_kappa_high = t5 - t4;
+        const real_t t5 = 2*twice_slot;
+        const real_t cos_kappa_low = n - t5;
+        const real_t cos_kappa_high = t6 - t5;
         const real_t cos_kappa = 2*real_sin(joint_quarter*cos_kappa_low)*real_sin(joint_quarter*cos_kappa_high);
-        model[5*wheels + 2*j + 25] = cos_kappa;
-        model[5*wheels + 2*j + 26] = sin_kappa;
+        model[9*wheels + 2*j + 27] = cos_kappa;
+        model[9*wheels + 2*j + 28] = sin_kappa;
     }
     const real_t inv_B = 1/B;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t axle_damping_i = axle_damping[i];
         const real_t roller_damping_i = roller_damping[i];
-        model[5*i + 27] = axle_damping_i;
-        model[5*i + 28] = roller_damping_i;
-        model[5*i + 29] = inv_B*roller_damping_i;
+        model[9*i + 33] = axle_damping_i;
+        model[9*i + 34] = roller_damping_i;
+        model[9*i + 35] = inv_B*roller_damping_i;
     }
     model[0] = B;
     model[1] = inverse_yaw_scale;
@@ -197,14 +235,16 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wh
     model[14] = m0_22;
     model[15] = m0_23;
     model[16] = m0_33;
-    model[17] = g11;
-    model[18] = g12;
-    model[19] = g13;
-    model[20] = g22;
-    model[21] = g23;
-    model[22] = g33;
-    model[23] = down_x;
-    model[24] = down_y;
+    model[17] = inverse_wheels;
+    model[18] = inverse_arms;
+    model[19] = last_cosine;
+    model[20] = last_sine;
+    model[21] = share_x;
+    model[22] = share_y;
+    model[23] = mean_short;
+    model[24] = mean_side;
+    model[25] = down_x;
+    model[26] = down_y;
 }
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
@@ -224,8 +264,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_speeds(i
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         chi_dot[i] = wheel_rate;
@@ -256,8 +296,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_rates(in
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t chi_i = chi[i];
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
@@ -284,39 +324,53 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_wheels
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[1];
     const real_t R_over_l = model[4];
-    const real_t g11 = model[17];
-    const real_t g12 = model[18];
-    const real_t g13 = model[19];
-    const real_t g22 = model[20];
-    const real_t g23 = model[21];
-    const real_t g33 = model[22];
-    real_t f1 = real_number(0);
-    real_t f2 = real_number(0);
-    real_t f3 = real_number(0);
-    const real_t t1 = inverse_yaw_scale*R_over_l;
+    const real_t inverse_arms = model[18];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t share_x = model[21];
+    const real_t share_y = model[22];
+    real_t s_am = real_number(0);
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    real_t s_xm = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
         const real_t chi_dot_i = chi_dot[i];
-        const real_t R_over_l_chi_dot_i = R_over_l*chi_dot_i;
-        f1 += R_over_l_chi_dot_i*sin_alpha;
-        f2 += -R_over_l_chi_dot_i*cos_alpha;
-        f3 += -t1*chi_dot_i;
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_am += chi_dot_i;
+        s_xx += x*x;
+        s_xy += x*y;
+        s_xm += chi_dot_i*x;
     }
-    const real_t pivot_1 = 1/g11;
-    const real_t u12 = g12*pivot_1;
-    const real_t u13 = g13*pivot_1;
-    const real_t d22 = g22 - g12*u12;
-    const real_t d23 = g23 - g12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = g33 - g13*u13 - d23*u23;
-    const real_t z2 = f2 - f1*u12;
-    const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    const real_t first_a = inverse_arms*s_am;
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    const real_t first_x = s_xm*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_rm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        const real_t beyond_a = chi_dot_i - first_a;
+        const real_t left_over = beyond_a - first_x*x;
+        s_rr += rest*rest;
+        s_rm += rest*left_over;
+    }
+    const real_t along_y = s_rm/s_rr;
+    const real_t along_x = first_x - tilt*along_y;
+    const real_t turn = first_a - share_x*along_x - share_y*along_y;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
+    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
+    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
     nu[0] = x_1;
     nu[1] = x_2;
     nu[2] = x_3;
@@ -337,22 +391,25 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contac
     const real_t R_over_l = model[4];
     const real_t tip = model[9];
     const real_t joint_sine = model[10];
-    real_t m11 = real_number(0);
-    real_t m12 = real_number(0);
-    real_t m13 = real_number(0);
-    real_t m22 = real_number(0);
-    real_t m23 = real_number(0);
-    real_t m33 = real_number(0);
-    real_t f1 = real_number(0);
-    real_t f2 = real_number(0);
-    real_t f3 = real_number(0);
+    const real_t inverse_wheels = model[17];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t mean_short = model[23];
+    const real_t mean_side = model[24];
+    real_t f_1 = real_number(0);
+    real_t f_2 = real_number(0);
+    real_t f_3 = real_number(0);
+    real_t s_33 = real_number(0);
     const real_t t1 = 2*l;
-    const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
+        const real_t place_short = model[9*i + 31];
+        const real_t place_side = model[9*i + 32];
         const real_t chi_i = chi[i];
         const real_t chi_dot_i = chi_dot[i];
         const real_t contact_spin_i = contact_spin[i];
@@ -361,36 +418,25 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contac
         const real_t above = joint_sine + half_sine;
         const real_t width = below*above;
         const real_t rho = tip + t1*width;
-        const real_t g_1 = R_over_l*sin_alpha;
-        const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
-        const real_t g_2 = -R_over_l_cos_alpha;
-        const real_t g_3 = -t2;
-        const real_t a_1 = R_over_l_cos_alpha;
-        const real_t a_2 = g_1;
         const real_t rolled = inv_l*contact_spin_i*rho;
-        m11 += g_1*g_1 + a_1*a_1;
-        m12 += g_1*g_2 + a_1*a_2;
-        m13 += g_1*g_3;
-        m22 += g_2*g_2 + a_2*a_2;
-        m23 += g_2*g_3;
-        m33 += g_3*g_3;
-        f1 += chi_dot_i*g_1 + a_1*rolled;
-        f2 += chi_dot_i*g_2 + a_2*rolled;
-        f3 += chi_dot_i*g_3;
+        const real_t shorter = place_short - mean_short;
+        const real_t aside = place_side - mean_side;
+        const real_t bearing_cosine = 1 - bearing_versine;
+        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
+        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
+        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
+        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
+        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
+        s_33 += own_wheel*own_wheel + own_roller*own_roller;
     }
-    const real_t pivot_1 = 1/m11;
-    const real_t u12 = m12*pivot_1;
-    const real_t u13 = m13*pivot_1;
-    const real_t d22 = m22 - m12*u12;
-    const real_t d23 = m23 - m12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = m33 - m13*u13 - d23*u23;
-    const real_t z2 = f2 - f1*u12;
-    const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    const real_t turn = -f_3/s_33;
+    const real_t t2 = 1 - mean_short;
+    const real_t mean_cosine = last_cosine*t2 - last_sine*mean_side;
+    const real_t mean_sine = last_cosine*mean_side + last_sine*t2;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
+    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
+    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
     nu[0] = x_1;
     nu[1] = x_2;
     nu[2] = x_3;
@@ -446,8 +492,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_mass_matrix(in
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -499,8 +545,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheel
     const real_t coriolis = model[6];
     const real_t tip = model[9];
     const real_t joint_sine = model[10];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
+    const real_t down_x = model[25];
+    const real_t down_y = model[26];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -522,11 +568,11 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_bias(int wheel
     const real_t t4 = n/2;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t axle_damping = model[5*i + 27];
-        const real_t roller_damping = model[5*i + 28];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t axle_damping = model[9*i + 33];
+        const real_t roller_damping = model[9*i + 34];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -600,8 +646,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
     const real_t m0_22 = model[14];
     const real_t m0_23 = model[15];
     const real_t m0_33 = model[16];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
+    const real_t down_x = model[25];
+    const real_t down_y = model[26];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -629,11 +675,11 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_reduced(int wh
     const real_t t4 = n/2;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t axle_damping = model[5*i + 27];
-        const real_t roller_damping = model[5*i + 28];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t axle_damping = model[9*i + 33];
+        const real_t roller_damping = model[9*i + 34];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -730,8 +776,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynami
     const real_t m0_22 = model[14];
     const real_t m0_23 = model[15];
     const real_t m0_33 = model[16];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
+    const real_t down_x = model[25];
+    const real_t down_y = model[26];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -762,11 +808,11 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynami
     const real_t t4 = n/2;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t axle_damping = model[5*i + 27];
-        const real_t roller_damping = model[5*i + 28];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t axle_damping = model[9*i + 33];
+        const real_t roller_damping = model[9*i + 34];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -834,36 +880,57 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_torques(
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[1];
     const real_t R_over_l = model[4];
-    const real_t g11 = model[17];
-    const real_t g12 = model[18];
-    const real_t g13 = model[19];
-    const real_t g22 = model[20];
-    const real_t g23 = model[21];
-    const real_t g33 = model[22];
+    const real_t inverse_arms = model[18];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t share_x = model[21];
+    const real_t share_y = model[22];
     const real_t force_1 = force[0];
     const real_t force_2 = force[1];
     const real_t force_3 = force[2];
-    const real_t pivot_1 = 1/g11;
-    const real_t u12 = g12*pivot_1;
-    const real_t u13 = g13*pivot_1;
-    const real_t d22 = g22 - g12*u12;
-    const real_t d23 = g23 - g12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = g33 - g13*u13 - d23*u23;
-    const real_t z2 = force_2 - force_1*u12;
-    const real_t z3 = force_3 - force_1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = force_1*pivot_1 - u12*x_2 - u13*x_3;
-    const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
-    const real_t R_over_l_x_2 = R_over_l*x_2;
-    const real_t R_over_l_x_1 = R_over_l*x_1;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
+    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
+    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
+    const real_t asked_x = force_x - share_x*asked_a;
+    const real_t asked_y = asked_a - share_y*asked_a + force_y;
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        torques[i] = R_over_l_x_1*sin_alpha - t1 - R_over_l_x_2*cos_alpha;
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_xx += x*x;
+        s_xy += x*y;
+    }
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_xr = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        s_rr += rest*rest;
+        s_xr += x*rest;
+    }
+    const real_t torque_a = inverse_arms*asked_a;
+    const real_t asked_rest = asked_y - asked_x*tilt;
+    const real_t torque_rest = asked_rest/s_rr;
+    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[9*i + 29];
+        const real_t bearing_versine = model[9*i + 30];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        torques[i] = torque_a + torque_x*x + torque_rest*rest;
     }
 }
 
@@ -894,8 +961,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     const real_t m0_22 = model[14];
     const real_t m0_23 = model[15];
     const real_t m0_33 = model[16];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
+    const real_t down_x = model[25];
+    const real_t down_y = model[26];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -925,11 +992,11 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     const real_t t6 = inverse_yaw_scale*R_over_l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t axle_damping = model[5*i + 27];
-        const real_t roller_damping = model[5*i + 28];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t axle_damping = model[9*i + 33];
+        const real_t roller_damping = model[9*i + 34];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -955,8 +1022,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         real_t spin_cos = real_number(0);
         real_t spin_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_spin = spins[slots*i + j];
             spin_cos += cos_kappa*free_spin;
             spin_sin += sin_kappa*free_spin;
@@ -1009,9 +1076,9 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
     const real_t t8 = inverse_yaw_scale*nu_dot_3;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t t7 = chi_i/2;
         const real_t half_sine = real_sin(t7);
@@ -1022,8 +1089,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_accelerations(
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t yaw_rate_wheel_rate = yaw_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_cosine = cosine*cos_kappa - sine*sin_kappa;
@@ -1059,8 +1126,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -1079,8 +1146,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_energy(int whe
         const real_t axial = yaw_rate*sine + rolling;
         twice += B*axial*axial + J*wheel_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -1127,8 +1194,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_impact(int whe
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t chi_i = chi[i];
         const real_t entering_i = entering[i];
         const real_t t1 = chi_i/2;
@@ -1196,8 +1263,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_contact_axial(
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -1237,8 +1304,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_speeds(i
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -1269,8 +1336,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_spins_from_axi
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_axial = axial[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             spins[slots*i + j] = free_axial - yaw_rate*free_sine;
@@ -1291,8 +1358,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta(int wh
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_axial = axial[slots*i + j];
             axial_cos += cos_kappa*free_axial;
             axial_sin += sin_kappa*free_axial;
@@ -1319,9 +1386,9 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axle_loss(int 
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t axle_damping = model[5*i + 27];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t axle_damping = model[9*i + 33];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t axle_friction = axle_damping*wheel_rate;
@@ -1384,10 +1451,10 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_momenta_rates(
     const real_t yaw_rate_sq = yaw_rate*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[5*i + 25];
-        const real_t sin_alpha = model[5*i + 26];
-        const real_t roller_damping = model[5*i + 28];
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t cos_alpha = model[9*i + 27];
+        const real_t sin_alpha = model[9*i + 28];
+        const real_t roller_damping = model[9*i + 34];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -1438,7 +1505,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
     const real_t t2 = 2*inv_B/n;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t damping_per_inertia = model[5*i + 29];
+        const real_t damping_per_inertia = model[9*i + 35];
         const real_t momentum_cos = momenta_before[2*i];
         const real_t momentum_sin = momenta_before[2*i + 1];
         const real_t momentum_cos_after = momenta_after[2*i];
@@ -1447,8 +1514,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_axial_after(in
         const real_t amplitude_cos = t1*(momentum_cos*decay - momentum_cos_after);
         const real_t amplitude_sin = t2*(momentum_sin_after - momentum_sin*decay);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[5*wheels + 2*j + 25];
-            const real_t sin_kappa = model[5*wheels + 2*j + 26];
+            const real_t cos_kappa = model[9*wheels + 2*j + 27];
+            const real_t sin_kappa = model[9*wheels + 2*j + 28];
             const real_t free_axial = axial[slots*i + j];
             axial_after[slots*i + j] = amplitude_cos*cos_kappa + amplitude_sin*sin_kappa + decay*free_axial;
         }
@@ -1464,8 +1531,8 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_potential(int 
     (void)wheels;
     (void)rollers_per_wheel;
     const real_t R = model[2];
-    const real_t down_x = model[23];
-    const real_t down_y = model[24];
+    const real_t down_x = model[25];
+    const real_t down_y = model[26];
     const real_t x = pose[0];
     const real_t y = pose[1];
     const real_t potential_ = -(down_x*x + down_y*y)/R;

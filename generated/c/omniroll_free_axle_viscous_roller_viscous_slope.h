@@ -18,7 +18,7 @@
  *     omniroll_free_axle_viscous_roller_viscous_slope_prepare(wheels, rollers_per_wheel, mass, ..., wheel_angles, model);   // once for a vehicle
  *     omniroll_free_axle_viscous_roller_viscous_slope_reduced(wheels, rollers_per_wheel, model, nu, chi, momenta, heading, nu_dot);
  *
- * The model, 25 + 5*wheels + 2*(rollers_per_wheel - 1) numbers:
+ * The model, 27 + 9*wheels + 2*(rollers_per_wheel - 1) numbers:
  *   model[0]: B [kg m^2], roller inertia
  *   model[1]: inverse_yaw_scale [1], 1/Lambda
  *   model[2]: R [m], platform radius
@@ -36,21 +36,27 @@
  *   model[14]: m0_22 [kg m^2], constant part of the mass matrix
  *   model[15]: m0_23 [kg m^2], constant part of the mass matrix
  *   model[16]: m0_33 [kg m^2], constant part of the mass matrix
- *   model[17]: g11 [1], sum of g g^T over the wheels, chi' = g . nu
- *   model[18]: g12 [1], sum of g g^T over the wheels
- *   model[19]: g13 [1], sum of g g^T over the wheels
- *   model[20]: g22 [1], sum of g g^T over the wheels
- *   model[21]: g23 [1], sum of g g^T over the wheels
- *   model[22]: g33 [1], sum of g g^T over the wheels
- *   model[23]: down_x [kg m^2/s^2], M R g sin(slope) along x
- *   model[24]: down_y [kg m^2/s^2], M R g sin(slope) along y
- *   model[5*i + 25]: cos_alpha [1], cosine of the axle's direction
- *   model[5*i + 26]: sin_alpha [1], sine of the axle's direction
- *   model[5*i + 27]: axle_damping [N m s], viscous friction of an axle's bearings
- *   model[5*i + 28]: roller_damping [N m s], viscous friction of a roller's bearings
- *   model[5*i + 29]: damping_per_inertia [1/s], viscous friction of a roller's bearings, over its inertia
- *   model[5*wheels + 2*j + 25]: cos_kappa [1], cosine of a free roller's place on its disk
- *   model[5*wheels + 2*j + 26]: sin_kappa [1], sine of a free roller's place on its disk
+ *   model[17]: inverse_wheels [1], 1/N
+ *   model[18]: inverse_arms [1], 1 over the sum of (arm/R)^2
+ *   model[19]: last_cosine [1], cosine of the last wheel's direction
+ *   model[20]: last_sine [1], sine of the last wheel's direction
+ *   model[21]: share_x [1], part of bearing_sine along the arms
+ *   model[22]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[23]: mean_short [1], mean of place_short
+ *   model[24]: mean_side [1], mean of place_side
+ *   model[25]: down_x [kg m^2/s^2], M R g sin(slope) along x
+ *   model[26]: down_y [kg m^2/s^2], M R g sin(slope) along y
+ *   model[9*i + 27]: cos_alpha [1], cosine of the axle's direction
+ *   model[9*i + 28]: sin_alpha [1], sine of the axle's direction
+ *   model[9*i + 29]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[9*i + 30]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
+ *   model[9*i + 31]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
+ *   model[9*i + 32]: place_side [1], place of the wheel across the last wheel's axle, over R
+ *   model[9*i + 33]: axle_damping [N m s], viscous friction of an axle's bearings
+ *   model[9*i + 34]: roller_damping [N m s], viscous friction of a roller's bearings
+ *   model[9*i + 35]: damping_per_inertia [1/s], viscous friction of a roller's bearings, over its inertia
+ *   model[9*wheels + 2*j + 27]: cos_kappa [1], cosine of a free roller's place on its disk
+ *   model[9*wheels + 2*j + 28]: sin_kappa [1], sine of a free roller's place on its disk
  */
 #ifndef OMNIROLL_FREE_AXLE_VISCOUS_ROLLER_VISCOUS_SLOPE_H
 #define OMNIROLL_FREE_AXLE_VISCOUS_ROLLER_VISCOUS_SLOPE_H
@@ -98,8 +104,8 @@ OMNIROLL_API size_t omniroll_free_axle_viscous_roller_viscous_slope_model_size(i
  *   in  gravity [m/s^2]: acceleration of gravity
  *   in  slope_angle [rad]: inclination of the plane
  *   in  slope_direction [rad]: direction of steepest descent in the plane's x, y
- * Operations: once 6 add, 30 mul, 6 div, 4 sincos; per wheel 6 add, 9 mul, 2 sincos; per free-roller slot 4
- * add, 12 mul, 5 sincos. Intermediates: 45. */
+ * Operations: once 6 add, 35 mul, 9 div, 6 sincos; per wheel 12 add, 15 mul, 4 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 65. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_prepare(int wheels, int rollers_per_wheel,
                                                                           real_t mass, real_t yaw_inertia,
                                                                           real_t wheel_inertia,
@@ -148,7 +154,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_rates(in
  * Equations: (2.2).
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 16 mul, 4 div; per wheel 3 add, 4 mul. Intermediates: 18. */
+ * Operations: once 6 add, 13 mul, 6 div; per wheel 13 add, 7 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_wheels(int wheels,
                                                                                  int rollers_per_wheel,
                                                                                  const real_t *model,
@@ -162,7 +168,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_wheels
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
+ * Operations: once 5 add, 12 mul, 6 div; per wheel 16 add, 17 mul, 1 sincos. Intermediates: 25. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_nu_from_contacts(int wheels,
                                                                                    int rollers_per_wheel,
                                                                                    const real_t *model,
@@ -255,7 +261,7 @@ OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_inverse_dynami
  * Equations: (2.2), (3.1).
  *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
  *   out torques[N] [N m]: torques about the wheel axles
- * Operations: once 10 add, 19 mul, 4 div; per wheel 2 add, 2 mul. Intermediates: 16. */
+ * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_free_axle_viscous_roller_viscous_slope_wheel_torques(int wheels,
                                                                                 int rollers_per_wheel,
                                                                                 const real_t *model,

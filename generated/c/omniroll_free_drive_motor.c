@@ -76,7 +76,7 @@ OMNIROLL_INLINE real_t omniroll_free_drive_motor_cos(real_t x)
 
 OMNIROLL_API size_t omniroll_free_drive_motor_model_size(int wheels, int rollers_per_wheel)
 {
-    return (size_t)(23 + 2*wheels + 2*(rollers_per_wheel - 1));
+    return (size_t)(25 + 6*wheels + 2*(rollers_per_wheel - 1));
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
@@ -131,8 +131,8 @@ OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model[2*i + 23] = cos_alpha;
-        model[2*i + 24] = sin_alpha;
+        model[6*i + 25] = cos_alpha;
+        model[6*i + 26] = sin_alpha;
     }
     const real_t m0_11 = J*g11 + mass_R2;
     const real_t m0_12 = J*g12;
@@ -140,22 +140,60 @@ OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
     const real_t m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
+    real_t last_alpha = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t alpha = wheel_angles[i];
+        last_alpha = alpha;
+    }
+    const real_t last_cosine = real_cos(last_alpha);
+    const real_t last_sine = real_sin(last_alpha);
+    real_t s_aa = real_number(0);
+    real_t s_ax = real_number(0);
+    real_t s_ay = real_number(0);
+    real_t sum_short = real_number(0);
+    real_t sum_side = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t alpha = wheel_angles[i];
+        const real_t bearing = alpha - last_alpha;
+        const real_t t3 = bearing/2;
+        const real_t bearing_half_sine = real_sin(t3);
+        const real_t bearing_sine = 2*bearing_half_sine*real_cos(t3);
+        const real_t bearing_versine = 2*bearing_half_sine*bearing_half_sine;
+        s_aa += real_number(1);
+        s_ax += bearing_sine;
+        s_ay += bearing_versine;
+        sum_short += bearing_versine;
+        sum_side += bearing_sine;
+        model[6*i + 27] = bearing_sine;
+        model[6*i + 28] = bearing_versine;
+        model[6*i + 29] = bearing_versine;
+        model[6*i + 30] = bearing_sine;
+    }
+    const real_t inverse_wheels = 1/N;
+    const real_t mean_arms = s_aa*inverse_wheels;
+    const real_t inverse_arms = inverse_wheels/mean_arms;
+    const real_t share_x = s_ax*inverse_arms;
+    const real_t share_y = s_ay*inverse_arms;
+    const real_t mean_short = sum_short*inverse_wheels;
+    const real_t mean_side = sum_side*inverse_wheels;
     const real_t joint_quarter = pi_per_n/4;
     const real_t joint_half = t1;
-    const real_t t3 = 2*n;
-    const real_t t5 = 3*n;
+    const real_t t4 = 2*n;
+    const real_t t6 = 3*n;
     for (int j = 0; j < slots; j++) {
         const real_t slot = real_number(j + 1);
         const real_t twice_slot = 2*slot;
-        const real_t sin_kappa_high = t3 - twice_slot;
+        const real_t sin_kappa_high = t4 - twice_slot;
         const real_t sin_kappa_middle = n - twice_slot;
         const real_t sin_kappa = 4*real_sin(joint_quarter*twice_slot)*real_sin(joint_quarter*sin_kappa_high)*real_sin(joint_half*sin_kappa_middle);
-        const real_t t4 = 2*twice_slot;
-        const real_t cos_kappa_low = n - t4;
-        const real_t cos_kappa_high = t5 - t4;
+        const real_t t5 = 2*twice_slot;
+        const real_t cos_kappa_low = n - t5;
+        const real_t cos_kappa_high = t6 - t5;
         const real_t cos_kappa = 2*real_sin(joint_quarter*cos_kappa_low)*real_sin(joint_quarter*cos_kappa_high);
-        model[2*wheels + 2*j + 23] = cos_kappa;
-        model[2*wheels + 2*j + 24] = sin_kappa;
+        model[6*wheels + 2*j + 25] = cos_kappa;
+        model[6*wheels + 2*j + 26] = sin_kappa;
     }
     model[0] = B;
     model[1] = inverse_yaw_scale;
@@ -174,12 +212,14 @@ OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_
     model[14] = m0_22;
     model[15] = m0_23;
     model[16] = m0_33;
-    model[17] = g11;
-    model[18] = g12;
-    model[19] = g13;
-    model[20] = g22;
-    model[21] = g23;
-    model[22] = g33;
+    model[17] = inverse_wheels;
+    model[18] = inverse_arms;
+    model[19] = last_cosine;
+    model[20] = last_sine;
+    model[21] = share_x;
+    model[22] = share_y;
+    model[23] = mean_short;
+    model[24] = mean_side;
 }
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
@@ -197,8 +237,8 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_speeds(int wheels, int rollers
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         chi_dot[i] = wheel_rate;
@@ -226,8 +266,8 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_rates(int wheels, int rollers_
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
@@ -252,39 +292,53 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_wheels(int wheels, int rolle
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[1];
     const real_t R_over_l = model[4];
-    const real_t g11 = model[17];
-    const real_t g12 = model[18];
-    const real_t g13 = model[19];
-    const real_t g22 = model[20];
-    const real_t g23 = model[21];
-    const real_t g33 = model[22];
-    real_t f1 = real_number(0);
-    real_t f2 = real_number(0);
-    real_t f3 = real_number(0);
-    const real_t t1 = inverse_yaw_scale*R_over_l;
+    const real_t inverse_arms = model[18];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t share_x = model[21];
+    const real_t share_y = model[22];
+    real_t s_am = real_number(0);
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    real_t s_xm = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
         const real_t chi_dot_i = chi_dot[i];
-        const real_t R_over_l_chi_dot_i = R_over_l*chi_dot_i;
-        f1 += R_over_l_chi_dot_i*sin_alpha;
-        f2 += -R_over_l_chi_dot_i*cos_alpha;
-        f3 += -t1*chi_dot_i;
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_am += chi_dot_i;
+        s_xx += x*x;
+        s_xy += x*y;
+        s_xm += chi_dot_i*x;
     }
-    const real_t pivot_1 = 1/g11;
-    const real_t u12 = g12*pivot_1;
-    const real_t u13 = g13*pivot_1;
-    const real_t d22 = g22 - g12*u12;
-    const real_t d23 = g23 - g12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = g33 - g13*u13 - d23*u23;
-    const real_t z2 = f2 - f1*u12;
-    const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    const real_t first_a = inverse_arms*s_am;
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    const real_t first_x = s_xm*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_rm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        const real_t beyond_a = chi_dot_i - first_a;
+        const real_t left_over = beyond_a - first_x*x;
+        s_rr += rest*rest;
+        s_rm += rest*left_over;
+    }
+    const real_t along_y = s_rm/s_rr;
+    const real_t along_x = first_x - tilt*along_y;
+    const real_t turn = first_a - share_x*along_x - share_y*along_y;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
+    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
+    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
     nu[0] = x_1;
     nu[1] = x_2;
     nu[2] = x_3;
@@ -302,22 +356,25 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_contacts(int wheels, int rol
     const real_t R_over_l = model[4];
     const real_t tip = model[9];
     const real_t joint_sine = model[10];
-    real_t m11 = real_number(0);
-    real_t m12 = real_number(0);
-    real_t m13 = real_number(0);
-    real_t m22 = real_number(0);
-    real_t m23 = real_number(0);
-    real_t m33 = real_number(0);
-    real_t f1 = real_number(0);
-    real_t f2 = real_number(0);
-    real_t f3 = real_number(0);
+    const real_t inverse_wheels = model[17];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t mean_short = model[23];
+    const real_t mean_side = model[24];
+    real_t f_1 = real_number(0);
+    real_t f_2 = real_number(0);
+    real_t f_3 = real_number(0);
+    real_t s_33 = real_number(0);
     const real_t t1 = 2*l;
-    const real_t t2 = inverse_yaw_scale*R_over_l;
     const real_t inv_l = 1/l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
+        const real_t place_short = model[6*i + 29];
+        const real_t place_side = model[6*i + 30];
         const real_t chi_i = chi[i];
         const real_t chi_dot_i = chi_dot[i];
         const real_t contact_spin_i = contact_spin[i];
@@ -326,36 +383,25 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_contacts(int wheels, int rol
         const real_t above = joint_sine + half_sine;
         const real_t width = below*above;
         const real_t rho = tip + t1*width;
-        const real_t g_1 = R_over_l*sin_alpha;
-        const real_t R_over_l_cos_alpha = R_over_l*cos_alpha;
-        const real_t g_2 = -R_over_l_cos_alpha;
-        const real_t g_3 = -t2;
-        const real_t a_1 = R_over_l_cos_alpha;
-        const real_t a_2 = g_1;
         const real_t rolled = inv_l*contact_spin_i*rho;
-        m11 += g_1*g_1 + a_1*a_1;
-        m12 += g_1*g_2 + a_1*a_2;
-        m13 += g_1*g_3;
-        m22 += g_2*g_2 + a_2*a_2;
-        m23 += g_2*g_3;
-        m33 += g_3*g_3;
-        f1 += chi_dot_i*g_1 + a_1*rolled;
-        f2 += chi_dot_i*g_2 + a_2*rolled;
-        f3 += chi_dot_i*g_3;
+        const real_t shorter = place_short - mean_short;
+        const real_t aside = place_side - mean_side;
+        const real_t bearing_cosine = 1 - bearing_versine;
+        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
+        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
+        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
+        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
+        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
+        s_33 += own_wheel*own_wheel + own_roller*own_roller;
     }
-    const real_t pivot_1 = 1/m11;
-    const real_t u12 = m12*pivot_1;
-    const real_t u13 = m13*pivot_1;
-    const real_t d22 = m22 - m12*u12;
-    const real_t d23 = m23 - m12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = m33 - m13*u13 - d23*u23;
-    const real_t z2 = f2 - f1*u12;
-    const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    const real_t turn = -f_3/s_33;
+    const real_t t2 = 1 - mean_short;
+    const real_t mean_cosine = last_cosine*t2 - last_sine*mean_side;
+    const real_t mean_sine = last_cosine*mean_side + last_sine*t2;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
+    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
+    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
     nu[0] = x_1;
     nu[1] = x_2;
     nu[2] = x_3;
@@ -406,8 +452,8 @@ OMNIROLL_API void omniroll_free_drive_motor_mass_matrix(int wheels, int rollers_
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -470,8 +516,8 @@ OMNIROLL_API void omniroll_free_drive_motor_bias(int wheels, int rollers_per_whe
     const real_t t3 = inverse_yaw_scale*R_over_l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -559,8 +605,8 @@ OMNIROLL_API void omniroll_free_drive_motor_reduced(int wheels, int rollers_per_
     const real_t t3 = inverse_yaw_scale*R_over_l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -671,8 +717,8 @@ OMNIROLL_API void omniroll_free_drive_motor_inverse_dynamics(int wheels, int rol
     const real_t t3 = inverse_yaw_scale*R_over_l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -734,36 +780,57 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_torques(int wheels, int roller
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[1];
     const real_t R_over_l = model[4];
-    const real_t g11 = model[17];
-    const real_t g12 = model[18];
-    const real_t g13 = model[19];
-    const real_t g22 = model[20];
-    const real_t g23 = model[21];
-    const real_t g33 = model[22];
+    const real_t inverse_arms = model[18];
+    const real_t last_cosine = model[19];
+    const real_t last_sine = model[20];
+    const real_t share_x = model[21];
+    const real_t share_y = model[22];
     const real_t force_1 = force[0];
     const real_t force_2 = force[1];
     const real_t force_3 = force[2];
-    const real_t pivot_1 = 1/g11;
-    const real_t u12 = g12*pivot_1;
-    const real_t u13 = g13*pivot_1;
-    const real_t d22 = g22 - g12*u12;
-    const real_t d23 = g23 - g12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = g33 - g13*u13 - d23*u23;
-    const real_t z2 = force_2 - force_1*u12;
-    const real_t z3 = force_3 - force_1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = force_1*pivot_1 - u12*x_2 - u13*x_3;
-    const real_t t1 = inverse_yaw_scale*R_over_l*x_3;
-    const real_t R_over_l_x_2 = R_over_l*x_2;
-    const real_t R_over_l_x_1 = R_over_l*x_1;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
+    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
+    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
+    const real_t asked_x = force_x - share_x*asked_a;
+    const real_t asked_y = asked_a - share_y*asked_a + force_y;
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
-        torques[i] = R_over_l_x_1*sin_alpha - t1 - R_over_l_x_2*cos_alpha;
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_xx += x*x;
+        s_xy += x*y;
+    }
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_xr = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        s_rr += rest*rest;
+        s_xr += x*rest;
+    }
+    const real_t torque_a = inverse_arms*asked_a;
+    const real_t asked_rest = asked_y - asked_x*tilt;
+    const real_t torque_rest = asked_rest/s_rr;
+    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[6*i + 27];
+        const real_t bearing_versine = model[6*i + 28];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        torques[i] = torque_a + torque_x*x + torque_rest*rest;
     }
 }
 
@@ -808,8 +875,8 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
     const real_t t3 = inverse_yaw_scale*R_over_l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t torque_i = torque[i];
         const real_t damping_i = damping[i];
@@ -837,8 +904,8 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
         real_t spin_cos = real_number(0);
         real_t spin_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_spin = spins[slots*i + j];
             spin_cos += cos_kappa*free_spin;
             spin_sin += sin_kappa*free_spin;
@@ -883,8 +950,8 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
     const real_t t5 = inverse_yaw_scale*nu_dot_3;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t t4 = chi_i/2;
         const real_t half_sine = real_sin(t4);
@@ -895,8 +962,8 @@ OMNIROLL_API void omniroll_free_drive_motor_accelerations(int wheels, int roller
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t yaw_rate_wheel_rate = yaw_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_cosine = cosine*cos_kappa - sine*sin_kappa;
             spins_dot[slots*i + j] = -t5*free_sine - yaw_rate_wheel_rate*free_cosine;
@@ -929,8 +996,8 @@ OMNIROLL_API void omniroll_free_drive_motor_energy(int wheels, int rollers_per_w
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -949,8 +1016,8 @@ OMNIROLL_API void omniroll_free_drive_motor_energy(int wheels, int rollers_per_w
         const real_t axial = yaw_rate*sine + rolling;
         twice += B*axial*axial + J*wheel_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -995,8 +1062,8 @@ OMNIROLL_API void omniroll_free_drive_motor_impact(int wheels, int rollers_per_w
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t entering_i = entering[i];
         const real_t t1 = chi_i/2;
@@ -1061,8 +1128,8 @@ OMNIROLL_API void omniroll_free_drive_motor_contact_axial(int wheels, int roller
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -1099,8 +1166,8 @@ OMNIROLL_API void omniroll_free_drive_motor_axial_speeds(int wheels, int rollers
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -1128,8 +1195,8 @@ OMNIROLL_API void omniroll_free_drive_motor_spins_from_axial(int wheels, int rol
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_axial = axial[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             spins[slots*i + j] = free_axial - yaw_rate*free_sine;
@@ -1148,8 +1215,8 @@ OMNIROLL_API void omniroll_free_drive_motor_momenta(int wheels, int rollers_per_
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[2*wheels + 2*j + 23];
-            const real_t sin_kappa = model[2*wheels + 2*j + 24];
+            const real_t cos_kappa = model[6*wheels + 2*j + 25];
+            const real_t sin_kappa = model[6*wheels + 2*j + 26];
             const real_t free_axial = axial[slots*i + j];
             axial_cos += cos_kappa*free_axial;
             axial_sin += sin_kappa*free_axial;
@@ -1176,8 +1243,8 @@ OMNIROLL_API void omniroll_free_drive_motor_drive_power(int wheels, int rollers_
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[2*i + 23];
-        const real_t sin_alpha = model[2*i + 24];
+        const real_t cos_alpha = model[6*i + 25];
+        const real_t sin_alpha = model[6*i + 26];
         const real_t torque_i = torque[i];
         const real_t damping_i = damping[i];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);

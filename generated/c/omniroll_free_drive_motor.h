@@ -22,7 +22,7 @@
  *     real_t work[16];    // at least omniroll_free_drive_motor_step_work_size(wheels)
  *     omniroll_free_drive_motor_step(wheels, rollers_per_wheel, model, h, nu, chi, momenta, torque, damping, pose, work);
  *
- * The model, 23 + 2*wheels + 2*(rollers_per_wheel - 1) numbers:
+ * The model, 25 + 6*wheels + 2*(rollers_per_wheel - 1) numbers:
  *   model[0]: B [kg m^2], roller inertia
  *   model[1]: inverse_yaw_scale [1], 1/Lambda
  *   model[2]: R [m], platform radius
@@ -40,16 +40,22 @@
  *   model[14]: m0_22 [kg m^2], constant part of the mass matrix
  *   model[15]: m0_23 [kg m^2], constant part of the mass matrix
  *   model[16]: m0_33 [kg m^2], constant part of the mass matrix
- *   model[17]: g11 [1], sum of g g^T over the wheels, chi' = g . nu
- *   model[18]: g12 [1], sum of g g^T over the wheels
- *   model[19]: g13 [1], sum of g g^T over the wheels
- *   model[20]: g22 [1], sum of g g^T over the wheels
- *   model[21]: g23 [1], sum of g g^T over the wheels
- *   model[22]: g33 [1], sum of g g^T over the wheels
- *   model[2*i + 23]: cos_alpha [1], cosine of the axle's direction
- *   model[2*i + 24]: sin_alpha [1], sine of the axle's direction
- *   model[2*wheels + 2*j + 23]: cos_kappa [1], cosine of a free roller's place on its disk
- *   model[2*wheels + 2*j + 24]: sin_kappa [1], sine of a free roller's place on its disk
+ *   model[17]: inverse_wheels [1], 1/N
+ *   model[18]: inverse_arms [1], 1 over the sum of (arm/R)^2
+ *   model[19]: last_cosine [1], cosine of the last wheel's direction
+ *   model[20]: last_sine [1], sine of the last wheel's direction
+ *   model[21]: share_x [1], part of bearing_sine along the arms
+ *   model[22]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[23]: mean_short [1], mean of place_short
+ *   model[24]: mean_side [1], mean of place_side
+ *   model[6*i + 25]: cos_alpha [1], cosine of the axle's direction
+ *   model[6*i + 26]: sin_alpha [1], sine of the axle's direction
+ *   model[6*i + 27]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[6*i + 28]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
+ *   model[6*i + 29]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
+ *   model[6*i + 30]: place_side [1], place of the wheel across the last wheel's axle, over R
+ *   model[6*wheels + 2*j + 25]: cos_kappa [1], cosine of a free roller's place on its disk
+ *   model[6*wheels + 2*j + 26]: sin_kappa [1], sine of a free roller's place on its disk
  */
 #ifndef OMNIROLL_FREE_DRIVE_MOTOR_H
 #define OMNIROLL_FREE_DRIVE_MOTOR_H
@@ -92,8 +98,8 @@ OMNIROLL_API size_t omniroll_free_drive_motor_model_size(int wheels, int rollers
  *   in  wheel_radius [m]: wheel centre to the ground
  *   in  roller_axis_radius [m]: wheel centre to a roller's axis
  *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 6 add, 25 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
- * add, 12 mul, 5 sincos. Intermediates: 41. */
+ * Operations: once 6 add, 30 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 61. */
 OMNIROLL_API void omniroll_free_drive_motor_prepare(int wheels, int rollers_per_wheel, real_t mass,
                                                     real_t yaw_inertia, real_t wheel_inertia,
                                                     real_t roller_inertia, real_t yaw_scale,
@@ -129,7 +135,7 @@ OMNIROLL_API void omniroll_free_drive_motor_wheel_rates(int wheels, int rollers_
  * Equations: (2.2).
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 16 mul, 4 div; per wheel 3 add, 4 mul. Intermediates: 18. */
+ * Operations: once 6 add, 13 mul, 6 div; per wheel 13 add, 7 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_free_drive_motor_nu_from_wheels(int wheels, int rollers_per_wheel,
                                                            const real_t *model, const real_t *chi_dot,
                                                            real_t *nu);
@@ -141,7 +147,7 @@ OMNIROLL_API void omniroll_free_drive_motor_nu_from_wheels(int wheels, int rolle
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
+ * Operations: once 5 add, 12 mul, 6 div; per wheel 16 add, 17 mul, 1 sincos. Intermediates: 25. */
 OMNIROLL_API void omniroll_free_drive_motor_nu_from_contacts(int wheels, int rollers_per_wheel,
                                                              const real_t *model, const real_t *chi,
                                                              const real_t *chi_dot,
@@ -221,7 +227,7 @@ OMNIROLL_API void omniroll_free_drive_motor_inverse_dynamics(int wheels, int rol
  * Equations: (2.2), (3.1).
  *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
  *   out torques[N] [N m]: torques about the wheel axles
- * Operations: once 10 add, 19 mul, 4 div; per wheel 2 add, 2 mul. Intermediates: 16. */
+ * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_free_drive_motor_wheel_torques(int wheels, int rollers_per_wheel,
                                                           const real_t *model, const real_t *force,
                                                           real_t *torques);

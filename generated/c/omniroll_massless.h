@@ -22,7 +22,7 @@
  *     real_t work[16];    // at least omniroll_massless_step_work_size(wheels)
  *     omniroll_massless_step(wheels, rollers_per_wheel, model, h, nu, chi, pose, work);
  *
- * The model, 22 + 2*wheels numbers:
+ * The model, 24 + 6*wheels numbers:
  *   model[0]: inverse_yaw_scale [1], 1/Lambda
  *   model[1]: R [m], platform radius
  *   model[2]: l [m], wheel radius
@@ -39,14 +39,20 @@
  *   model[13]: m0_22 [kg m^2], constant part of the mass matrix
  *   model[14]: m0_23 [kg m^2], constant part of the mass matrix
  *   model[15]: m0_33 [kg m^2], constant part of the mass matrix
- *   model[16]: g11 [1], sum of g g^T over the wheels, chi' = g . nu
- *   model[17]: g12 [1], sum of g g^T over the wheels
- *   model[18]: g13 [1], sum of g g^T over the wheels
- *   model[19]: g22 [1], sum of g g^T over the wheels
- *   model[20]: g23 [1], sum of g g^T over the wheels
- *   model[21]: g33 [1], sum of g g^T over the wheels
- *   model[2*i + 22]: cos_alpha [1], cosine of the axle's direction
- *   model[2*i + 23]: sin_alpha [1], sine of the axle's direction
+ *   model[16]: inverse_wheels [1], 1/N
+ *   model[17]: inverse_arms [1], 1 over the sum of (arm/R)^2
+ *   model[18]: last_cosine [1], cosine of the last wheel's direction
+ *   model[19]: last_sine [1], sine of the last wheel's direction
+ *   model[20]: share_x [1], part of bearing_sine along the arms
+ *   model[21]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[22]: mean_short [1], mean of place_short
+ *   model[23]: mean_side [1], mean of place_side
+ *   model[6*i + 24]: cos_alpha [1], cosine of the axle's direction
+ *   model[6*i + 25]: sin_alpha [1], sine of the axle's direction
+ *   model[6*i + 26]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[6*i + 27]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
+ *   model[6*i + 28]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
+ *   model[6*i + 29]: place_side [1], place of the wheel across the last wheel's axle, over R
  */
 #ifndef OMNIROLL_MASSLESS_H
 #define OMNIROLL_MASSLESS_H
@@ -89,7 +95,7 @@ OMNIROLL_API size_t omniroll_massless_model_size(int wheels, int rollers_per_whe
  *   in  wheel_radius [m]: wheel centre to the ground
  *   in  roller_axis_radius [m]: wheel centre to a roller's axis
  *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 5 add, 19 mul, 5 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos. Intermediates: 25. */
+ * Operations: once 5 add, 24 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos. Intermediates: 45. */
 OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, real_t mass,
                                             real_t yaw_inertia, real_t wheel_inertia, real_t roller_inertia,
                                             real_t yaw_scale, real_t platform_radius, real_t wheel_radius,
@@ -122,7 +128,7 @@ OMNIROLL_API void omniroll_massless_wheel_rates(int wheels, int rollers_per_whee
  * Equations: (2.2).
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 16 mul, 4 div; per wheel 3 add, 4 mul. Intermediates: 18. */
+ * Operations: once 6 add, 13 mul, 6 div; per wheel 13 add, 7 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
                                                    const real_t *chi_dot, real_t *nu);
 
@@ -133,7 +139,7 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
  *   in  chi_dot[N] [rad/s]: wheel rates
  *   in  contact_spin[N] [rad/s]: spins of the rollers in contact
  *   out nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
- * Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37. */
+ * Operations: once 5 add, 12 mul, 6 div; per wheel 16 add, 17 mul, 1 sincos. Intermediates: 25. */
 OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
                                                      const real_t *chi, const real_t *chi_dot,
                                                      const real_t *contact_spin, real_t *nu);
@@ -194,7 +200,7 @@ OMNIROLL_API void omniroll_massless_inverse_dynamics(int wheels, int rollers_per
  * Equations: (2.2), (3.1).
  *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
  *   out torques[N] [N m]: torques about the wheel axles
- * Operations: once 10 add, 19 mul, 4 div; per wheel 2 add, 2 mul. Intermediates: 16. */
+ * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
 OMNIROLL_API void omniroll_massless_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
                                                   const real_t *force, real_t *torques);
 

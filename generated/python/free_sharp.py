@@ -45,14 +45,20 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_22 [kg m^2]: constant part of the mass matrix.
       m0_23 [kg m^2]: constant part of the mass matrix.
       m0_33 [kg m^2]: constant part of the mass matrix.
-      g11 [1]: sum of g g^T over the wheels, chi' = g . nu.
-      g12 [1]: sum of g g^T over the wheels.
-      g13 [1]: sum of g g^T over the wheels.
-      g22 [1]: sum of g g^T over the wheels.
-      g23 [1]: sum of g g^T over the wheels.
-      g33 [1]: sum of g g^T over the wheels.
+      inverse_wheels [1]: 1/N.
+      inverse_arms [1]: 1 over the sum of (arm/R)^2.
+      last_cosine [1]: cosine of the last wheel's direction.
+      last_sine [1]: sine of the last wheel's direction.
+      share_x [1]: part of bearing_sine along the arms.
+      share_y [1]: part of arm/R - cos(bearing) along the arms.
+      mean_short [1]: mean of place_short.
+      mean_side [1]: mean of place_side.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
+      bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
+      bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
+      place_short[N] [1]: 1 - place of the wheel along the last wheel's axle, over R.
+      place_side[N] [1]: place of the wheel across the last wheel's axle, over R.
       cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
       sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
       start_d1 [kg m^2]: factor of the constant part of the mass matrix.
@@ -61,13 +67,17 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       start_u12 [1]: factor of the constant part of the mass matrix.
       start_u13 [1]: factor of the constant part of the mass matrix.
       start_u23 [1]: factor of the constant part of the mass matrix.
-    Operations: once 10 add, 31 mul, 8 div, 1 sincos; per wheel 6 add, 8 mul, 2 sincos; per free-roller slot 4
-    add, 12 mul, 5 sincos. Intermediates: 49.
+    Operations: once 10 add, 36 mul, 11 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos; per free-roller
+    slot 4 add, 12 mul, 5 sincos. Intermediates: 69.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
+    model.bearing_sine = [None] * wheels
+    model.bearing_versine = [None] * wheels
+    model.place_short = [None] * wheels
+    model.place_side = [None] * wheels
     model.cos_kappa = [None] * (rollers_per_wheel - 1)
     model.sin_kappa = [None] * (rollers_per_wheel - 1)
     N = number(wheels, like)
@@ -128,19 +138,53 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     start_u23 = start_23/start_d2
     start_33 = m0_33
     start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23
+    last_alpha = 0
+    for i in range(wheels):
+        alpha = wheel_angles[i]
+        last_alpha = alpha
+    last_cosine = cos(last_alpha)
+    last_sine = sin(last_alpha)
+    s_aa = 0
+    s_ax = 0
+    s_ay = 0
+    sum_short = 0
+    sum_side = 0
+    for i in range(wheels):
+        alpha = wheel_angles[i]
+        bearing = alpha - last_alpha
+        t3 = bearing/2
+        bearing_half_sine = sin(t3)
+        bearing_sine = 2*bearing_half_sine*cos(t3)
+        bearing_versine = 2*bearing_half_sine*bearing_half_sine
+        s_aa = s_aa + 1
+        s_ax = s_ax + bearing_sine
+        s_ay = s_ay + bearing_versine
+        sum_short = sum_short + bearing_versine
+        sum_side = sum_side + bearing_sine
+        model.bearing_sine[i] = bearing_sine
+        model.bearing_versine[i] = bearing_versine
+        model.place_short[i] = bearing_versine
+        model.place_side[i] = bearing_sine
+    inverse_wheels = 1/N
+    mean_arms = s_aa*inverse_wheels
+    inverse_arms = inverse_wheels/mean_arms
+    share_x = s_ax*inverse_arms
+    share_y = s_ay*inverse_arms
+    mean_short = sum_short*inverse_wheels
+    mean_side = sum_side*inverse_wheels
     joint_quarter = pi_per_n/4
     joint_half = t1
-    t3 = 2*n
-    t5 = 3*n
+    t4 = 2*n
+    t6 = 3*n
     for j in range(rollers_per_wheel - 1):
         slot = number(j + 1, like)
         twice_slot = 2*slot
-        sin_kappa_high = t3 - twice_slot
+        sin_kappa_high = t4 - twice_slot
         sin_kappa_middle = n - twice_slot
         sin_kappa = (4*sin(joint_quarter*twice_slot)*sin(joint_quarter*sin_kappa_high)*sin(joint_half*sin_kappa_middle))
-        t4 = 2*twice_slot
-        cos_kappa_low = n - t4
-        cos_kappa_high = t5 - t4
+        t5 = 2*twice_slot
+        cos_kappa_low = n - t5
+        cos_kappa_high = t6 - t5
         cos_kappa = 2*sin(joint_quarter*cos_kappa_low)*sin(joint_quarter*cos_kappa_high)
         model.cos_kappa[j] = cos_kappa
         model.sin_kappa[j] = sin_kappa
@@ -161,12 +205,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.m0_22 = m0_22
     model.m0_23 = m0_23
     model.m0_33 = m0_33
-    model.g11 = g11
-    model.g12 = g12
-    model.g13 = g13
-    model.g22 = g22
-    model.g23 = g23
-    model.g33 = g33
+    model.inverse_wheels = inverse_wheels
+    model.inverse_arms = inverse_arms
+    model.last_cosine = last_cosine
+    model.last_sine = last_sine
+    model.share_x = share_x
+    model.share_y = share_y
+    model.mean_short = mean_short
+    model.mean_side = mean_side
     model.start_d1 = m0_11
     model.start_d2 = start_d2
     model.start_d3 = start_d3
@@ -253,42 +299,54 @@ def nu_from_wheels(model, chi_dot):
     chi_dot[N] [rad/s]: wheel rates.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 16 mul, 4 div; per wheel 3 add, 4 mul. Intermediates: 18.
+    Operations: once 6 add, 13 mul, 6 div; per wheel 13 add, 7 mul. Intermediates: 24.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
     R_over_l = model.R_over_l
-    g11 = model.g11
-    g12 = model.g12
-    g13 = model.g13
-    g22 = model.g22
-    g23 = model.g23
-    g33 = model.g33
-    f1 = 0
-    f2 = 0
-    f3 = 0
-    t1 = inverse_yaw_scale*R_over_l
+    inverse_arms = model.inverse_arms
+    last_cosine = model.last_cosine
+    last_sine = model.last_sine
+    share_x = model.share_x
+    share_y = model.share_y
+    s_am = 0
+    s_xx = 0
+    s_xy = 0
+    s_xm = 0
     for i in range(model.wheels):
-        cos_alpha = model.cos_alpha[i]
-        sin_alpha = model.sin_alpha[i]
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
         chi_dot_i = chi_dot[i]
-        R_over_l_chi_dot_i = R_over_l*chi_dot_i
-        f1 = f1 + R_over_l_chi_dot_i*sin_alpha
-        f2 = f2 + -R_over_l_chi_dot_i*cos_alpha
-        f3 = f3 + -t1*chi_dot_i
-    pivot_1 = 1/g11
-    u12 = g12*pivot_1
-    u13 = g13*pivot_1
-    d22 = g22 - g12*u12
-    d23 = g23 - g12*u13
-    pivot_2 = 1/d22
-    u23 = d23*pivot_2
-    d33 = g33 - g13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
-    x_3 = z3/d33
-    x_2 = pivot_2*z2 - u23*x_3
-    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+        x = bearing_sine - share_x
+        y = bearing_versine - share_y
+        s_am = s_am + chi_dot_i
+        s_xx = s_xx + x*x
+        s_xy = s_xy + x*y
+        s_xm = s_xm + chi_dot_i*x
+    first_a = inverse_arms*s_am
+    inv_s_xx = 1/s_xx
+    tilt = s_xy*inv_s_xx
+    first_x = s_xm*inv_s_xx
+    s_rr = 0
+    s_rm = 0
+    for i in range(model.wheels):
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
+        chi_dot_i = chi_dot[i]
+        x = bearing_sine - share_x
+        y = bearing_versine - share_y
+        rest = y - tilt*x
+        beyond_a = chi_dot_i - first_a
+        left_over = beyond_a - first_x*x
+        s_rr = s_rr + rest*rest
+        s_rm = s_rm + rest*left_over
+    along_y = s_rm/s_rr
+    along_x = first_x - tilt*along_y
+    turn = first_a - share_x*along_x - share_y*along_y
+    inv_R_over_l = 1/R_over_l
+    x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l
+    x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l
+    x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale
     nu[0] = x_1
     nu[1] = x_2
     nu[2] = x_3
@@ -304,7 +362,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     contact_spin[N] [rad/s]: spins of the rollers in contact.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    Operations: once 10 add, 17 mul, 5 div; per wheel 17 add, 21 mul, 1 sincos. Intermediates: 37.
+    Operations: once 5 add, 12 mul, 6 div; per wheel 16 add, 17 mul, 1 sincos. Intermediates: 25.
     """
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -312,21 +370,24 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     R_over_l = model.R_over_l
     tip = model.tip
     joint_sine = model.joint_sine
-    m11 = 0
-    m12 = 0
-    m13 = 0
-    m22 = 0
-    m23 = 0
-    m33 = 0
-    f1 = 0
-    f2 = 0
-    f3 = 0
+    inverse_wheels = model.inverse_wheels
+    last_cosine = model.last_cosine
+    last_sine = model.last_sine
+    mean_short = model.mean_short
+    mean_side = model.mean_side
+    f_1 = 0
+    f_2 = 0
+    f_3 = 0
+    s_33 = 0
     t1 = 2*l
-    t2 = inverse_yaw_scale*R_over_l
     inv_l = 1/l
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
+        place_short = model.place_short[i]
+        place_side = model.place_side[i]
         chi_i = chi[i]
         chi_dot_i = chi_dot[i]
         contact_spin_i = contact_spin[i]
@@ -335,35 +396,24 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         above = joint_sine + half_sine
         width = below*above
         rho = tip + t1*width
-        g_1 = R_over_l*sin_alpha
-        R_over_l_cos_alpha = R_over_l*cos_alpha
-        g_2 = -R_over_l_cos_alpha
-        g_3 = -t2
-        a_1 = R_over_l_cos_alpha
-        a_2 = g_1
         rolled = inv_l*contact_spin_i*rho
-        m11 = m11 + (g_1*g_1 + a_1*a_1)
-        m12 = m12 + (g_1*g_2 + a_1*a_2)
-        m13 = m13 + g_1*g_3
-        m22 = m22 + (g_2*g_2 + a_2*a_2)
-        m23 = m23 + g_2*g_3
-        m33 = m33 + g_3*g_3
-        f1 = f1 + (chi_dot_i*g_1 + a_1*rolled)
-        f2 = f2 + (chi_dot_i*g_2 + a_2*rolled)
-        f3 = f3 + chi_dot_i*g_3
-    pivot_1 = 1/m11
-    u12 = m12*pivot_1
-    u13 = m13*pivot_1
-    d22 = m22 - m12*u12
-    d23 = m23 - m12*u13
-    pivot_2 = 1/d22
-    u23 = d23*pivot_2
-    d33 = m33 - m13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
-    x_3 = z3/d33
-    x_2 = pivot_2*z2 - u23*x_3
-    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+        shorter = place_short - mean_short
+        aside = place_side - mean_side
+        bearing_cosine = 1 - bearing_versine
+        own_wheel = bearing_sine*aside - shorter*bearing_cosine
+        own_roller = bearing_sine*shorter + aside*bearing_cosine
+        f_1 = f_1 + (cos_alpha*rolled + sin_alpha*chi_dot_i)
+        f_2 = f_2 + (sin_alpha*rolled - cos_alpha*chi_dot_i)
+        f_3 = f_3 + (chi_dot_i*own_wheel + rolled*own_roller)
+        s_33 = s_33 + (own_wheel*own_wheel + own_roller*own_roller)
+    turn = -f_3/s_33
+    t2 = 1 - mean_short
+    mean_cosine = last_cosine*t2 - last_sine*mean_side
+    mean_sine = last_cosine*mean_side + last_sine*t2
+    inv_R_over_l = 1/R_over_l
+    x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l
+    x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l
+    x_3 = turn*inv_R_over_l/inverse_yaw_scale
     nu[0] = x_1
     nu[1] = x_2
     nu[2] = x_3
@@ -760,40 +810,57 @@ def wheel_torques(model, force):
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:
       torques[N] [N m]: torques about the wheel axles.
-    Operations: once 10 add, 19 mul, 4 div; per wheel 2 add, 2 mul. Intermediates: 16.
+    Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24.
     """
     torques = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
     R_over_l = model.R_over_l
-    g11 = model.g11
-    g12 = model.g12
-    g13 = model.g13
-    g22 = model.g22
-    g23 = model.g23
-    g33 = model.g33
+    inverse_arms = model.inverse_arms
+    last_cosine = model.last_cosine
+    last_sine = model.last_sine
+    share_x = model.share_x
+    share_y = model.share_y
     force_1 = force[0]
     force_2 = force[1]
     force_3 = force[2]
-    pivot_1 = 1/g11
-    u12 = g12*pivot_1
-    u13 = g13*pivot_1
-    d22 = g22 - g12*u12
-    d23 = g23 - g12*u13
-    pivot_2 = 1/d22
-    u23 = d23*pivot_2
-    d33 = g33 - g13*u13 - d23*u23
-    z2 = force_2 - force_1*u12
-    z3 = force_3 - force_1*u13 - u23*z2
-    x_3 = z3/d33
-    x_2 = pivot_2*z2 - u23*x_3
-    x_1 = force_1*pivot_1 - u12*x_2 - u13*x_3
-    t1 = inverse_yaw_scale*R_over_l*x_3
-    R_over_l_x_2 = R_over_l*x_2
-    R_over_l_x_1 = R_over_l*x_1
+    inv_R_over_l = 1/R_over_l
+    asked_a = -force_3*inv_R_over_l/inverse_yaw_scale
+    force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l
+    force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l
+    asked_x = force_x - share_x*asked_a
+    asked_y = asked_a - share_y*asked_a + force_y
+    s_xx = 0
+    s_xy = 0
     for i in range(model.wheels):
-        cos_alpha = model.cos_alpha[i]
-        sin_alpha = model.sin_alpha[i]
-        torques[i] = R_over_l_x_1*sin_alpha - t1 - R_over_l_x_2*cos_alpha
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
+        x = bearing_sine - share_x
+        y = bearing_versine - share_y
+        s_xx = s_xx + x*x
+        s_xy = s_xy + x*y
+    inv_s_xx = 1/s_xx
+    tilt = s_xy*inv_s_xx
+    s_rr = 0
+    s_xr = 0
+    for i in range(model.wheels):
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
+        x = bearing_sine - share_x
+        y = bearing_versine - share_y
+        rest = y - tilt*x
+        s_rr = s_rr + rest*rest
+        s_xr = s_xr + x*rest
+    torque_a = inverse_arms*asked_a
+    asked_rest = asked_y - asked_x*tilt
+    torque_rest = asked_rest/s_rr
+    torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx
+    for i in range(model.wheels):
+        bearing_sine = model.bearing_sine[i]
+        bearing_versine = model.bearing_versine[i]
+        x = bearing_sine - share_x
+        y = bearing_versine - share_y
+        rest = y - tilt*x
+        torques[i] = torque_a + torque_x*x + torque_rest*rest
     return torques
 
 

@@ -42,7 +42,7 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
-SHARP = 1e3  # beyond this the sharp kernels are the more accurate ones
+SHARP = 1e2  # beyond this the sharp kernels are the more accurate ones
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
 Constants = tuple[tuple[str, float | tuple], ...]  # arguments of `prepare` by name, in a form that can be hashed

@@ -1,0 +1,136 @@
+"""The same kernels in other number types, from other compilers, in other rounding modes, under sanitizers and valgrind."""
+
+import shutil
+
+from hard.builds import ROUNDINGS, Build
+from hard.case import Case, Measurement, Scale
+from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, REFERENCE, Bench, compiled_kernels, measurements
+from hard.sampling import Sample, sample
+
+SECTION = "Number types and compilers"
+PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
+FAST, FUSED = ("-O3", "-march=native", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
+SLOW = ("-O0", "-ffp-contract=off")
+
+
+def measured(parts: list[Sample], kernels: dict[tuple[str, str], object]) -> list[Measurement]:
+    """Errors of all functions under each of the kernels, named by (what they are on, number type)."""
+    found = []
+    for part in parts:
+        for model in REFERENCE:
+            bench = Bench(part, model)
+            for (on, number_type), outputs in kernels.items():
+                errors = list(bench.errors(outputs, EPS[number_type]))
+                found += measurements(errors, on, number_type, components=False)
+    return found
+
+
+def number_types(scale: Scale) -> list[Measurement]:
+    """float on states that it can hold; long double on the same as double."""
+    count = scale.of(60, 5_000)
+    whole = sample(41, count, 3, 5, closest_tip=1e-9)
+    kernels = {("compiled", kind): compiled_kernels(Build("cc", ("-O3", "-ffp-contract=off"), kind)) for kind in EPS}
+    short = moderate(sample(42, count, 3, 5, closest_tip=1e-4))
+    return measured([whole], {k: v for k, v in kernels.items() if k[1] != "float"}) + measured(
+        [short], {k: v for k, v in kernels.items() if k[1] == "float"}
+    )
+
+
+def moderate(part: Sample) -> Sample:
+    """In units in which float's range holds the squares, and rounded to float; rollers still pass their joint."""
+    tame = {name: array.copy() for name, array in part.vehicle.items()}
+    length, mass = tame["wheel_radius"], tame["mass"]
+    state = dict(part.state)
+    moment = length**2 * mass
+    for name in ("yaw_inertia", "wheel_inertia", "roller_inertia"):
+        tame[name] = tame[name] / moment
+    for name in ("platform_radius", "roller_axis_radius", "wheel_radius"):
+        tame[name] = tame[name] / length
+    tame["mass"] = mass / mass
+    speed = abs(state["nu"]).max(axis=1) + 1e-300
+    powers = {"nu": 1, "spins": 1, "axial": 1, "chi_dot": 1, "contact_spin": 1, "entering": 1, "leaving": 1}
+    powers |= {"momenta": 1, "force": 2, "nu_dot": 2}
+    for name, power in powers.items():
+        scaled = state[name] / (speed**power).reshape(-1, *[1] * (state[name].ndim - 1))
+        state[name] = scaled / moment.reshape(-1, *[1] * (scaled.ndim - 1)) if name in ("momenta", "force") else scaled
+    return Sample(part.wheels, part.rollers, tame, state).rounded("f4")
+
+
+def compilers_and_flags(scale: Scale) -> list[Measurement]:
+    """gcc and clang, without optimisation and with all, contraction on and off."""
+    builds = [Build(compiler, flags) for compiler in ("gcc", "clang") for flags in (SLOW, FAST, FUSED)]
+    there = [build for build in builds if build.is_there]
+    kernels = {(build.name, "double"): compiled_kernels(build) for build in there}
+    return measured([sample(43, scale.of(60, 5_000), 3, 5, closest_tip=1e-9)], kernels)
+
+
+def directed_rounding(scale: Scale) -> list[Measurement]:
+    """Up, down and towards zero: the compiler is told that the mode may change."""
+    build = Build("gcc", ("-O2", "-frounding-math", "-ffp-contract=off"))
+    kernels = {(mode, "double"): compiled_kernels(build, mode) for mode in ROUNDINGS[1:]} if build.is_there else {}
+    return measured([sample(44, scale.of(60, 5_000), 3, 5, closest_tip=1e-9)], kernels)
+
+
+def clean(scale: Scale) -> list[Measurement]:
+    """Runs of all functions that a sanitizer or valgrind complains of."""
+    part = sample(45, scale.of(5, 300), 3, 5, closest_tip=1e-9)
+    checked = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    tools = {"address and undefined, gcc": (Build("gcc", checked), ())}
+    if scale is Scale.FULL:
+        tools["address and undefined, clang"] = (Build("clang", checked), ())
+    if shutil.which("valgrind"):
+        valgrind = ("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full")
+        tools["valgrind"] = (Build("gcc", ("-O1", "-g")), valgrind)
+    return [
+        Measurement("sets in which something is found", name, "double", "", complaints(build, part, under), 0)
+        for name, (build, under) in tools.items()
+        if build.is_there
+    ]
+
+
+def complaints(build: Build, part: Sample, under: tuple[str, ...]) -> int:
+    found = 0
+    for set_name in ("massless", "locked", "free", "locked_sharp", "free_sharp"):
+        try:
+            build.run(part, set_name, under=under)
+        except RuntimeError as error:
+            if "cannot find" in str(error):  # the compiler has no sanitizer libraries: nothing was measured
+                return float("nan")
+            found += 1
+    return found
+
+
+CASES = [
+    Case(
+        name="number-types",
+        section=SECTION,
+        title="float, double, long double",
+        naive="a tolerance in units of the values, which no number type keeps at the tips",
+        promise=f"{PROMISE}, ulp of the type",
+        run=number_types,
+    ),
+    Case(
+        name="compilers-and-flags",
+        section=SECTION,
+        title="gcc and clang, -O0 and -O3 -march=native, contraction on and off",
+        naive="results differ from build to build by nobody knows what",
+        promise=f"each build: {PROMISE}",
+        run=compilers_and_flags,
+    ),
+    Case(
+        name="directed-rounding",
+        section=SECTION,
+        title="Rounding up, down, towards zero",
+        naive="sums drift to one side",
+        promise=PROMISE,
+        run=directed_rounding,
+    ),
+    Case(
+        name="sanitizers-and-valgrind",
+        section=SECTION,
+        title="All functions under sanitizers and valgrind",
+        naive="is not run under them",
+        promise="nothing is found",
+        run=clean,
+    ),
+]

@@ -1,0 +1,167 @@
+"""Errors of kernel functions in units of ulp times the condition.
+
+The function is what a user computes: from the vehicle's numbers, through prepare(), and from the state. Its value comes
+from the generated Python kernel in ball arithmetic, its condition sum_k |df/dx_k| |x_k| / |f| over all those
+numbers from complex steps through the same kernel. An ulp is eps |f|, and a condition below 1 counts as 1.
+
+Most outputs are vectors. Their error is judged twice: as vectors, with the largest component of the error over the largest
+of eps sum_k |df/dx_k| |x_k|; and component by component. A component may vanish by a symmetry of the state, together
+with its derivatives, while what cancels in it does not: no kernel keeps it accurate then, and the first measure is the
+one that holds for all states.
+"""
+
+import importlib
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, ctx
+
+from hard.sampling import Sample
+from omniroll.kernels import VEHICLE_SCALARS, signatures
+
+BITS = 160
+STEP = 1e-30  # of a complex step, relative: its square vanishes beside 1, also times a condition of 1e12
+
+
+def module(set_name: str):
+    return importlib.import_module(f"omniroll.generated.python.{set_name}")
+
+
+def functions(set_name: str, sample: Sample) -> dict:
+    """The functions of a set that make sense for the number of wheels, by name."""
+    least = {"nu_from_wheels": 3, "wheel_torques": 3, "nu_from_contacts": 2}
+    found = signatures(set_name, (), sample.wheels, sample.rollers)
+    return {
+        name: signature
+        for name, signature in found.items()
+        if signature.outputs and sample.wheels >= least.get(name, 1)
+    }
+
+
+def flat(values) -> list:
+    return [v for part in values for v in flat(part)] if isinstance(values, (list, tuple)) else [values]
+
+
+def nested(array: np.ndarray, number) -> list:
+    return [nested(part, number) for part in array] if np.ndim(array) else number(float(array))
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Outputs of a function by component: high + low +- radius, (M, K) each; NaN where the function is singular."""
+
+    high: np.ndarray
+    low: np.ndarray
+    radius: np.ndarray
+
+    def error(self, found: np.ndarray) -> np.ndarray:
+        """|found - value|; a found value that is not finite is infinitely wrong."""
+        found = found.astype(np.longdouble)
+        with np.errstate(invalid="ignore"):
+            error = np.abs((found - self.high) - self.low).astype(float)
+        return np.where(np.isfinite(found) | np.isnan(self.high), error, np.inf)
+
+
+def references(sample: Sample, set_name: str, names: list[str]) -> dict[str, Reference]:
+    """By ball arithmetic, state by state."""
+    code, wanted = module(set_name), functions(set_name, sample)
+    found = {name: [] for name in names}
+    with ctx.workprec(BITS):
+        for row in range(len(sample)):
+            model = code.prepare(
+                sample.wheels,
+                sample.rollers,
+                **{name: arb(float(sample.vehicle[name][row])) for name in VEHICLE_SCALARS},
+                wheel_angles=nested(sample.vehicle["wheel_angles"][row], arb),
+            )
+            for name in names:
+                inputs = [nested(sample.state[a.name][row], arb) for a in wanted[name].inputs]
+                found[name].append([split(ball) for ball in flat(getattr(code, name)(model, *inputs))])
+    return {name: Reference(*np.array(parts).transpose(2, 1, 0)) for name, parts in found.items()}
+
+
+def split(ball) -> tuple[float, float, float]:
+    """A ball as the nearest double, the double nearest to the rest, and its radius."""
+    ball = arb(ball)
+    high = float(ball.mid())
+    return high, float((ball - arb(high)).mid()) if np.isfinite(high) else high, float(ball.rad())
+
+
+def judged_by(sample: Sample, set_name: str, names: list[str]) -> dict[str, "Judge"]:
+    """What the functions of a set must give on a sample."""
+    found = references(sample, set_name, names)
+    wanted = functions(set_name, sample)
+    return {name: Judge(found[name], slopes(sample, set_name, name), wanted[name].outputs) for name in names}
+
+
+@dataclass(frozen=True)
+class Judge:
+    """The values of a function and the error that each component (M, K) is allowed, over eps."""
+
+    reference: Reference
+    slope: np.ndarray
+    outputs: tuple
+
+    def units(self, found: np.ndarray, eps: float) -> tuple[np.ndarray, np.ndarray]:
+        """Errors in ulp cond: of the vectors (K,), the worst output of each state, and of all components (M, K).
+
+        NaN where the function is singular: where even the ball is too wide, or its condition is above 1/eps, so that
+        the rounding of what is given leaves no digit.
+        """
+        allowed = np.maximum(self.slope, np.abs(self.reference.high))
+        error = self.reference.error(found)
+        singular = ~(self.reference.radius <= 2.0**-75 * allowed).all(axis=0)
+        vectors, start = [], 0
+        for output in self.outputs:
+            rows = slice(start, start + int(np.prod(output.shape)))
+            vectors.append(over(error[rows].max(axis=0), eps * allowed[rows].max(axis=0)))
+            singular |= eps * allowed[rows].max(axis=0) > np.abs(self.reference.high[rows]).max(axis=0)
+            start = rows.stop
+        components = over(error, eps * allowed)
+        components[:, singular] = np.nan
+        return np.where(singular, np.nan, np.max(vectors, axis=0)), components
+
+
+def over(error: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """error / allowed, and nothing where there is no error."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(error == 0, 0.0, error / allowed)
+
+
+def values(sample: Sample, set_name: str, name: str, dtype=np.float64) -> np.ndarray:
+    """Outputs (M, K) of the generated Python kernel on arrays of states."""
+    return call(set_name, name, sample, *inputs_of(sample, set_name, name, dtype))
+
+
+def inputs_of(sample: Sample, set_name: str, name: str, dtype) -> tuple[dict, list[np.ndarray]]:
+    last = lambda array: np.moveaxis(array, 0, -1).astype(dtype)  # noqa: E731
+    vehicle = {field: last(array) for field, array in sample.vehicle.items()}
+    return vehicle, [last(sample.state[a.name]) for a in functions(set_name, sample)[name].inputs]
+
+
+def call(set_name: str, name: str, sample: Sample, vehicle: dict, inputs: list) -> np.ndarray:
+    code = module(set_name)
+    with np.errstate(all="ignore"):
+        model = code.prepare(sample.wheels, sample.rollers, **vehicle)
+        found = flat(getattr(code, name)(model, *inputs))
+    return np.array([np.broadcast_to(v, len(sample)) for v in found])
+
+
+def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
+    """sum_k |df/dx_k| |x_k| (M, K) over the vehicle's numbers and the inputs.
+
+    A wheel's direction counts as one radian at least: the platform's axes, from which it is measured, are anybody's
+    choice, and so is its being zero.
+    """
+    vehicle, inputs = inputs_of(sample, set_name, name, complex)
+    total = 0.0
+    for array in [*vehicle.values(), *inputs]:
+        least = 1.0 if array is vehicle["wheel_angles"] else 0.0
+        for component in array.reshape(-1, len(sample)):
+            exact = component.copy()
+            component += 1j * STEP * np.maximum(np.abs(exact), least)
+            rates = call(set_name, name, sample, vehicle, inputs).imag
+            with np.errstate(over="ignore"):
+                total = total + np.abs(rates) / STEP
+            component[:] = exact
+    return total
