@@ -19,7 +19,8 @@
 #define OMNIROLL_EACH_WHEEL
 #endif
 /* Half a wheel angle, |chi/2| <= pi/6 on its roller, has a polynomial. Longer angles go to the library, and all of
- * them in long double. OMNIROLL_SHORT_ANGLES: no angle is longer, do not ask. */
+ * them in long double. OMNIROLL_SHORT_ANGLES: do not ask, for a caller of neither prepare nor pose_rates; loops over
+ * wheels then become vector code. */
 #if defined OMNIROLL_LONG_DOUBLE
 #define OMNIROLL_IS_LONG(square) ((void)(square), 1)
 #else

@@ -7,12 +7,14 @@ import math
 import pytest
 
 from omniroll import cli
+from omniroll.accuracy.heyoka_peer import heyoka_peer
 from omniroll.accuracy.peers import PEERS
-from omniroll.accuracy.study import Point, advice, study
+from omniroll.accuracy.study import INTEGRATORS, Point, advice, study
+from omniroll.errors import SimulationStopped
 from omniroll.scene import load_scene
 
 pytest.importorskip("flint")
-NAMES = [peer.name for peer in PEERS]
+NAMES = [peer.name for peer in INTEGRATORS]
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +80,24 @@ def test_what_cannot_be_left_out_is_said():
     without = {p.series for p in shown.models} - {"massless", "locked", "free"}
     kinds = {type(effect).__name__ for effect in scene.options["effects"]}
     assert {f"without {kind}" for kind in kinds} - without == {line.split(":")[0] for line in shown.failed}
+
+
+def test_heyoka_where_it_is_installed():
+    """Its curve falls with its tolerance as the compiled engine's does."""
+    pytest.importorskip("heyoka")
+    shown = study(load_scene("scenes/motion-3-impact.toml"), 1.0, peers=heyoka_peer())
+    assert not shown.failed
+    for point in shown.points:
+        assert point.trajectory < 1e3 * point.setting
+
+
+def test_a_motion_that_stops_has_an_exit_code_of_its_own(monkeypatch, capsys):
+    def stopped(*_, **__):
+        raise SimulationStopped("switches without progress in time", t=0.5, wheel=1, state={}, trajectory=None)
+
+    monkeypatch.setattr("omniroll.accuracy.study.study", stopped)
+    assert cli.main(["accuracy", "scenes/motion-3.toml"]) == 3
+    assert "switches without progress" in capsys.readouterr().err
 
 
 def test_advice_is_none_where_nothing_will_do(found):

@@ -78,9 +78,7 @@ class Pickling(Executor):
 
 def test_tasks_and_results_pickle():
     seen = []
-    many = simulate_many(
-        VEHICLES, **TASK, executor=Pickling(), progress=lambda done, total: seen.append((done, total))
-    )
+    many = simulate_many(VEHICLES, **TASK, executor=Pickling(), progress=lambda done, total: seen.append((done, total)))
     check(many)
     assert seen[-1] == (6, 6) and [done for done, _ in seen] == sorted(done for done, _ in seen)
 

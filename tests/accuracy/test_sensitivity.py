@@ -30,9 +30,7 @@ def test_the_error_is_below_ten_times_the_request_or_the_floor(accuracy):
                 roller_model=case["model"], switching=case["law"], accuracy=accuracy,
             )  # fmt: skip
         end = case["end"]
-        found = error(
-            case["vehicle"], start["nu"], run.pose[-1], run.nu[-1], floats(end["pose"]), floats(end["nu"])
-        )
+        found = error(case["vehicle"], start["nu"], run.pose[-1], run.nu[-1], floats(end["pose"]), floats(end["nu"]))
         assert found <= 10 * max(accuracy, EPS * run.stats["sensitivity"])
         assert run.stats["error_estimate"] >= EPS * run.stats["sensitivity"]
 

@@ -1,8 +1,9 @@
-"""`python -m benchmarks [question ...]` from tests/: runs the questions and writes docs/benchmarks.md.
+"""`python -m benchmarks [question ...]` from tests/: asks the questions, all or those named, for docs/benchmarks.md.
 
-With questions named, only these run and their part is printed; the page is not written.
+Answers are kept in out/benchmarks/, so that one question can be asked again; the page is written when all are there.
 """
 
+import pickle
 import sys
 
 import matplotlib
@@ -22,20 +23,28 @@ QUESTIONS = {
 }
 
 
+KEPT = ROOT / "out/benchmarks"
+
+
 def main() -> int:
     names = sys.argv[1:] or list(QUESTIONS)
     unknown = [name for name in names if name not in QUESTIONS]
     if unknown:
         print(f"unknown: {', '.join(unknown)}; there are: {', '.join(QUESTIONS)}", file=sys.stderr)
         return 2
-    answers = []
+    KEPT.mkdir(parents=True, exist_ok=True)
     for name in names:
         print(f"... {name}", file=sys.stderr, flush=True)
-        answers.append(QUESTIONS[name].answer())
-        print(section(answers[-1]), flush=True)
-    if not sys.argv[1:]:
-        (ROOT / "docs/benchmarks.md").write_text(page(answers), encoding="utf-8")
-        print("written: docs/benchmarks.md", file=sys.stderr)
+        answer = QUESTIONS[name].answer()
+        (KEPT / f"{name}.pickle").write_bytes(pickle.dumps(answer))
+        print(section(answer), flush=True)
+    kept = [KEPT / f"{name}.pickle" for name in QUESTIONS]
+    missing = [path.stem for path in kept if not path.exists()]
+    if missing:
+        print(f"not written, no answers yet: {', '.join(missing)}", file=sys.stderr)
+        return 0
+    (ROOT / "docs/benchmarks.md").write_text(page([pickle.loads(path.read_bytes()) for path in kept]), encoding="utf-8")
+    print("written: docs/benchmarks.md", file=sys.stderr)
     return 0
 
 

@@ -1,18 +1,87 @@
 """Question 2: the reduced kernel over many vehicles at once, beside heyoka's batch functions of the same form."""
 
+import ctypes
+import itertools
+import tempfile
+from pathlib import Path
+
 import heyoka
 import matplotlib.pyplot as plt
 import numpy as np
 
 import omniroll
+from omniroll import generated_data
 from omniroll.compiled_engine import aligned, engine_module
 from omniroll.kernels import CompiledKernel, kernel
 
-from .common import ROOT, Answer, Target, numeric_model, random_states, reduced_form, relative_error, repeated
+from .common import (
+    ROOT,
+    Answer,
+    Target,
+    compiled,
+    model_as_data,
+    model_numbers,
+    numeric_model,
+    random_states,
+    reduced_form,
+    relative_error,
+    repeated,
+)
 
 VEHICLES = 4096  # their arrays stay in the second cache
 REPEATS = 60
 MODELS = ("locked", "free")
+
+
+# The floor below any kernel with these operations: products alone, in the widest vectors, independent of each other.
+PRODUCTS = """
+#include <time.h>
+#if defined __AVX512F__
+#define BYTES 64
+#elif defined __AVX__
+#define BYTES 32
+#else
+#define BYTES 16
+#endif
+typedef double vector __attribute__((vector_size(BYTES)));
+double seconds(double x)
+{
+    vector a[12];
+    struct timespec start, end;
+    #pragma GCC unroll 12
+    for (int k = 0; k < 12; k++)
+        a[k] = x + k - (vector){0};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &start);
+    for (int m = 0; m < 100000; m++)
+        #pragma GCC unroll 12
+        for (int k = 0; k < 12; k++) {
+            a[k] *= x;
+            __asm__ volatile("" : "+x"(a[k]));
+        }
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &end);
+    return ((end.tv_sec - start.tv_sec) + 1e-9*(end.tv_nsec - start.tv_nsec))/(12*100000.0*(BYTES/8));
+}
+"""
+SINE_AND_COSINE = 13  # products of the two polynomials
+
+
+def products(roller_model, wheels):
+    """Multiplications of one call of `reduced`, counted when it was generated."""
+    (function,) = [
+        f for f in generated_data.load("kernels")["functions"] if (f["set"], f["name"]) == (roller_model, "reduced")
+    ]
+    count = function["operations"]
+    return count["once"]["mul"] + wheels * (count["wheel"]["mul"] + SINE_AND_COSINE)
+
+
+def seconds_of_a_product():
+    """The least that a multiplication takes in the widest vectors."""
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name, "products.c")
+        source.write_text(PRODUCTS)
+        library = compiled(Path(name), "products", [source], "-march=native", "-Wno-psabi")
+        library.seconds.restype, library.seconds.argtypes = ctypes.c_double, [ctypes.c_double]
+        return min(library.seconds(1.0) for _ in range(20))
 
 
 def states(vehicle, roller_model):
@@ -43,8 +112,9 @@ def ours(vehicle, roller_model, parts, shared):
     return (lambda: function(*arguments)), out, constants
 
 
-def heyokas(vehicle, roller_model, parts, **options):
-    """A call of heyoka's compiled function, and its output (3, V). The vehicle's numbers are in its code."""
+def heyokas(vehicle, roller_model, parts, as_data=False, **options):
+    """A call of heyoka's compiled function, and its output (3, V). The vehicle's numbers are in its code, or come with
+    each vehicle."""
     names = [f"nu{k}" for k in range(3)] + [f"chi{i}" for i in range(vehicle.wheels)]
     if roller_model == "free":
         names += [f"momentum{k}" for k in range(2 * vehicle.wheels)]
@@ -53,10 +123,16 @@ def heyokas(vehicle, roller_model, parts, **options):
     pairs = [momenta[2 * i : 2 * i + 2] for i in range(vehicle.wheels)]
     form = reduced_form(roller_model, heyoka.sin, heyoka.cos)
     third = (pairs,) if pairs[0] else ()
-    nu_dot = form.reduced(numeric_model(vehicle, roller_model), nu, chi, *third)
-    function = heyoka.cfunc(nu_dot, vars=list(symbols), **options)
+    model, given = numeric_model(vehicle, roller_model), {}
+    numbers = np.concatenate([np.atleast_1d(value) for _, value in model_numbers(model)])
+    if as_data:
+        places = itertools.count()
+        model, _ = model_as_data(model, lambda name: heyoka.par[next(places)])
+    function = heyoka.cfunc(form.reduced(model, nu, chi, *third), vars=list(symbols), **options)
+    if as_data:
+        given["pars"] = np.repeat(numbers[: function.nparams, None], VEHICLES, axis=1)
     inputs, out = np.ascontiguousarray(np.concatenate(parts)), np.empty((3, VEHICLES))
-    return (lambda: function(inputs, outputs=out)), out
+    return (lambda: function(inputs, outputs=out, **given)), out
 
 
 def call(action):
@@ -78,6 +154,7 @@ def measure(roller_model):
         "omniroll, one vehicle's constants": ours(vehicle, roller_model, parts, True),
         "omniroll, constants of each vehicle": ours(vehicle, roller_model, parts, False),
         "heyoka cfunc": heyokas(vehicle, roller_model, parts, parallel_mode=False),
+        "heyoka cfunc, constants of each vehicle": heyokas(vehicle, roller_model, parts, True, parallel_mode=False),
     }
     for tool, (action, out, *_) in tools.items():
         action()
@@ -112,19 +189,31 @@ def answer() -> Answer:
         headings=["rollers", "tool", "ns per vehicle", "error"],
         rows=rows,
         targets=targets,
-        closing=(
-            f"heyoka's function is the faster one for {', '.join(wins)} rollers, vehicle compiled in. " if wins else ""
-        )
-        + "Constants of each vehicle are read from memory, some 30 numbers a vehicle, and cost the more.",
+        closing=_plain_words(wins, found),
         figures=["benchmark-batch.png"],
     )
+
+
+def _plain_words(wins, found):
+    words = [f"heyoka's function is the faster one for {', '.join(wins)} rollers, vehicle compiled in."] if wins else []
+    words.append("Constants of each vehicle are read from memory, some 30 numbers a vehicle, and cost the more.")
+    floor = seconds_of_a_product()
+    for model in MODELS:
+        count = products(model, 3)
+        half = found[model]["heyoka cfunc"][0].least / VEHICLES / 2
+        words.append(
+            f"{model}: {count} multiplications a vehicle; a loop of nothing but multiplications takes "
+            f"{1e9 * floor:.4f} ns for one on this machine, so that no order of these takes less than "
+            f"{1e9 * count * floor:.1f} ns, and half of heyoka's time is {1e9 * half:.1f} ns."
+        )
+    return " ".join(words)
 
 
 def _figure(found):
     figure, axes = plt.subplots(figsize=(6, 2.6), layout="constrained")
     labels = [f"{tool}\n({model})" for model in MODELS for tool in found[model]]
     values = [times.least * 1e9 / VEHICLES for model in MODELS for times, _ in found[model].values()]
-    axes.barh(labels, values, color=["C0", "C0", "C1"] * 2)
+    axes.barh(labels, values, color=["C0", "C0", "C1", "C1"] * 2)
     axes.invert_yaxis()
     axes.set_xlabel("ns per vehicle")
     axes.tick_params(axis="y", labelsize="small")

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -140,6 +141,25 @@ def numeric_model(vehicle: omniroll.Vehicle, set_name: str):
         wheel_angles=list(vehicle.wheel_angles),
         **{name: getattr(vehicle, name) for name in VEHICLE_SCALARS},
     )
+
+
+def model_as_data(model, symbol):
+    """The model with symbols for its numbers (those that `reduced` reads), and these symbols in their order."""
+    changed, symbols = SimpleNamespace(**vars(model)), []
+    for name, value in model_numbers(model):
+        if isinstance(value, list):
+            setattr(changed, name, [symbol(f"{name}_{i}") for i in range(len(value))])
+            symbols += getattr(changed, name)
+        else:
+            setattr(changed, name, symbol(name))
+            symbols.append(getattr(changed, name))
+    return changed, symbols
+
+
+def model_numbers(model):
+    """(name, number or list of numbers) of the constants that do not belong to a free roller's place."""
+    skipped = ("wheels", "rollers_per_wheel", "cos_kappa", "sin_kappa")
+    return [(name, value) for name, value in vars(model).items() if name not in skipped]
 
 
 def c_model(vehicle: omniroll.Vehicle, roller_model: str) -> np.ndarray:

@@ -5,8 +5,8 @@ from .common import Answer, machine
 INTRODUCTION = """# Benchmarks
 
 Written by `make bench` (tests/benchmarks/, one file a question). All numbers of a table are from one run on one
-machine; times are minima, with medians in parentheses, and each stands beside an error. A peer that is missing fails
-the run; none is left out.
+machine; times are those of the one thread that computes, minima with medians in parentheses, and each stands beside
+an error. A peer that is missing fails the run; none is left out.
 """
 
 

@@ -2,7 +2,6 @@
 
 import tempfile
 from pathlib import Path
-from types import SimpleNamespace
 
 import casadi
 import matplotlib.pyplot as plt
@@ -18,6 +17,8 @@ from .common import (
     RightHandSide,
     Target,
     c_model,
+    model_as_data,
+    model_numbers,
     numeric_model,
     random_states,
     reduced_form,
@@ -43,7 +44,8 @@ void rhs(const double *in, double *out)
 INCLUDES = {
     "omniroll": '#include "omniroll_free.h"',
     "omniroll, vehicle compiled in": (
-        '#define OMNIROLL_API static inline __attribute__((unused))\n#include "omniroll_free.c"'
+        "#define OMNIROLL_SHORT_ANGLES\n#define OMNIROLL_API static inline __attribute__((unused))\n"
+        '#include "omniroll_free.c"'
     ),
 }
 
@@ -171,25 +173,6 @@ def casadi_reduced(folder, vehicle, as_data=False):
         inputs += data
     out = form.reduced(model, casadi.vertsplit(nu), casadi.vertsplit(chi), pairs)
     return casadi_function(folder, f"casadi_reduced_{as_data}", inputs, casadi.vertcat(*out))
-
-
-def model_as_data(model, symbol):
-    """The model with symbols for its numbers (those that `reduced` reads), and these symbols in their order."""
-    changed, symbols = SimpleNamespace(**vars(model)), []
-    for name, value in model_numbers(model):
-        if isinstance(value, list):
-            setattr(changed, name, [symbol(f"{name}_{i}") for i in range(len(value))])
-            symbols += getattr(changed, name)
-        else:
-            setattr(changed, name, symbol(name))
-            symbols.append(getattr(changed, name))
-    return changed, symbols
-
-
-def model_numbers(model):
-    """(name, number or list of numbers) of the constants that do not belong to a free roller's place."""
-    skipped = ("wheels", "rollers_per_wheel", "cos_kappa", "sin_kappa")
-    return [(name, value) for name, value in vars(model).items() if name not in skipped]
 
 
 # SymPy
@@ -374,7 +357,8 @@ def answer() -> Answer:
             "fill). SymPy's C of M and f stands in a dense Cholesky solver. *Reduced*: the same formulas, "
             "this project's, go through each tool's code generator. The peers of the full form have the "
             "vehicle's numbers and N, n in their code; of this project's kernel, which takes them as "
-            "data, both variants are shown."
+            "data, both variants are shown; the one compiled in is told that angles are on their rollers "
+            "(OMNIROLL_SHORT_ANGLES)."
         ),
         headings=["form", "tool", *(f"n = {n}" for n in ROLLERS)],
         rows=rows,

@@ -35,12 +35,16 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Peer:
-    """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is."""
+    """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is.
+
+    prepare(task, setting) compiles what has to be, and is not counted.
+    """
 
     name: str
     run: Callable[[Task, np.ndarray, float], Outcome]
     settings: tuple[float, ...]
     setting: str = "tolerance"
+    prepare: Callable[[Task, float], None] = lambda task, setting: None
 
 
 def by_engine(engine: str) -> Callable:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.accuracy.heyoka_peer import heyoka_peer
 from omniroll.accuracy.models import ladder
 from omniroll.accuracy.peers import PEERS, Outcome, Peer, quietly
 from omniroll.accuracy.reference import Extrapolated, Reference, Taylor, digits, distance, follow
@@ -20,6 +21,7 @@ SAMPLES = 41  # times at which motions are compared
 FINER = 100.0  # the reference is so much finer than any error shown
 ENOUGH = 0.2  # s that a setting is repeated for, at most REPEATS times
 REPEATS = 5
+INTEGRATORS = (*PEERS, *heyoka_peer())
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ def _cell(value: Any) -> str:
 
 
 def study(
-    scene: Scene, duration: float, *, wanted: float | None = None, peers: tuple[Peer, ...] = PEERS,
+    scene: Scene, duration: float, *, wanted: float | None = None, peers: tuple[Peer, ...] = INTEGRATORS,
     report: Callable[[str], Any] = lambda line: None,
 ) -> Study:  # fmt: skip
     """Measure everything for the first `duration` seconds of a scene."""
@@ -128,6 +130,7 @@ def _speed(task: Task) -> float:
 
 def _measured(peer: Peer, setting: float, task: Task, reference: Reference, floor: float) -> Point:
     least, spent, outcome = math.inf, 0.0, None
+    peer.prepare(task, setting)
     for _ in range(REPEATS):
         start = time.perf_counter()
         outcome = quietly(peer, task, reference.times, setting)
