@@ -1,18 +1,24 @@
 """Runs of a million switches, and the straight run, which is unstable."""
 
 import math
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
+import omniroll
 from hard import naive
 from hard.case import Case, Measurement, Scale
+from hard.random_phases import random_task, random_vehicle
 from hard.setting import EPS, PAPER, Setting, settings, speeds_of_wheels
-from omniroll import Vehicle
+from omniroll import AccuracyWarning
 from omniroll.accuracy.reference import Mechanics, digits, flint_module
+from omniroll.runs import Task
 
 SECTION = "Magnitudes and time"
 SWITCHES_A_PIECE = 3000
+MOVED = 1e-9  # relative, of the start whose motion shows the sensitivity
+MIRRORED = PAPER.replace(wheel_angles=(0.0, 2 * np.pi / 3, -2 * np.pi / 3))
 START = {"nu": np.array([1.0, 0.3, 1.0]), "chi": np.array([0.1, -0.2, 0.3]), "pose": np.zeros(3)}
 
 
@@ -66,33 +72,143 @@ def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
         )
 
 
-def million_massless(scale: Scale) -> list[Measurement]:
-    """Against the closed form; the motion's own growth of an error of eps is eps times the angle turned."""
-    amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(300, 3_000)}
+def massless(scale: Scale) -> list[Measurement]:
+    """Against the closed form. An error of eps in the speeds makes eps times the angle turned of nu and heading."""
+    amounts = {"compiled": scale.of(3_000, 1_000_000), "python": scale.of(100, 3_000)}
     found = []
     for engine, switches in amounts.items():
         setting = Setting("massless", "impact", engine)
         run = long_run(setting, switches)
         nu, pose = circle(START, run.duration)
-        turned = run.duration / PAPER.yaw_scale
+        unit = EPS * max(run.duration / PAPER.yaw_scale, 1)
+        radius = PAPER.platform_radius
+        drifts = {
+            "energy: drift / (eps switches)": abs(run.energy[1] / run.energy[0] - 1) / (EPS * run.switches),
+            "nu_3, a first integral: drift / eps": abs(run.nu[2] - 1) / EPS,
+            "nu: error / (eps angle turned)": np.abs(run.nu - nu).max() / unit,
+            "heading: error / (eps angle turned)": abs(run.pose[2] - pose[2]) / unit,
+            "x, y: error / (R eps angle turned)": np.abs(run.pose[:2] - pose[:2]).max() / (radius * unit),
+        }
+        bounds = (1, 1, 10, 10, 100)
         found += [
-            setting.measurement(
-                "drift of the energy / (eps switches)", _drift(run) / (EPS * run.switches), 1
-            ),
-            setting.measurement("nu_3, first integral: drift / (eps switches)", abs(run.nu[2] - 1) / (EPS * run.switches), 1),
-            setting.measurement("nu: error / (eps angle turned)", np.abs(run.nu - nu).max() / (EPS * turned), 10),
-            setting.measurement("heading: error / (eps angle turned)", abs(run.pose[2] - pose[2]) / (EPS * turned), 10),
-            setting.measurement("x, y: error / (R eps angle turned)", _place_error(run, pose) / (EPS * turned), 10),
+            setting.measurement(what, float(value), bound)
+            for (what, value), bound in zip(drifts.items(), bounds, strict=True)
         ]
     return found
 
 
-def _drift(run: Long) -> float:
-    return abs(run.energy[1] / run.energy[0] - 1)
+def massive(scale: Scale) -> list[Measurement]:
+    """Smooth switches: the account of energy, and the end against a run of another accuracy, by the sensitivity."""
+    found = []
+    for model in ("locked", "free"):
+        for engine, switches in (("compiled", scale.of(3_000, 1_000_000)), ("python", scale.of(60, 1_000))):
+            setting = Setting(model, "smooth", engine)
+            run = long_run(setting, switches)
+            account = (run.energy[1] - run.energy[0] - run.jumps) / max(run.energy)
+            found.append(
+                setting.measurement("energy less its jumps / (eps switches)", abs(account) / (EPS * run.switches), 1)
+            )
+        setting = Setting(model, "smooth", "compiled")
+        for switches in scale.of((3_000,), (3_000, 30_000, 100_000)):
+            found.append(_growth(setting, switches))
+    return found
 
 
-def _place_error(run: Long, pose: np.ndarray) -> float:
-    return float(np.abs(run.pose[:2] - pose[:2]).max()) / PAPER.platform_radius
+def _growth(setting: Setting, switches: int) -> Measurement:
+    """The distance of two runs that differ in their steps alone, by eps, the sensitivity and the root of the switches."""
+    fine, run = (long_run(setting, switches, accuracy=accuracy) for accuracy in (1e-15, 1e-13))
+    moved = long_run(setting, switches, accuracy=1e-15, start=START | {"nu": START["nu"] * (1 + MOVED)})
+    sensitivity = max(1.0, _apart(fine, moved) / MOVED)
+    error = _apart(fine, run) / (EPS * sensitivity * math.sqrt(run.switches))
+    return setting.measurement("pose, nu: error / (eps sensitivity sqrt(switches))", error, 10)
 
 
-CASES = []
+def _apart(one: Long, other: Long) -> float:
+    places = np.abs(one.pose - other.pose) / [PAPER.platform_radius, PAPER.platform_radius, 1.0]
+    return float(max(places.max(), np.abs(one.nu - other.nu).max() / np.linalg.norm(START["nu"])))
+
+
+def straight_run(scale: Scale) -> list[Measurement]:
+    """nu = (1, 0, 0) of a vehicle with a wheel across: any disturbance of the heading grows."""
+    found = []
+    for setting in settings():
+        task = {"nu": (1, 0, 0), "duration": scale.of(5.0, 20.0 if setting.engine == "compiled" else 5.0)}
+        run = setting.run(MIRRORED, **task)
+        if setting.model != "free":
+            found.append(setting.measurement("mirrored: largest heading, rad", float(np.abs(run.pose[:, 2]).max()), 0))
+        uneven = setting.run(PAPER, **task)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            checked = omniroll.simulate(PAPER, **setting.options(**task) | {"engine": "compiled"}, accuracy=1e-9)
+        noise = float(np.abs(uneven.pose[:, 2]).max()) / (EPS * checked.stats["sensitivity"])
+        theirs = None
+        if setting.engine == "compiled":
+            theirs = abs(float(naive.simulate(setting.task(PAPER, **task)).y[-1])) / (EPS * checked.stats["sensitivity"])
+        found.append(setting.measurement("heading / (eps sensitivity)", noise, 10, theirs))
+    return found
+
+
+def phase_energy(scale: Scale) -> list[Measurement]:
+    """The largest relative change of energy between two switches, at the tightest accuracy."""
+    found = []
+    for setting in settings():
+        random = np.random.default_rng(51)
+        worst, theirs = 0.0, 0.0
+        for _ in range(scale.of(3, 40) if setting.engine == "compiled" else scale.of(1, 5)):
+            vehicle = random_vehicle(random)
+            task = random_task(random, vehicle, 10)
+            worst = max(worst, setting.run(vehicle, **task, accuracy=1e-15).stats["phase_energy_drift"])
+            if setting.engine == "compiled":
+                theirs = max(theirs, _naive_drift(setting.task(vehicle, **task)))
+        found.append(setting.measurement("drift of the energy in a phase, relative", worst, 1e-13, theirs or None))
+    return found
+
+
+def _naive_drift(task: Task) -> float:
+    """Of SciPy's first phase."""
+    free = task.state.free_axial()
+
+    def energy(y: np.ndarray) -> float:
+        chi = y[3 : 3 + task.kernel.wheels]
+        spins = () if free is None else (task.kernel.spins_from_axial(y[:3], chi, free),)
+        return float(task.kernel.energy(y[:3], chi, *spins))
+
+    motion = naive.simulate(task, most_switches=-1)
+    start = np.concatenate([task.state.nu, task.state.chi, task.state.pose])
+    return abs(energy(motion.last) / energy(start) - 1)
+
+
+CASES = [
+    Case(
+        name="phase-energy",
+        section=SECTION,
+        title="Energy between two switches",
+        naive="drifts with its tolerance",
+        promise="constant to 1e-13 at the tightest accuracy",
+        run=phase_energy,
+    ),
+    Case(
+        name="million-massless",
+        section=SECTION,
+        title="10^6 switches of a massless vehicle (Python engine: 3000), against the closed form",
+        naive="sums whose rounding grows with the heading",
+        promise="errors grow as an error of eps in the start does: linearly in the angle turned",
+        run=massless,
+    ),
+    Case(
+        name="million-massive",
+        section=SECTION,
+        title="10^6 switches of massive rollers (Python engine: 1000; distances of runs: 10^5)",
+        naive="sums whose rounding grows with the heading",
+        promise="energy is what the switches leave; errors grow as eps times the sensitivity times sqrt(switches)",
+        run=massive,
+    ),
+    Case(
+        name="straight-run",
+        section=SECTION,
+        title="The straight run, exponentially unstable in heading",
+        naive="noise of its steps grows as fast as the instability allows",
+        promise="no faster than eps times the sensitivity; with mirrored wheels (massless, locked) exactly none",
+        run=straight_run,
+    ),
+]

@@ -15,11 +15,12 @@ from omniroll.switching import State, SwitchingModel
 
 @dataclass
 class Motion:
-    """switches (t, wheel, direction); the end's y = (nu, chi, pose) and time; the largest |chi| - pi/n seen."""
+    """switches (t, wheel, direction); the end's y = (nu, chi, pose) and time; `last`, y before the last switch; the largest |chi| - pi/n seen."""
 
     switches: list[tuple[float, int, int]] = field(default_factory=list)
     t: float = 0.0
     y: np.ndarray | None = None
+    last: np.ndarray | None = None
     beyond: float = -np.inf
     gave_up: bool = False
 
@@ -53,10 +54,10 @@ def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, star
         with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
             span = (motion.t, end)
             found = solve_ivp(flow, span, _packed(state), "DOP853", events=events, rtol=rtol, atol=1e-14)
-        motion.t, motion.y = float(found.t[-1]), found.y[:, -1]
+        motion.t, motion.last = float(found.t[-1]), found.y[:, -1]
         chi = found.y[3 : 3 + bound.wheels]
         motion.beyond = max(motion.beyond, float(np.abs(chi).max()) - model.joint)
-        state = _unpacked(motion.y, state)
+        state = _unpacked(motion.last, state)
         if found.status == 1:
             state = _switched(model, state, found.t_events, motion)
         motion.gave_up = found.status < 0 or len(motion.switches) > most_switches
