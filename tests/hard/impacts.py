@@ -24,7 +24,7 @@ def sent_back(scale: Scale) -> list[Measurement]:
     found = []
     for model in ("locked", "free"):
         random = np.random.default_rng(41)
-        starts = [slow_arrival(random, model) for _ in range(scale.of(6, 40))]
+        starts = [slow_arrival(random, model) for _ in range(scale.of(3, 40))]
         runs = {engine: [Setting(model, "impact", engine).run(**s) for s in starts] for engine in ENGINES}
         theirs = [naive.simulate(Setting(model, "impact", "python").task(**s), most_switches=2000) for s in starts]
         failed = sum(motion.gave_up or motion.beyond > 1e-6 for motion in theirs)
@@ -72,7 +72,7 @@ def held_states(model: str, tries: int) -> list[dict]:
 def held_on_the_joint(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings(models=("free",), laws=("smooth",)):
-        states = held_states(setting.model, 40_000)[: scale.of(3, 20)]
+        states = held_states(setting.model, 40_000)[: scale.of(2, 20)]
         assert states
         unclear = sum(not _ends_or_says_why(setting, state) for state in states)
         tasks = [setting.task(HEAVY, **state, duration=1e-3) for state in states]

@@ -15,7 +15,7 @@ def start_moving(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(11)
-        wrong, theirs, count = 0, 0, scale.of(10, 200)
+        wrong, theirs, count = 0, 0, scale.of(6, 200)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -42,7 +42,7 @@ def start_at_rest(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(12)
-        wrong, theirs, count = 0, 0, scale.of(10, 100)
+        wrong, theirs, count = 0, 0, scale.of(6, 100)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -72,11 +72,11 @@ def at_the_end(scale: Scale) -> list[Measurement]:
     for setting in settings():
         random = np.random.default_rng(13)
         ends, samples, theirs, count = 0, 0, 0, 0
-        for _ in range(scale.of(3, 30)):
-            task = {"nu": random.normal(size=3), "chi": random.uniform(-0.5, 0.5, 3), "duration": 4.0}
+        for _ in range(scale.of(2, 30)):
+            task = {"nu": random.normal(size=3), "chi": random.uniform(-0.5, 0.5, 3), "duration": 2.0}
             whole = setting.run(**task)
             times = np.unique(whole.switches.t)
-            ends += _missing_ends(setting, task, times[:3], whole)
+            ends += _missing_ends(setting, task, times[:2], whole)
             samples += _wrong_samples(whole, times)
             first = naive.simulate(setting.task(**task | {"duration": float(times[0])}))
             theirs += len(first.switches) == 0

@@ -21,7 +21,7 @@ def random_start(random: np.random.Generator) -> dict:
 def against_the_true_flow(scale: Scale) -> list[Measurement]:
     """The first switch from random starts; the error in units of 100 eps (|t| + |h|) + eps |chi| / |chi'|."""
     random = np.random.default_rng(31)
-    starts = [random_start(random) for _ in range(scale.of(3, 40))]
+    starts = [random_start(random) for _ in range(scale.of(2, 40))]
     found = []
     for model in MODELS:
         errors = {engine: [] for engine in (*ENGINES, "naive")}
@@ -52,7 +52,7 @@ def any_rate(scale: Scale) -> list[Measurement]:
         start = {"nu": np.array([1.0, 0.2, 1.0]), "chi": (0.1, -0.2, 0.3), "spins": np.full((3, 4), 0.5)}
         if setting.model != "free":
             del start["spins"]
-        duration = scale.of(5.0, 20.0)
+        duration = scale.of(2.0, 20.0)
         base = setting.run(**start, duration=duration)
         for name, factor in RATES.items():
             scaled = start | {key: start[key] * factor for key in ("nu", "spins") if key in start}
@@ -69,7 +69,7 @@ def backwards(scale: Scale) -> list[Measurement]:
     for setting in settings(models=("massless", "locked"), laws=("smooth",)):
         random = np.random.default_rng(33)
         worst = theirs = 0.0
-        for _ in range(scale.of(3, 20)):
+        for _ in range(scale.of(2, 20)):
             start = random_start(random)
             there = setting.run(**start, duration=6.0, accuracy=1e-13)
             end = {"nu": -there.nu[-1], "chi": there.chi[-1], "pose": there.pose[-1], "duration": 6.0}

@@ -1,0 +1,278 @@
+"""Any vehicle, any state, any scene: refused by name, or run to something finite that satisfies the invariants."""
+
+import signal
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+import omniroll
+from hard.case import Case, Measurement
+from hard.setting import DOUBLE, ENGINES, LAWS, MODELS, PAPER, speeds_of_wheels
+from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Trajectory, Vehicle, kernel
+from omniroll.scene import SceneError, load_scene
+
+SECTION = "Input"
+SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))
+PATIENCE = 60  # s, for one input
+MOST_PHASES = 4  # of an accepted run, about
+
+FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, float)}
+WILD = st.sampled_from([0, -1.0, 1e-320, 1e-160, 1e160, 1e308, float("nan"), float("inf"), "one", None, True, [], [1]])
+FACTORS = st.floats(-3, 3).map(lambda power: 10.0**power)
+
+
+def with_something_wild(usual: st.SearchStrategy) -> st.SearchStrategy:
+    """Half of them as they are, half with one value replaced by anything."""
+
+    def replaced(values: dict) -> st.SearchStrategy:
+        anything = st.one_of(WILD, st.floats(), st.lists(st.floats(), max_size=5))
+        return st.dictionaries(st.sampled_from(sorted(values)), anything, max_size=1).map(lambda wild: values | wild)
+
+    return usual.flatmap(replaced)
+
+
+def near(value: float) -> st.SearchStrategy:
+    """Near the paper's vehicle's, or anything positive."""
+    return st.one_of(st.floats(0.7, 1.4).map(lambda factor: value * factor), FACTORS.map(lambda factor: value * factor))
+
+
+def vehicles() -> st.SearchStrategy:
+    """Fields of a vehicle with one to six wheels; up to three numbers are not the paper's."""
+    sizes = st.fixed_dictionaries({"wheels": st.integers(1, 6), "rollers_per_wheel": st.integers(4, 40)})
+    changes = st.lists(st.sampled_from(sorted(FIELDS)), max_size=3, unique=True).flatmap(
+        lambda chosen: st.fixed_dictionaries({name: near(FIELDS[name]) for name in chosen})
+    )
+
+    def merged(parts: tuple[dict, dict]) -> dict:
+        base = Vehicle.paper(**parts[0]).as_dict() | {"wheel_angles": None}
+        return base | parts[1]
+
+    return with_something_wild(st.tuples(sizes, changes).map(merged))
+
+
+def states() -> st.SearchStrategy:
+    """Arguments of simulate for the paper's vehicle, but for the duration."""
+    joint = np.pi / PAPER.rollers_per_wheel
+    speed = st.one_of(st.floats(-3, 3), st.sampled_from([0.0, 1.0, -0.25]))
+    angle = st.one_of(st.floats(-joint, joint), st.sampled_from([joint, -joint, 0.0]))
+    three = {"min_size": 3, "max_size": 3}
+    return with_something_wild(
+        st.fixed_dictionaries(
+            {
+                "nu": st.lists(speed, **three),
+                "chi": st.one_of(angle, st.lists(angle, **three)),
+                "pose": st.lists(st.floats(-1e3, 1e3), **three),
+                "spins": st.one_of(st.just(0.0), st.floats(-5, 5)),
+                "start_time": st.one_of(st.just(0.0), st.floats(-1e9, 1e9)),
+                "roller_model": st.sampled_from(MODELS),
+                "switching": st.sampled_from(LAWS),
+                "engine": st.sampled_from(ENGINES),
+                "accuracy": st.floats(1e-13, 1e-3),
+            }
+        )
+    )
+
+
+def phases_long(vehicle: Vehicle, nu: object, spins: object = 0) -> float:
+    """A duration of about MOST_PHASES at these speeds, or of as many turns of the rollers; 1 where they are no speeds."""
+    try:
+        with np.errstate(all="ignore"):
+            per_nu = speeds_of_wheels(kernel(vehicle, "massless", "python"))
+            nu, spins = np.asarray(nu, float), np.asarray(spins, float)
+            rate = float(np.abs(nu @ per_nu).max() + np.abs(nu).max() + np.abs(spins).max())
+        duration = MOST_PHASES * np.pi / vehicle.rollers_per_wheel / rate
+        return duration if np.isfinite(duration) and duration > 0 else 1.0
+    except (TypeError, ValueError, ArithmeticError):
+        return 1.0
+
+
+def check_run(run: Trajectory) -> None:
+    """The invariants of a result."""
+    for name in ("t", "nu", "chi", "pose", "contact_spin", "energy"):
+        assert np.isfinite(getattr(run, name)).all(), name
+    assert run.spins is None or np.isfinite(run.spins).all()
+    joint = np.pi / run.vehicle.rollers_per_wheel
+    assert np.abs(run.chi).max() <= joint
+    assert ((run.contact >= 0) & (run.contact < run.vehicle.rollers_per_wheel)).all()
+    assert (np.diff(run.t) >= 0).all() and (np.diff(run.elapsed) >= 0).all()
+    assert (run.energy >= 0).all()
+    if run.switching == "impact" and len(run.switches):  # Carnot
+        assert run.switches.energy_jump.max() <= 1e-12 * run.energy.max()
+
+
+def check_stopped(stopped: SimulationStopped) -> None:
+    assert stopped.reason and np.isfinite(stopped.t) and set(stopped.state) == {"nu", "chi", "pose", "contact"}
+    assert stopped.trajectory.t[-1] == stopped.t
+
+
+def check_vehicle(fields: dict) -> None:
+    try:
+        vehicle = Vehicle(**fields)
+    except InvalidValueError as refused:
+        assert refused.field in fields, refused.field
+        return
+    nu = (1.0, 0.3, 0.8)
+    for model in MODELS:
+        try:
+            run = omniroll.simulate(
+                vehicle, nu=nu, duration=phases_long(vehicle, nu), roller_model=model, accuracy=1e-6, control=False
+            )
+        except SimulationStopped as stopped:
+            check_stopped(stopped)
+        except InvalidValueError as refused:
+            assert refused.field in ("nu", "duration"), refused.field
+        else:
+            check_run(run)
+
+
+def check_state(arguments: dict) -> None:
+    duration = phases_long(PAPER, arguments["nu"], arguments["spins"])
+    try:
+        run = omniroll.simulate(PAPER, **arguments, duration=duration, control=False)
+    except SimulationStopped as stopped:
+        check_stopped(stopped)
+    except InvalidValueError as refused:
+        assert refused.field in (*arguments, "duration", "spins"), refused.field
+    else:
+        check_run(run)
+
+
+JUNK = st.sampled_from(
+    [
+        "nan",
+        "-1",
+        "0",
+        "1e400",
+        "1e-320",
+        "true",
+        '"x"',
+        "[]",
+        "[1, 2]",
+        "[[1], [2, 3]]",
+        "{ a = 1 }",
+        "2026-01-01",
+        "=",
+    ]
+)
+
+
+@st.composite
+def scene_texts(draw: Callable) -> str:
+    """A shipped scene with lines changed, dropped, doubled, or with bytes that belong nowhere."""
+    lines = draw(st.sampled_from(SCENES)).read_text(encoding="utf-8").splitlines()
+    for _ in range(draw(st.integers(1, 3))):
+        place = draw(st.integers(0, len(lines) - 1))
+        change = draw(st.sampled_from(("value", "value", "key", "drop", "double", "text")))
+        key, equals, value = lines[place].partition("=")
+        if change == "value" and equals:
+            lines[place] = f"{key}= {draw(JUNK)}"
+        elif change == "key" and equals:
+            lines[place] = f"{key.strip()}x ={value}"
+        elif change == "drop" and len(lines) > 1:
+            del lines[place]
+        elif change == "double":
+            lines.insert(place, lines[place])
+        else:
+            lines.insert(place, draw(st.text(max_size=20)))
+    return "\n".join(lines)
+
+
+def check_scene(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "scene.toml")
+        path.write_text(text, encoding="utf-8", errors="surrogateescape")
+        try:
+            scene = load_scene(path)
+        except SceneError as refused:
+            assert refused.problems and all(problem.expected for problem in refused.problems)
+            return
+    duration = min(scene.options["duration"], 0.1 * phases_long(scene.vehicle, scene.options["nu"]), 0.05)
+    try:
+        run = omniroll.simulate(scene.vehicle, **scene.options | {"duration": duration, "control": False})
+    except SimulationStopped as stopped:
+        check_stopped(stopped)
+    except InvalidValueError as refused:
+        assert refused.field
+    else:
+        check_run(run)
+
+
+@contextmanager
+def in_time() -> Iterator[None]:
+    """An error where the body takes longer than PATIENCE."""
+
+    def ring(*_):
+        raise AssertionError(f"no result within {PATIENCE} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(PATIENCE)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def broken(check: Callable, strategy: st.SearchStrategy, examples: int) -> int:
+    """0 where the check holds for so many inputs; else 1, with the smallest input that breaks it on stderr."""
+
+    @settings(
+        max_examples=examples,
+        deadline=None,
+        database=None,
+        derandomize=True,
+        suppress_health_check=list(HealthCheck),
+        phases=(Phase.explicit, Phase.generate, Phase.shrink),
+    )
+    @given(strategy)
+    def hold(value):
+        with in_time(), warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            check(value)
+
+    try:
+        hold()
+    except Exception as error:  # whatever it is, it is not what was promised
+        print(*getattr(error, "__notes__", []), repr(error), sep="\n", file=sys.stderr)
+        return 1
+    return 0
+
+
+def measured(check: Callable, strategy: st.SearchStrategy, examples: int, on: str) -> list[Measurement]:
+    what = f"promises broken by {examples} inputs"
+    return [Measurement(what, on, DOUBLE, "", broken(check, strategy, examples), 0)]
+
+
+CASES = [
+    Case(
+        name="any-vehicle",
+        section=SECTION,
+        title="Any vehicle",
+        naive="NaN, a division by zero in the middle, an error of some library",
+        promise="refused with the field's name, or runs that are finite and satisfy the invariants",
+        run=lambda scale: measured(check_vehicle, vehicles(), scale.of(60, 2000), "compiled, all roller models"),
+    ),
+    Case(
+        name="any-state",
+        section=SECTION,
+        title="Any start",
+        naive="as above",
+        promise="as above; none takes longer than a minute, and a run that is stopped keeps what it had",
+        run=lambda scale: measured(check_state, states(), scale.of(80, 3000), "both engines"),
+    ),
+    Case(
+        name="any-scene",
+        section=SECTION,
+        title="Any scene",
+        naive="a key that is not known is not read",
+        promise="refused with all that is wrong, or a finite run",
+        run=lambda scale: measured(check_scene, scene_texts(), scale.of(60, 1500), "engine of the scene"),
+    ),
+]
