@@ -93,7 +93,7 @@ def starts(model: str, count: int, beyond: float) -> tuple[Turn, ...]:
 
 def amount(scale: Scale) -> tuple[int, tuple[float, ...]]:
     """Starts for each distance, and distances."""
-    return scale.of((1, DISTANCES[::2]), (12, DISTANCES))
+    return scale.of((1, DISTANCES[::2]), (4, DISTANCES))
 
 
 def turning_back(scale: Scale) -> list[Measurement]:
@@ -141,7 +141,7 @@ def vanishing_at_the_joint(scale: Scale) -> list[Measurement]:
     for model in MODELS:
         for law in LAWS if model == "massless" else ("smooth",):
             own_settings = [Setting(model, law, engine) for engine in ENGINES]
-            for turn in starts(model, scale.of(2, 20), 0.0):
+            for turn in starts(model, scale.of(2, 8), 0.0):
                 runs = [setting.run(**turn.start) for setting in own_settings]
                 apart = float(np.abs(runs[0].nu[-1] - runs[1].nu[-1]).max() / np.linalg.norm(turn.start["nu"]))
                 found += [

@@ -4,8 +4,10 @@ import numpy as np
 
 from hard import naive
 from hard.case import Case, Measurement, Scale
-from hard.setting import ENGINES, EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
+from hard.random_phases import switches_at_fault
+from hard.setting import ENGINES, EPS, JOINT, MODELS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import SimulationStopped
+from omniroll.effects import Controller
 
 SECTION = "Switches"
 HEAVY = PAPER.replace(roller_inertia=5 * PAPER.roller_inertia)
@@ -24,7 +26,7 @@ def sent_back(scale: Scale) -> list[Measurement]:
     found = []
     for model in ("locked", "free"):
         random = np.random.default_rng(41)
-        starts = [slow_arrival(random, model) for _ in range(scale.of(3, 40))]
+        starts = [slow_arrival(random, model) for _ in range(scale.of(3, 15))]
         runs = {engine: [Setting(model, "impact", engine).run(**s) for s in starts] for engine in ENGINES}
         theirs = [naive.simulate(Setting(model, "impact", "python").task(**s), most_switches=2000) for s in starts]
         failed = sum(motion.gave_up or motion.beyond > 1e-6 for motion in theirs)
@@ -81,6 +83,20 @@ def held_on_the_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
+def held_by_a_drive(scale: Scale) -> list[Measurement]:
+    """A controller with an integral of the wheels' angles pulls wheel 0 back to the joint, whenever it has left it."""
+    spring = Controller(target=(0, 0, 0), proportional=0.01, integral=20.0, sample_time=1e-3)
+    found = []
+    for setting in settings(models=scale.of(("locked",), MODELS), engines=("python",)):
+        per_nu = speeds_of_wheels(setting.task(nu=(1, 0, 0), duration=0).kernel)[:, 0]
+        start = {"nu": 0.3 * per_nu / (per_nu @ per_nu), "chi": (JOINT, 0.1, -0.2), "duration": scale.of(0.2, 1.0)}
+        run = setting.run(**start, effects=(spring,), accuracy=1e-8)
+        assert (run.switches.wheel == 0).sum() >= 2
+        unfinished = float(run.t[-1] < start["duration"])
+        found.append(setting.measurement("switches at fault", switches_at_fault(run) + unfinished, 0))
+    return found
+
+
 def _ends_or_says_why(setting: Setting, state: dict) -> bool:
     try:
         run = setting.run(HEAVY, **state, duration=1e-3)
@@ -112,5 +128,13 @@ CASES = [
         naive="an endless loop",
         promise="the run goes on, or the watchdog stops it: time, wheel, state, and the trajectory until then",
         run=held_on_the_joint,
+    ),
+    Case(
+        name="held-by-a-drive",
+        section=SECTION,
+        title="Torque that holds a wheel on the joint",
+        naive="misses one of two crossings, and the wheel is on the wrong roller from then on",
+        promise="every crossing is a switch, there and back",
+        run=held_by_a_drive,
     ),
 ]

@@ -81,7 +81,7 @@ def states() -> st.SearchStrategy:
 
 
 def phases_long(vehicle: Vehicle, nu: object, spins: object = 0) -> float:
-    """A duration of about MOST_PHASES at these speeds, or of as many turns of the rollers; 1 where they are no speeds."""
+    """A duration of about MOST_PHASES, or as many turns of the rollers; 1 where these are no speeds."""
     try:
         with np.errstate(all="ignore"):
             per_nu = speeds_of_wheels(kernel(vehicle, "massless", "python"))

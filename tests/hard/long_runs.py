@@ -115,7 +115,7 @@ def massive(scale: Scale) -> list[Measurement]:
 
 
 def _growth(setting: Setting, switches: int) -> Measurement:
-    """The distance of two runs that differ in their steps alone, by eps, the sensitivity and the root of the switches."""
+    """The distance of two runs that differ in their steps, in units of eps, sensitivity and sqrt(switches)."""
     fine, run = (long_run(setting, switches, accuracy=accuracy) for accuracy in (1e-15, 1e-13))
     moved = long_run(setting, switches, accuracy=1e-15, start=START | {"nu": START["nu"] * (1 + MOVED)})
     sensitivity = max(1.0, _apart(fine, moved) / MOVED)

@@ -15,7 +15,13 @@ from omniroll.switching import State, SwitchingModel
 
 @dataclass
 class Motion:
-    """switches (t, wheel, direction); the end's y = (nu, chi, pose) and time; `last`, y before the last switch; the largest |chi| - pi/n seen."""
+    """What a run left.
+
+    switches  (t, wheel, direction)
+    t, y      time and (nu, chi, pose) at the end; last: y before the last switch
+    beyond    the largest |chi| - pi/n seen
+    gave_up   too many switches, or no step
+    """
 
     switches: list[tuple[float, int, int]] = field(default_factory=list)
     t: float = 0.0

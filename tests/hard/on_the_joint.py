@@ -15,7 +15,7 @@ def start_moving(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(11)
-        wrong, theirs, count = 0, 0, scale.of(6, 200)
+        wrong, theirs, count = 0, 0, scale.of(6, 60)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -42,7 +42,7 @@ def start_at_rest(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(12)
-        wrong, theirs, count = 0, 0, scale.of(6, 100)
+        wrong, theirs, count = 0, 0, scale.of(6, 40)
         for _ in range(count):
             sign = random.choice((1, -1))
             task = {
@@ -72,7 +72,7 @@ def at_the_end(scale: Scale) -> list[Measurement]:
     for setting in settings():
         random = np.random.default_rng(13)
         ends, samples, theirs, count = 0, 0, 0, 0
-        for _ in range(scale.of(2, 30)):
+        for _ in range(scale.of(2, 10)):
             task = {"nu": random.normal(size=3), "chi": random.uniform(-0.5, 0.5, 3), "duration": 2.0}
             whole = setting.run(**task)
             times = np.unique(whole.switches.t)

@@ -41,7 +41,7 @@ def random_task(random: np.random.Generator, vehicle: Vehicle, phases: int) -> d
 
 def faults(run: Trajectory) -> int:
     """Steps whose wheels are elsewhere than on their rollers, and switches without a reason."""
-    return _steps_at_fault(run) + _switches_at_fault(run)
+    return _steps_at_fault(run) + switches_at_fault(run)
 
 
 def _steps_at_fault(run: Trajectory) -> int:
@@ -69,7 +69,7 @@ def _bernstein(degree: int) -> np.ndarray:
     return binomial * PROBES[:, None] ** k * (1 - PROBES[:, None]) ** (degree - k)
 
 
-def _switches_at_fault(run: Trajectory) -> int:
+def switches_at_fault(run: Trajectory) -> int:
     """A switch of a wheel that is not at its joint, or does not move outwards; and contacts that change without one."""
     joint, rollers = np.pi / run.vehicle.rollers_per_wheel, run.vehicle.rollers_per_wheel
     same_time = np.flatnonzero(np.diff(run.contact, axis=0).any(axis=1))

@@ -21,7 +21,7 @@ def random_start(random: np.random.Generator) -> dict:
 def against_the_true_flow(scale: Scale) -> list[Measurement]:
     """The first switch from random starts; the error in units of 100 eps (|t| + |h|) + eps |chi| / |chi'|."""
     random = np.random.default_rng(31)
-    starts = [random_start(random) for _ in range(scale.of(2, 40))]
+    starts = [random_start(random) for _ in range(scale.of(2, 20))]
     found = []
     for model in MODELS:
         errors = {engine: [] for engine in (*ENGINES, "naive")}

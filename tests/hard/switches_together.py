@@ -21,7 +21,7 @@ def wrong_instants(switches: list[tuple[float, int]], wheels: int, expected: int
 
 def turning_on_the_spot(scale: Scale) -> list[Measurement]:
     """nu = (0, 0, 1) from equal chi: by symmetry all wheels reach their joints at once, for ever."""
-    duration = scale.of(15.0, 300.0)
+    duration = scale.of(15.0, 100.0)
     task = {"nu": (0, 0, 1), "duration": duration}
 
     def measured(setting: Setting) -> Measurement:
@@ -45,7 +45,7 @@ def gaps(scale: Scale) -> list[Measurement]:
     found = []
     for setting in settings():
         random = np.random.default_rng(2)
-        wrong, theirs, count = 0, 0, scale.of(3, 100)
+        wrong, theirs, count = 0, 0, scale.of(3, 30)
         for _ in range(count):
             nu, chi = np.array([0, 0, random.uniform(0.3, 3)]), random.uniform(-0.5, 0.5)
             rate = nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 0]
@@ -69,7 +69,7 @@ def relabelled(scale: Scale) -> list[Measurement]:
     for setting in settings():
         random = np.random.default_rng(3)
         worst, duration = 0.0, scale.of(3.0, 6.0)
-        for _ in range(scale.of(1, 20)):
+        for _ in range(scale.of(1, 6)):
             nu, chi, spins = random.normal(size=3), random.uniform(-JOINT, JOINT, 3), random.normal(size=(3, 4))
             order = random.permutation(3)
             angles = [vehicle.wheel_angles[k] for k in order]
