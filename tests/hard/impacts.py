@@ -26,7 +26,7 @@ def sent_back(scale: Scale) -> list[Measurement]:
     found = []
     for model in ("locked", "free"):
         random = np.random.default_rng(41)
-        starts = [slow_arrival(random, model) for _ in range(scale.of(3, 15))]
+        starts = [slow_arrival(random, model) for _ in range(scale.of(6, 15))]
         runs = {engine: [Setting(model, "impact", engine).run(**s) for s in starts] for engine in ENGINES}
         theirs = [naive.simulate(Setting(model, "impact", "python").task(**s), most_switches=2000) for s in starts]
         failed = sum(motion.gave_up or motion.beyond > 1e-6 for motion in theirs)
