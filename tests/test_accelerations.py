@@ -130,9 +130,7 @@ def test_standing_vehicle_keeps_its_spins():
     rng = np.random.default_rng(5)
     vehicle = random_vehicle(rng, 3, 7)
     _, chi, spins = random_state(rng, vehicle)
-    nu_dot, spins_dot = omniroll.accelerations(
-        project_vehicle(vehicle), np.zeros(3), chi, spins, roller_model="free"
-    )
+    nu_dot, spins_dot = omniroll.accelerations(project_vehicle(vehicle), np.zeros(3), chi, spins, roller_model="free")
     assert np.all(nu_dot == 0) and np.all(spins_dot == 0)
 
 
@@ -149,9 +147,7 @@ def test_leading_axes_are_states(model):
     made = project_vehicle(vehicle)
     batch = omniroll.accelerations(made, nu, chi, spins if free else None, roller_model=model)
     for k, (one_nu, one_chi, one_spins) in enumerate(states):
-        single = omniroll.accelerations(
-            made, one_nu, one_chi, one_spins if free else None, roller_model=model
-        )
+        single = omniroll.accelerations(made, one_nu, one_chi, one_spins if free else None, roller_model=model)
         place = np.unravel_index(k, (2, 4))
         np.testing.assert_allclose(batch[0][place], single[0], rtol=1e-13, atol=0)
         if free:

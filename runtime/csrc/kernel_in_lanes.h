@@ -23,8 +23,9 @@ typedef lanes_t real_t;
 #define KERNEL(name) OMNIROLL_EXPAND(omniroll_, OMNIROLL_SET, _##name)
 
 /* An exported function is compiled for several levels of the machine's vector instructions; the loader chooses. No level
- * fuses multiplications and additions, so that all give the same bits. */
-#if defined __x86_64__ && defined __gnu_linux__ && defined __GNUC__ && !defined __clang__
+ * fuses multiplications and additions, so that all give the same bits. Flags that name the machine (-march=native) have
+ * chosen already; gcc 12 fails on clones below that level. */
+#if defined __x86_64__ && defined __gnu_linux__ && defined __GNUC__ && !defined __clang__ && !defined __AVX__
 #define EACH_LEVEL __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define EACH_LEVEL

@@ -1,7 +1,9 @@
-/* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. */
+/* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows.
+ * It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 #include "omniroll_free.h"
 
+#include <fenv.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -13,7 +15,8 @@ int main(int count, char **arguments)
     double nu[3] = {1, 0.2, 1}, chi[WHEELS] = {0.1, -0.2, 0.3}, pose[3] = {0, 0, 0}, axial[WHEELS*PLACES];
     const double spins[WHEELS*PLACES] = {0};
     long long contact[WHEELS] = {0, 0, 0};
-    if (count != 13)
+    const int modes[] = {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
+    if (count != 14 || fesetround(modes[atoi(arguments[13])]))
         return 2;
     for (int k = 0; k < 8; k++)
         vehicle[k] = atof(arguments[k + 1]);
@@ -39,6 +42,8 @@ int main(int count, char **arguments)
         run.row_count = run.switch_count = 0;
         status = omniroll_free_run(&run, model, size);
         switched += run.switch_count;
+        for (const double *at = switches; at < switches + (2 + WHEELS)*run.switch_count; at += 2 + WHEELS)
+            printf("%.17g %.0f %.0f %.0f\n", at[0], at[2], at[3], at[4]);
     }
     printf("%d %lld", status, switched);
     for (int k = 0; k < 3; k++)

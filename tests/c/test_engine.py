@@ -49,9 +49,9 @@ def test_engine_from_c_under_sanitizers(tmp_path):
     assert built.returncode == 0, built.stderr
     vehicle = omniroll.Vehicle.paper()
     numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, 5.0]
-    ran = subprocess.run([program, *map(repr, map(float, numbers))], capture_output=True, text=True, timeout=120)
+    ran = subprocess.run([program, *map(repr, map(float, numbers)), "0"], capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stderr
-    status, switched, *state = ran.stdout.split()
+    status, switched, *state = ran.stdout.splitlines()[-1].split()
     run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11)
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T

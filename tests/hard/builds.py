@@ -155,9 +155,7 @@ def set_source(set_name: str) -> str:
 
 
 def source() -> str:
-    choices = "".join(
-        f'    if (!strcmp(arguments[1], "{name}"))\n        return run_{name}(N, n);\n' for name in SETS
-    )
+    choices = "".join(f'    if (!strcmp(arguments[1], "{name}"))\n        return run_{name}(N, n);\n' for name in SETS)
     includes = "\n".join(f'#include "omniroll_{name}.h"' for name in SETS)
     parts = [HEAD.format(includes=includes), *map(set_source, SETS)]
     return "".join([*parts, MAIN.format(modes=", ".join(ROUNDINGS), choices=choices)])

@@ -1,4 +1,4 @@
-"""The same kernels in other number types, from other compilers, in other rounding modes, under sanitizers and valgrind."""
+"""The same kernels in other number types, from other compilers, in other rounding modes, under sanitizers, valgrind."""
 
 import shutil
 
@@ -27,7 +27,7 @@ def measured(parts: list[Sample], kernels: dict[tuple[str, str], object]) -> lis
 
 def number_types(scale: Scale) -> list[Measurement]:
     """float on states that it can hold; long double on the same as double."""
-    count = scale.of(60, 5_000)
+    count = scale.of(60, 2_500)
     whole = sample(41, count, 3, 5, closest_tip=1e-9)
     kernels = {("compiled", kind): compiled_kernels(Build("cc", ("-O3", "-ffp-contract=off"), kind)) for kind in EPS}
     short = moderate(sample(42, count, 3, 5, closest_tip=1e-4))
@@ -61,14 +61,14 @@ def compilers_and_flags(scale: Scale) -> list[Measurement]:
     builds = [Build(compiler, flags) for compiler in ("gcc", "clang") for flags in (SLOW, FAST, FUSED)]
     there = [build for build in builds if build.is_there]
     kernels = {(build.name, "double"): compiled_kernels(build) for build in there}
-    return measured([sample(43, scale.of(60, 5_000), 3, 5, closest_tip=1e-9)], kernels)
+    return measured([sample(43, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
 
 
 def directed_rounding(scale: Scale) -> list[Measurement]:
     """Up, down and towards zero: the compiler is told that the mode may change."""
     build = Build("gcc", ("-O2", "-frounding-math", "-ffp-contract=off"))
     kernels = {(mode, "double"): compiled_kernels(build, mode) for mode in ROUNDINGS[1:]} if build.is_there else {}
-    return measured([sample(44, scale.of(60, 5_000), 3, 5, closest_tip=1e-9)], kernels)
+    return measured([sample(44, scale.of(60, 2_500), 3, 5, closest_tip=1e-9)], kernels)
 
 
 def clean(scale: Scale) -> list[Measurement]:

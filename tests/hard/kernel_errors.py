@@ -21,12 +21,13 @@ Found = Callable[[Sample, str], dict[str, np.ndarray]]  # outputs by function of
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors in ulp cond of one function of a set: of vectors (K,) and of components (M, K)."""
+    """Errors in ulp cond of one function of a set on K states: of vectors (K,) and of components (M, K)."""
 
     set_name: str
     function: str
     vectors: np.ndarray
     components: np.ndarray
+    states: Sample
 
 
 def python_kernels(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
@@ -55,7 +56,7 @@ class Bench:
             found = kernels(part, set_name)
             for name, judge in judges.items():
                 if name in found:
-                    yield Errors(set_name, name, *judge.units(found[name], eps))
+                    yield Errors(set_name, name, *judge.units(found[name], eps), part)
 
 
 def measurements(

@@ -1,5 +1,9 @@
 """Every kernel function of every set against ball arithmetic."""
 
+import json
+import sys
+from pathlib import Path
+
 import numpy as np
 
 from hard import naive_kernels
@@ -19,6 +23,7 @@ from hard.kernel_errors import (
 from hard.sampling import Sample, sample
 
 SECTION = "Number types and compilers"
+WORST = Path(__file__).with_name("worst_states.json")
 
 
 def samples(scale: Scale) -> list[Sample]:
@@ -31,16 +36,25 @@ def samples(scale: Scale) -> list[Sample]:
 
 
 def merged(errors: list[Errors]) -> list[Errors]:
-    """Errors of the same function on several samples as one."""
+    """Errors of the same function on several samples as one, with its worst state."""
     found: dict[tuple, list[Errors]] = {}
     for e in errors:
         found.setdefault((e.set_name, e.function), []).append(e)
     flat = lambda group, part: np.concatenate([getattr(e, part).ravel() for e in group])  # noqa: E731
-    return [Errors(*key, flat(group, "vectors"), flat(group, "components")) for key, group in found.items()]
+    return [
+        Errors(*key, flat(group, "vectors"), flat(group, "components"), worst_state(group))
+        for key, group in found.items()
+    ]
+
+
+def worst_state(group: list[Errors]) -> Sample:
+    units = [np.nan_to_num(e.vectors, nan=-1.0) for e in group]
+    place = int(np.argmax([u.max() for u in units]))
+    return group[place].states.at(np.array([units[place].argmax()]))
 
 
 def against_balls(scale: Scale) -> list[Measurement]:
-    """All functions of all sets on all samples, compiled and in Python."""
+    """All functions of all sets on all samples, compiled and in Python. In full the worst states are kept."""
     kernels = {"compiled": compiled_kernels(), "python": python_kernels}
     found: dict[str, list[Errors]] = {on: [] for on in kernels}
     for part in samples(scale):
@@ -48,7 +62,43 @@ def against_balls(scale: Scale) -> list[Measurement]:
             bench = Bench(part, model)
             for on, outputs in kernels.items():
                 found[on] += bench.errors(outputs)
-    return [m for on, errors in found.items() for m in measurements(merged(errors), on)]
+    whole = {on: merged(errors) for on, errors in found.items()}
+    if scale is Scale.FULL:
+        keep(whole["compiled"])
+    return [m for on, errors in whole.items() for m in measurements(errors, on)]
+
+
+def keep(errors: list[Errors]) -> None:
+    """Writes the worst state of each function; says which is the worst of all."""
+    entries = [
+        {"set": e.set_name, "function": e.function, "units": worst(e.vectors), **as_lists(e.states)}
+        for e in sorted(errors, key=lambda e: (e.set_name, e.function))
+    ]
+    WORST.write_text("[\n" + ",\n".join(map(json.dumps, entries)) + "\n]\n", encoding="utf-8")
+    most = max(entries, key=lambda entry: entry["units"])
+    print(
+        f"worst: {most['units']:.3g} ulp cond, {most['set']} {most['function']}; states in {WORST.name}",
+        file=sys.stderr,
+    )
+
+
+def as_lists(state: Sample) -> dict:
+    lists = lambda part: {name: array.tolist() for name, array in part.items()}  # noqa: E731
+    size = {"wheels": state.wheels, "rollers": state.rollers}
+    return size | {"vehicle": lists(state.vehicle), "state": lists(state.state)}
+
+
+def worst_states(scale: Scale) -> list[Measurement]:
+    """Each function on the state that was its worst when all were measured last."""
+    found = []
+    for entry in json.loads(WORST.read_text(encoding="utf-8")):
+        arrays = lambda part: {name: np.array(values) for name, values in part.items()}  # noqa: E731
+        state = Sample(entry["wheels"], entry["rollers"], arrays(entry["vehicle"]), arrays(entry["state"]))
+        bench = Bench(state, entry["set"].removesuffix("_sharp"), [entry["function"]])
+        for on, outputs in (("compiled", compiled_kernels()), ("python", python_kernels)):
+            errors = list(bench.errors(outputs))
+            found += [m for m in measurements(errors, on, components=False) if m.bound == BOUND]
+    return found
 
 
 def accelerations_as_written(scale: Scale) -> list[Measurement]:
@@ -71,6 +121,14 @@ CASES = [
         naive="no bound is known; the formulas as printed are in the next line",
         promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
         run=against_balls,
+    ),
+    Case(
+        name="worst-states",
+        section=SECTION,
+        title="The worst state of each function, kept",
+        naive="a random test forgets it",
+        promise=f"at most {BOUND} ulp times the condition",
+        run=worst_states,
     ),
     Case(
         name="accelerations-as-written",

@@ -1,4 +1,4 @@
-"""The accelerations as one writes them down from the formulas: rho = l cos(chi) - r, 1/rho^2 in M*, and a linear solver."""
+"""The accelerations as one writes them down: rho = l cos(chi) - r, 1/rho^2 in M*, and a linear solver."""
 
 import numpy as np
 
@@ -21,16 +21,18 @@ def accelerations(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
 def system(sample: Sample, locked: bool) -> tuple[np.ndarray, np.ndarray]:
     """M* (K, 3, 3) and f (K, 3)."""
     v = {name: array if array.ndim == 2 else array[:, None] for name, array in sample.vehicle.items()}
-    l, R, scale, B, J = (v[k] for k in ("wheel_radius", "platform_radius", "yaw_scale", "roller_inertia", "wheel_inertia"))
+    radius, R, scale, B, J = (
+        v[k] for k in ("wheel_radius", "platform_radius", "yaw_scale", "roller_inertia", "wheel_inertia")
+    )
     chi, nu = sample.state["chi"], sample.state["nu"][:, :, None]
     cos, sin = np.cos(v["wheel_angles"]), np.sin(v["wheel_angles"])
-    rho = l * np.cos(chi) - v["roller_axis_radius"]
+    rho = radius * np.cos(chi) - v["roller_axis_radius"]
     yaw = nu[:, 2] / scale
-    chi_dot = R / l * (nu[:, 0] * sin - nu[:, 1] * cos - yaw)
+    chi_dot = R / radius * (nu[:, 0] * sin - nu[:, 1] * cos - yaw)
     rolling = R * (nu[:, 0] * cos + nu[:, 1] * sin) / rho
     row = np.stack([R * cos / rho, R * sin / rho, np.sin(chi) / scale + 0 * rho])
-    rate = np.stack([R / l * sin, -R / l * cos, -R / l / scale + 0 * cos])
-    drift = chi_dot * (l * np.sin(chi) * rolling / rho + np.cos(chi) * yaw)
+    rate = np.stack([R / radius * sin, -R / radius * cos, -R / radius / scale + 0 * cos])
+    drift = chi_dot * (radius * np.sin(chi) * rolling / rho + np.cos(chi) * yaw)
     matrix = np.einsum("akn,bkn,kn->kab", row, row, B + 0 * rho) + np.einsum("akn,bkn,kn->kab", rate, rate, J + 0 * rho)
     force = -np.einsum("akn,kn->ka", row, B * drift)
     couple = B * rolling * np.cos(chi)
@@ -43,7 +45,7 @@ def system(sample: Sample, locked: bool) -> tuple[np.ndarray, np.ndarray]:
         momenta = sample.state["momenta"]
         couple = couple + B * yaw * np.sin(chi) * np.cos(chi)
         couple = couple + momenta[:, :, 0] * np.cos(chi) - momenta[:, :, 1] * np.sin(chi)
-    push = np.stack([sin * yaw, -cos * yaw, -(nu[:, 0] * sin - nu[:, 1] * cos) / scale]) * R / l * couple
+    push = np.stack([sin * yaw, -cos * yaw, -(nu[:, 0] * sin - nu[:, 1] * cos) / scale]) * R / radius * couple
     mass = sample.vehicle["mass"] * sample.vehicle["platform_radius"] ** 2
     matrix[:, [0, 1, 2], [0, 1, 2]] += np.stack([mass, mass, yaw_inertia / sample.vehicle["yaw_scale"] ** 2], axis=1)
     turning = np.stack([nu[:, 1, 0] * nu[:, 2, 0], -nu[:, 0, 0] * nu[:, 2, 0], 0 * nu[:, 0, 0]], axis=1)

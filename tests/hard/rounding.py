@@ -4,10 +4,10 @@ The function is what a user computes: from the vehicle's numbers, through prepar
 from the generated Python kernel in ball arithmetic, its condition sum_k |df/dx_k| |x_k| / |f| over all those
 numbers from complex steps through the same kernel. An ulp is eps |f|, and a condition below 1 counts as 1.
 
-Most outputs are vectors. Their error is judged twice: as vectors, with the largest component of the error over the largest
-of eps sum_k |df/dx_k| |x_k|; and component by component. A component may vanish by a symmetry of the state, together
-with its derivatives, while what cancels in it does not: no kernel keeps it accurate then, and the first measure is the
-one that holds for all states.
+The error is judged twice: all outputs of a function as one vector, with the largest component of the error over the
+largest of eps sum_k |df/dx_k| |x_k|; and component by component. A component may vanish by a symmetry of the state,
+together with its derivatives, while what cancels in it does not: no kernel keeps it accurate then, and the first
+measure is the one that holds for all states.
 """
 
 import importlib
@@ -90,8 +90,7 @@ def split(ball) -> tuple[float, float, float]:
 def judged_by(sample: Sample, set_name: str, names: list[str]) -> dict[str, "Judge"]:
     """What the functions of a set must give on a sample."""
     found = references(sample, set_name, names)
-    wanted = functions(set_name, sample)
-    return {name: Judge(found[name], slopes(sample, set_name, name), wanted[name].outputs) for name in names}
+    return {name: Judge(found[name], slopes(sample, set_name, name)) for name in names}
 
 
 @dataclass(frozen=True)
@@ -100,10 +99,9 @@ class Judge:
 
     reference: Reference
     slope: np.ndarray
-    outputs: tuple
 
     def units(self, found: np.ndarray, eps: float) -> tuple[np.ndarray, np.ndarray]:
-        """Errors in ulp cond: of the vectors (K,), the worst output of each state, and of all components (M, K).
+        """Errors in ulp cond: of the vectors (K,), and of all components (M, K).
 
         NaN where the function is singular: where even the ball is too wide, or its condition is above 1/eps, so that
         the rounding of what is given leaves no digit.
@@ -111,15 +109,11 @@ class Judge:
         allowed = np.maximum(self.slope, np.abs(self.reference.high))
         error = self.reference.error(found)
         singular = ~(self.reference.radius <= 2.0**-75 * allowed).all(axis=0)
-        vectors, start = [], 0
-        for output in self.outputs:
-            rows = slice(start, start + int(np.prod(output.shape)))
-            vectors.append(over(error[rows].max(axis=0), eps * allowed[rows].max(axis=0)))
-            singular |= eps * allowed[rows].max(axis=0) > np.abs(self.reference.high[rows]).max(axis=0)
-            start = rows.stop
+        singular |= eps * allowed.max(axis=0) > np.abs(self.reference.high).max(axis=0)
         components = over(error, eps * allowed)
         components[:, singular] = np.nan
-        return np.where(singular, np.nan, np.max(vectors, axis=0)), components
+        vectors = over(error.max(axis=0), eps * allowed.max(axis=0))
+        return np.where(singular, np.nan, vectors), components
 
 
 def over(error: np.ndarray, allowed: np.ndarray) -> np.ndarray:

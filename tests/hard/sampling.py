@@ -149,9 +149,7 @@ def per_state(values: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return values.reshape(-1, *[1] * len(shape))
 
 
-def sample(
-    seed: int, count: int, wheels: int, rollers: int, closest_tip: float = 1e-3, **changes: Callable
-) -> Sample:
+def sample(seed: int, count: int, wheels: int, rollers: int, closest_tip: float = 1e-3, **changes: Callable) -> Sample:
     """K random states, each with a vehicle of its own; closest_tip and changes as in vehicles()."""
     draw = Draw(seed, count)
     found = vehicles(draw, wheels, rollers, closest_tip, **changes)
