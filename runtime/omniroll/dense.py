@@ -48,6 +48,18 @@ def value(coefficients: Sequence[float], x: float) -> float:
     return row[0]
 
 
+def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """p(x) (T, c) of polynomials (T, d + 1, c), each at its own x (T,)."""
+    degree = coefficients.shape[1] - 1
+    counts = np.array([comb(degree, k) for k in range(degree + 1)], float)
+    powers = np.arange(degree + 1)
+    weights = counts * x[:, None] ** powers * (1 - x[:, None]) ** powers[::-1]
+    result = weights[:, :1] * coefficients[:, 0]
+    for k in powers[1:]:  # in this order, whatever the arrays' layout in memory
+        result += weights[:, k, None] * coefficients[:, k]
+    return result
+
+
 def halves(coefficients: Sequence[float]) -> tuple[list[float], list[float]]:
     """The polynomial on [0, 1/2] and on [1/2, 1]."""
     row, left, right = list(coefficients), [coefficients[0]], [coefficients[-1]]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BPoly
 
 from omniroll import switching, validation
+from omniroll.dense import values_at
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.layout import Layout
 from omniroll.errors import InvalidValueError
@@ -157,14 +157,21 @@ class Trajectory:
         added = () if self.added is None else (self.added[row],)
         return np.concatenate([self.nu[row], self.chi[row], self.pose[row], *added], axis=-1)
 
-    @cached_property
-    def _polynomials(self) -> BPoly:
+    def _polynomials(self, elapsed: np.ndarray) -> np.ndarray:
+        """y (..., 6 + N + E) from the steps' polynomials, at times since the start."""
         if self.dense is None:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
+        starts, lengths = self._steps
+        step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # the clock may not see the shortest steps
+            x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
+        return values_at(self.dense[step], x)
+
+    @cached_property
+    def _steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Starts and lengths (S,) of the steps."""
         starts = self.elapsed[self.step_rows]
-        ends = np.append(starts[1:], self.elapsed[-1])
-        positive = ends > starts  # the clock may not see the shortest steps
-        return BPoly(np.moveaxis(self.dense[positive], 1, 0), np.append(starts[positive], self.elapsed[-1]))
+        return starts, np.append(starts[1:], self.elapsed[-1]) - starts
 
     def _complete(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> Samples:
         """All fields from y = (nu, chi, pose), where `row` is the last row at or before each time."""

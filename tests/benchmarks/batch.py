@@ -182,9 +182,9 @@ def answer() -> Answer:
         text=(
             f"The reduced form, N = 3, n = 5, {VEHICLES} vehicles a call on one core; ns per vehicle, "
             "minimum (median); error against long double. heyoka's function has the one vehicle's numbers "
-            "in its code and fuses multiplications with additions; this project's kernel takes the "
-            "constants as data, once or for each vehicle, and never fuses, so that every machine gives "
-            "the same bits."
+            "in its code, or takes them with each vehicle, and fuses multiplications with additions; this "
+            "project's kernel takes the constants as data, once or for each vehicle, and never fuses, so "
+            "that every machine gives the same bits."
         ),
         headings=["rollers", "tool", "ns per vehicle", "error"],
         rows=rows,

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import DOP853
 from scipy.interpolate import BPoly, PPoly
 
-from omniroll.dense import bernstein_of_dop853, first_positive, value
+from omniroll.dense import bernstein_of_dop853, first_positive, value, values_at
 
 
 def bernstein(power_coefficients):
@@ -62,3 +62,12 @@ def test_first_positive_finds_random_first_roots():
         expected = 0.0 if len(ahead) % 2 == 0 else ahead[0] if ahead[0] < 1 else None
         found = first_positive(from_roots(*roots))
         assert found == (expected if expected is None else pytest.approx(expected, abs=1e-7))
+
+
+def test_values_of_many_polynomials_are_those_one_by_one():
+    random = np.random.default_rng(5)
+    coefficients, x = random.normal(size=(40, 17, 3)), np.concatenate([[0.0, 1.0], random.uniform(size=38)])
+    wanted = [[value(row[:, c], at) for c in range(3)] for row, at in zip(coefficients, x, strict=True)]
+    found = values_at(coefficients, x)
+    np.testing.assert_allclose(found, wanted, atol=1e-14)
+    assert (found[0] == coefficients[0, 0]).all() and (found[1] == coefficients[1, -1]).all()
