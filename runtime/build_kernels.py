@@ -24,11 +24,12 @@ from setuptools import Extension
 
 ROOT = Path(__file__).resolve().parent.parent
 C_FOLDER = "generated/c"
+# Debugging information would double the time to compile and the size (-g0).
 # A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
-FLAGS = ["-O3", "-std=c99", "-ffp-contract=off"]
+FLAGS = ["-O3", "-g0", "-std=c99", "-ffp-contract=off"]
 ENGINE_FOLDER = "runtime/csrc"
 # Its vectors are written out, so that -O3 would add nothing but time to compile.
-ENGINE_FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wno-psabi"]
+ENGINE_FLAGS = ["-O2", "-g0", "-std=c99", "-ffp-contract=off", "-Wno-psabi"]
 C_HEADERS = runpy.run_path(str(ROOT / "runtime/omniroll/c_headers.py"))
 
 

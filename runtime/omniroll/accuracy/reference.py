@@ -207,7 +207,8 @@ class Extrapolated:
                 ratio = np.longdouble(count) / parts[k - j]
                 row.append(row[j - 1] + (row[j - 1] - table[j - 1]) / (ratio * ratio - 1))
             table = row
-        return table[-1], float(np.abs(table[-1] - table[-2]).max() / np.abs(y).max())
+        apart = np.abs(table[-1] - table[-2]).max()
+        return table[-1], float(apart / np.abs(y).max()) if apart > 0 else 0.0
 
 
 def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
