@@ -1,6 +1,5 @@
 """What pyproject.toml cannot say: packages from several folders, and the kernels that are compiled."""
 
-import os
 import runpy
 
 from setuptools import find_packages, setup
@@ -21,6 +20,5 @@ setup(
         "omniroll.generated",
         "omniroll.generated.python",
     ],
-    options={"build_ext": {"parallel": os.cpu_count()}},
     **kernels,
 )
