@@ -5,6 +5,7 @@ run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=20)
 run.pose[-1]
 """
 
+from omniroll.batch import Batch
 from omniroll.dynamics import accelerations
 from omniroll.effects import Bearings, Controller, Motor, Slope, Torque, TorqueTable
 from omniroll.errors import (
@@ -32,6 +33,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "AccuracyWarning",
+    "Batch",
     "Bearings",
     "Controller",
     "Doubt",

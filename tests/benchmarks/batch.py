@@ -10,15 +10,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import omniroll
-from omniroll import generated_data
-from omniroll.compiled_engine import aligned, engine_module
-from omniroll.kernels import CompiledKernel, kernel
+from omniroll.kernels import CompiledKernel
 
 from .common import (
     ROOT,
     Answer,
     Target,
     compiled,
+    counted_operations,
     model_as_data,
     model_numbers,
     numeric_model,
@@ -67,10 +66,7 @@ SINE_AND_COSINE = 13  # products of the two polynomials
 
 def products(roller_model, wheels):
     """Multiplications of one call of `reduced`, counted when it was generated."""
-    (function,) = [
-        f for f in generated_data.load("kernels")["functions"] if (f["set"], f["name"]) == (roller_model, "reduced")
-    ]
-    count = function["operations"]
+    count = counted_operations(roller_model, "reduced")
     return count["once"]["mul"] + wheels * (count["wheel"]["mul"] + SINE_AND_COSINE)
 
 
@@ -95,21 +91,8 @@ def states(vehicle, roller_model):
 
 def ours(vehicle, roller_model, parts, shared):
     """A call of the compiled batch kernel, and its output (3, V)."""
-    module = engine_module()
-    ffi = module.ffi
-    model = np.asarray(kernel(vehicle, roller_model, "compiled").model, float)
-    constants = model if shared else np.repeat(model[:, None], VEHICLES, axis=1)
-    out, work = np.empty((3, VEHICLES)), aligned(16 * len(model))
-    function = getattr(module.lib, f"omniroll_{roller_model}_reduced_batch")
-
-    def pointer(array):
-        return ffi.from_buffer("double[]", array)
-
-    arguments = (
-        VEHICLES, vehicle.wheels, vehicle.rollers_per_wheel, pointer(constants), len(model), int(shared),
-        *map(pointer, parts), *[ffi.NULL] * (3 - len(parts)), pointer(out), pointer(work),
-    )  # fmt: skip
-    return (lambda: function(*arguments)), out, constants
+    made, out = omniroll.Batch(vehicle if shared else [vehicle] * VEHICLES, roller_model), np.empty((3, VEHICLES))
+    return made.bind(*parts, nu_dot=out), out
 
 
 def heyokas(vehicle, roller_model, parts, as_data=False, **options):
@@ -210,7 +193,7 @@ def _plain_words(wins, found):
 
 
 def _figure(found):
-    figure, axes = plt.subplots(figsize=(6, 2.6), layout="constrained")
+    figure, axes = plt.subplots(figsize=(6, 3.4), layout="constrained")
     labels = [f"{tool}\n({model})" for model in MODELS for tool in found[model]]
     values = [times.least * 1e9 / VEHICLES for model in MODELS for times, _ in found[model].values()]
     axes.barh(labels, values, color=["C0", "C0", "C1", "C1"] * 2)

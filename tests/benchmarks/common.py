@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import omniroll
+from omniroll import generated_data
 from omniroll.kernels import VEHICLE_SCALARS, kernel
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -91,6 +92,8 @@ def compiled(folder: Path, name: str, sources: list[Path], *flags: str) -> ctype
 class RightHandSide:
     """`void rhs(const double *in, double *out)` of C files, with the loop that times it in the same library."""
 
+    operations = 0  # of one call, where a tool counts them
+
     def __init__(self, folder: Path, name: str, sources: list[Path], out_size: int, *flags: str):
         harness = folder / "harness.c"
         harness.write_text(HARNESS)
@@ -103,7 +106,7 @@ class RightHandSide:
         self.library.rhs(_pointer(state), _pointer(self.out))
         return self.out.copy()
 
-    def per_call(self, states: np.ndarray, repeats: int = 15, least: float = 2e-3) -> Times:
+    def per_call(self, states: np.ndarray, repeats: int = 60, least: float = 2e-3) -> Times:
         """Times of a call; a repeat takes at least `least` s."""
         states = np.ascontiguousarray(states)
 
@@ -160,6 +163,13 @@ def model_numbers(model):
     """(name, number or list of numbers) of the constants that do not belong to a free roller's place."""
     skipped = ("wheels", "rollers_per_wheel", "cos_kappa", "sin_kappa")
     return [(name, value) for name, value in vars(model).items() if name not in skipped]
+
+
+def counted_operations(set_name: str, name: str) -> dict:
+    """Operations of a generated function by place (once, wheel, slot, roller), counted when it was generated."""
+    functions = generated_data.load("kernels")["functions"]
+    (found,) = [f["operations"] for f in functions if (f["set"], f["name"]) == (set_name, name)]
+    return found
 
 
 def c_model(vehicle: omniroll.Vehicle, roller_model: str) -> np.ndarray:

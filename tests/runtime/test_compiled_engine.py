@@ -99,35 +99,3 @@ def test_integrals_in_bernstein_form():
         series = np.polynomial.legendre.Legendre.basis(k).integ()
         wanted = (series(z) - series(-1)) / 2
         np.testing.assert_allclose(BPoly(matrix[:, [k]], [0, 1])(x), wanted, atol=1e-12)
-
-
-@pytest.mark.parametrize("count", [1, 15, 16, 100])
-@pytest.mark.parametrize("model", MODELS)
-def test_batch_of_vehicles(model, count):
-    """reduced_batch: lanes give what the scalar kernel gives, also where the last vector is not full."""
-    rng = np.random.default_rng(count)
-    bound, module = kernel(PAPER, model), compiled_engine.engine_module()
-    nu, chi = rng.normal(size=(count, 3)), rng.uniform(-np.pi / 5, np.pi / 5, (count, 3))
-    momenta = rng.normal(size=(count, 3, 2)) * 1e-5
-    out, work = np.empty((3, count)), compiled_engine.aligned(16 * len(bound.model))
-
-    def pointer(array):
-        return module.ffi.from_buffer("double[]", array)
-
-    arrays = [np.ascontiguousarray(a.reshape(count, -1).T) for a in (nu, chi, momenta)]
-    function = getattr(module.lib, f"omniroll_{bound.set_name}_reduced_batch")
-    status = function(
-        count,
-        3,
-        5,
-        pointer(bound.model),
-        len(bound.model),
-        1,
-        *map(pointer, arrays),
-        pointer(out),
-        pointer(work),
-    )
-    assert status == 0
-    wanted = bound.reduced(nu, chi, *([momenta] if model == "free" else []))
-    scale = np.abs(wanted).max()
-    np.testing.assert_allclose(out.T, wanted, rtol=0, atol=1e-14 * scale)
