@@ -11,7 +11,8 @@ import numpy as np
 
 from omniroll.compiled_engine import ALIGNMENT, MOST_WHEELS, aligned, engine_module
 from omniroll.errors import InvalidValueError
-from omniroll.kernels import ROLLER_MODELS, kernel
+from omniroll.kernels import ROLLER_MODELS, CompiledKernel, kernel
+from omniroll.states import joint_angle
 from omniroll.validation import choice
 from omniroll.vehicle import Vehicle
 
@@ -29,18 +30,16 @@ class Batch:
 
     def __init__(self, vehicles: Vehicle | Sequence[Vehicle], roller_model: str = "free"):
         choice("roller_model", roller_model, ROLLER_MODELS)
-        self.shared = isinstance(vehicles, Vehicle)
-        self.vehicles = _checked([vehicles] if self.shared else list(vehicles), roller_model)
-        self.wheels, self.rollers_per_wheel = self.vehicles[0].wheels, self.vehicles[0].rollers_per_wheel
-        self.has_momenta = roller_model == "free"
-        first = kernel(self.vehicles[0], roller_model)
         module = engine_module()
+        self.shared = isinstance(vehicles, Vehicle)
+        self.vehicles = [vehicles] if self.shared else list(vehicles)
+        kernels = _checked(self.vehicles, roller_model)
+        first = kernels[0]
+        self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
         self._ffi, self._function = module.ffi, getattr(module.lib, f"omniroll_{first.set_name}_reduced_batch")
         self._size = len(first.model)
-        self._constants = (
-            first.model if self.shared else _blocks([kernel(v, roller_model).model for v in self.vehicles])
-        )
-        self._largest_angle = np.pi / self.rollers_per_wheel
+        self._constants = first.model if self.shared else _blocks([own.model for own in kernels])
+        self._largest_angle = joint_angle(self.rollers_per_wheel)
 
     def accelerations(self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None) -> np.ndarray:
         """nu' (3, V) in 1/s^2, equation (3.4) solved.
@@ -49,40 +48,47 @@ class Batch:
         Kernel.momenta gives them, and None for the other models. Each result is that of Kernel.reduced to the last
         bits; calls may run in several threads.
         """
-        if self.has_momenta != (momenta is not None):
-            bound = "is needed for free rollers" if self.has_momenta else "must be None but for free rollers"
-            raise InvalidValueError("momenta", momenta, bound)
         count = np.shape(nu)[-1] if self.shared and np.ndim(nu) == 2 else len(self.vehicles)
-        shapes = {"nu": (3, count), "chi": (self.wheels, count), "momenta": (self.wheels, 2, count)}
-        given = {"nu": nu, "chi": chi} | ({"momenta": momenta} if self.has_momenta else {})
-        arrays = {field: _doubles(field, value, shapes[field]) for field, value in given.items()}
+        shapes = self._shapes(count, momenta)
+        given = {"nu": nu, "chi": chi, "momenta": momenta}
+        arrays = {field: _doubles(field, given[field], shape) for field, shape in shapes.items()}
         nu_dot = np.empty((3, count))
         self.bind(**arrays, nu_dot=nu_dot)()
-        if not np.isfinite(nu_dot).all():
-            self._refuse(arrays)
         outside = np.abs(arrays["chi"]) > self._largest_angle
         if outside.any():
             bound = f"must be on the roller, at most pi/n = {self._largest_angle!r}"
             raise InvalidValueError("chi", float(arrays["chi"][outside][0]), bound)
+        if not np.isfinite(nu_dot).all():
+            self._refuse(arrays)
         return nu_dot
 
     def bind(
         self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None, *, nu_dot: np.ndarray
     ) -> Callable[[], None]:
-        """`accelerations` as a call without arguments from arrays into an array, for loops.
+        """`accelerations` as a call without arguments from arrays into an array, for loops. One thread at a time.
 
         Shapes as there; contiguous arrays of doubles, whose numbers are not checked. nu_dot (3, V) must be another
         one than nu.
         """
-        arrays = [nu, chi, nu_dot, *([] if momenta is None else [momenta])]
-        for array in arrays:
-            if array.dtype != float or not array.flags.c_contiguous or array.shape[-1] != nu_dot.shape[-1]:
-                raise InvalidValueError("arrays", array, "must be contiguous doubles for the same number of vehicles")
-        pointers = [self._pointer(array) for array in (nu, chi)]
-        pointers.append(self._ffi.NULL if momenta is None else self._pointer(momenta))
-        head = (nu.shape[-1], self.wheels, self.rollers_per_wheel, self._pointer(self._constants), self._size)
+        count = np.shape(nu_dot)[-1] if self.shared and np.ndim(nu_dot) == 2 else len(self.vehicles)
+        shapes = self._shapes(count, momenta)
+        given = {"nu": nu, "chi": chi, "momenta": momenta}
+        arrays = {field: given[field] for field in shapes} | {"nu_dot": nu_dot}
+        for field, array in arrays.items():
+            _refuse_unless_bindable(field, array, shapes.get(field, shapes["nu"]))
+        pointers = [self._pointer(arrays[field]) for field in ("nu", "chi")]
+        pointers.append(self._pointer(arrays["momenta"]) if self.has_momenta else self._ffi.NULL)
+        head = (count, self.wheels, self.rollers_per_wheel, self._pointer(self._constants), self._size)
         work = self._pointer(aligned(LANES * self._size))
         return partial(self._function, *head, self.shared, *pointers, self._pointer(nu_dot), work)
+
+    def _shapes(self, count: int, momenta: np.ndarray | None) -> dict[str, tuple[int, ...]]:
+        """Shapes of the inputs for `count` vehicles; refuses momenta that are missing, or one too many."""
+        if self.has_momenta != (momenta is not None):
+            bound = "is needed for free rollers" if self.has_momenta else "must be None but for free rollers"
+            raise InvalidValueError("momenta", momenta, bound)
+        shapes = {"nu": (3, count), "chi": (self.wheels, count)}
+        return shapes | {"momenta": (self.wheels, 2, count)} if self.has_momenta else shapes
 
     def _refuse(self, arrays: dict[str, np.ndarray]) -> None:
         """An error that says why nu_dot is not finite."""
@@ -95,22 +101,24 @@ class Batch:
         return self._ffi.from_buffer("double[]", array)
 
 
-def _checked(vehicles: list[Vehicle], roller_model: str) -> list[Vehicle]:
-    """The vehicles, of one N, n and set of kernels."""
+def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]:
+    """The vehicles' kernels, of one N, n and set."""
     if not vehicles or not all(isinstance(vehicle, Vehicle) for vehicle in vehicles):
         raise InvalidValueError("vehicles", vehicles, "must be a Vehicle or a sequence of them, at least one")
     first = vehicles[0]
     if first.wheels > MOST_WHEELS:
         raise InvalidValueError("vehicles", first, f"must have at most {MOST_WHEELS} wheels")
+    kernels: list[CompiledKernel] = []
     for k, vehicle in enumerate(vehicles):
         if vehicle.has_layout:
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "has a layout, which this kernel lacks; use kernel()")
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "must have as many wheels and rollers as the first")
-        if kernel(vehicle, roller_model).set_name != kernel(first, roller_model).set_name:
+        kernels.append(kernel(vehicle, roller_model))
+        if kernels[k].set_name != kernels[0].set_name:
             bound = "has rollers with far sharper or blunter tips than the first; put them into a batch of their own"
             raise InvalidValueError(f"vehicles[{k}]", vehicle, bound)
-    return vehicles
+    return kernels
 
 
 def _blocks(models: list[np.ndarray]) -> np.ndarray:
@@ -131,3 +139,11 @@ def _doubles(field: str, value: np.ndarray, shape: tuple[int, ...]) -> np.ndarra
     if array.shape != shape:
         raise InvalidValueError(field, array.shape, f"must have the shape {shape}")
     return array
+
+
+def _refuse_unless_bindable(field: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
+    """The C code takes the array as it is: its numbers, their order and how many there are."""
+    if not isinstance(array, np.ndarray) or array.dtype != float or not array.flags.c_contiguous:
+        raise InvalidValueError(field, array, "must be a contiguous array of doubles")
+    if array.shape != shape:
+        raise InvalidValueError(field, array.shape, f"must have the shape {shape}")

@@ -60,6 +60,7 @@ def test_each_state_with_its_own_vehicle(model, count):
         ({"nu": "fast"}, "nu"),
         ({"chi": np.zeros((3, 5))}, "chi"),
         ({"chi": np.full((3, 4), 0.7)}, "chi"),
+        ({"chi": np.full((3, 4), 1e200)}, "chi"),
         ({"momenta": None}, "momenta"),
         ({"momenta": np.zeros((3, 4))}, "momenta"),
     ],
@@ -99,5 +100,31 @@ def test_a_bound_call_reads_its_arrays_anew():
     nu *= 2
     call()
     assert (nu_dot == 4 * before).all()
-    with pytest.raises(omniroll.InvalidValueError):
-        made.bind(nu, chi, nu_dot=np.empty((3, 21)))
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"nu_dot": np.empty((3, 5))}, "nu"),
+        ({"nu": np.zeros((2, 4))}, "nu"),
+        ({"nu": np.zeros((4, 3)).T}, "nu"),
+        ({"chi": np.zeros((2, 4))}, "chi"),
+        ({"chi": np.zeros((3, 4), np.float32)}, "chi"),
+        ({"momenta": np.zeros((3, 4))}, "momenta"),
+        ({"momenta": None}, "momenta"),
+    ],
+)
+def test_arrays_that_cannot_be_bound(change, field):
+    """The C code would read or write beyond them."""
+    given = dict(zip(("nu", "chi", "momenta"), states(4), strict=True)) | {"nu_dot": np.empty((3, 4))} | change
+    with pytest.raises(omniroll.InvalidValueError, match=f"^{field}"):
+        omniroll.Batch(PAPER).bind(**given)
+
+
+def test_as_many_states_as_vehicles():
+    """A batch of four vehicles has no constants for a fifth."""
+    state = states(5)
+    with pytest.raises(omniroll.InvalidValueError, match=r"^nu.*\(3, 4\)"):
+        omniroll.Batch([PAPER] * 4).bind(*state, nu_dot=np.empty((3, 5)))
+    with pytest.raises(omniroll.InvalidValueError, match=r"^nu.*\(3, 4\)"):
+        omniroll.Batch([PAPER] * 4).accelerations(*state)
