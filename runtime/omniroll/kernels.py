@@ -462,13 +462,11 @@ class CompiledKernel(Kernel):
         return outputs if len(outputs) > 1 else outputs[0]
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
-        if self.number_type != "double":
-            raise ValueError("the integrators work in double")
         wheels = self.wheels
         # The buffers belong to the closure, which lives as long as its pointers do.
-        state, rates = np.zeros(6 + wheels), np.zeros(6 + wheels)
+        state, rates = np.zeros(6 + wheels, self.dtype), np.zeros(6 + wheels, self.dtype)
         y, dy = self._pointer(state) + 0, self._pointer(rates) + 0
-        constants = () if momenta is None else (self._pointer(np.ascontiguousarray(momenta, float)),)
+        constants = () if momenta is None else (self._pointer(np.ascontiguousarray(momenta, self.dtype)),)
         reduced, wheel_speeds, pose_rates = map(self._function, ("reduced", "wheel_speeds", "pose_rates"))
         head, nu, chi = self._head, y, y + 3
         nu_dot, chi_dot, pose_dot = dy, dy + 3, dy + 3 + wheels
@@ -478,7 +476,7 @@ class CompiledKernel(Kernel):
             reduced(*head, nu, chi, *constants, nu_dot)
             wheel_speeds(*head, nu, chi_dot)
             pose_rates(*head, nu, state[-1], pose_dot)
-            return rates.copy()
+            return rates.astype(float)
 
         return flow
 

@@ -3,15 +3,18 @@
 import csv
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
 from omniroll import cli
 from omniroll.accuracy.heyoka_peer import heyoka_peer
 from omniroll.accuracy.peers import PEERS
-from omniroll.accuracy.study import INTEGRATORS, Point, advice, study
+from omniroll.accuracy.study import INTEGRATORS, Point, _offers, advice, study
+from omniroll.accuracy.tables import text
 from omniroll.errors import SimulationStopped
 from omniroll.scene import load_scene
+from omniroll.switching import SwitchingModel
 
 pytest.importorskip("flint")
 NAMES = [peer.name for peer in INTEGRATORS]
@@ -30,15 +33,18 @@ def test_every_integrator_is_there(found):
     assert list(dict.fromkeys(point.series for point in found.points)) == NAMES and not found.failed
     for name in NAMES:
         errors = [point.trajectory for point in points(found, name)]
-        assert min(errors) < max(errors) / 10 or "float" in name
+        assert min(errors) < max(errors) / 10
         assert all(point.evaluations > 0 and point.microseconds > 0 for point in points(found, name))
 
 
 def test_the_reference_is_finer_than_what_is_shown(found):
     assert found.confirmed < 1e-16
     for point in found.points:
-        shown = (point.end, point.trajectory, point.energy)
-        assert min(shown) >= 100 * found.confirmed
+        shown = (point.end, point.trajectory, point.switch_times, point.energy)
+        assert not min(shown) < 100 * found.confirmed
+    assert found.models_confirmed < 1e-16
+    for point in found.models:
+        assert not min(point.end, point.trajectory, point.switch_times, point.energy) < 100 * found.models_confirmed
 
 
 def test_omnirolls_engines_keep_what_is_asked(found):
@@ -50,7 +56,9 @@ def test_omnirolls_engines_keep_what_is_asked(found):
 
 
 def test_float_is_no_better_than_its_digits(found):
-    assert min(point.trajectory for point in points(found, "RK4 fixed, float")) > 1e-6
+    single, double = points(found, "DOP853, float kernel"), points(found, "SciPy DOP853")
+    assert 1e-8 < min(point.trajectory for point in single) < 1e-5
+    assert min(point.trajectory for point in double) < 1e-11
 
 
 def test_models_and_advice(found):
@@ -58,7 +66,16 @@ def test_models_and_advice(found):
     assert best["free"] < 1e-11 and best["massless"] > 1e-5 and best["locked"] > 1e-5
     cheapest, following = found.advice["cheapest"], found.advice["next_digit"]
     assert cheapest["error"] <= 1e-2 and following["error"] <= 1e-3
-    assert cheapest["microseconds"] <= following["microseconds"]
+    assert found.advice["times"] == following["microseconds"] / cheapest["microseconds"] >= 1
+    assert found.advice["finest"]["error"] < 1e-11 and found.advice["finest"]["model"] == "free"
+
+
+def test_the_error_of_the_model_is_part_of_the_advice(found):
+    """Locked rollers, however finely integrated, are not free ones."""
+    offers = {offer["model"]: [] for offer in _offers(found)}
+    for offer in _offers(found):
+        offers[offer["model"]].append(offer["error"])
+    assert min(offers["locked"]) > 1e-5 and len(offers["locked"]) > 40
 
 
 def test_effects_are_left_out_in_turn():
@@ -68,7 +85,7 @@ def test_effects_are_left_out_in_turn():
     assert shown.effects == [type(effect).__name__ for effect in scene.options["effects"]] and not shown.failed
     best = {p.series: p.trajectory for p in shown.models}
     assert list(best) == ["massless", "locked", "free", "without Bearings", "without Slope"]
-    assert best["free"] < 1e-8
+    assert best["free"] == pytest.approx(shown.models_floor) and shown.models_floor < 1e-8
     assert min(best["without Slope"], best["without Bearings"]) > 1e4 * best["free"]
     assert shown.advice["cheapest"]["model"] in best
 
@@ -80,6 +97,7 @@ def test_what_cannot_be_left_out_is_said():
     without = {p.series for p in shown.models} - {"massless", "locked", "free"}
     kinds = {type(effect).__name__ for effect in scene.options["effects"]}
     assert {f"without {kind}" for kind in kinds} - without == {line.split(":")[0] for line in shown.failed}
+    assert shown.points == [] and "stands still" in text(shown)
 
 
 def test_heyoka_where_it_is_installed():
@@ -91,22 +109,48 @@ def test_heyoka_where_it_is_installed():
         assert point.trajectory < 1e3 * point.setting
 
 
-def test_a_motion_that_stops_has_an_exit_code_of_its_own(monkeypatch, capsys):
+def test_a_reference_that_stops_is_exit_code_3(monkeypatch, capsys):
     def stopped(*_, **__):
         raise SimulationStopped("switches without progress in time", t=0.5, wheel=1, state={}, trajectory=None)
 
-    monkeypatch.setattr("omniroll.accuracy.study.study", stopped)
+    monkeypatch.setattr("omniroll.accuracy.study.confirmed", stopped)
     assert cli.main(["accuracy", "scenes/motion-3.toml"]) == 3
     assert "switches without progress" in capsys.readouterr().err
 
 
-def test_advice_is_none_where_nothing_will_do(found):
-    assert advice(found, 1e-30) == {"wanted": 1e-30, "cheapest": None, "next_digit": None}
+def test_a_run_that_stops_is_exit_code_3_and_the_others_are_kept(monkeypatch, capsys, tmp_path):
+    """A law, for the Python engine, that sends every wheel back to where it came from."""
+    apply = SwitchingModel.apply
+    monkeypatch.setattr(
+        SwitchingModel, "apply", lambda model, state, moves: replace(apply(model, state, moves), nu=-state.nu)
+    )
+    monkeypatch.setattr("omniroll.accuracy.study.INTEGRATORS", PEERS[:2])
+    monkeypatch.setattr(study, "__kwdefaults__", study.__kwdefaults__ | {"peers": PEERS[:2]})
+    arguments = ["accuracy", "scenes/motion-3.toml", "--duration", "0.6", "--folder", str(tmp_path)]
+    assert cli.main(arguments) == 3
+    captured = capsys.readouterr()
+    assert "without progress" in captured.err and "not done: Python engine at 0.001" in captured.out
+    kept = json.loads((tmp_path / "accuracy.json").read_text())
+    assert {point["series"] for point in kept["points"]} == {"compiled"} and "without progress" in kept["stopped"]
+    assert kept["models"] and (tmp_path / "accuracy.md").exists()
 
 
-def test_files_and_tables(tmp_path, capsys):
-    arguments = ["accuracy", "scenes/motion-3-impact.toml", "--duration", "0.4", "--folder", str(tmp_path)]
-    assert cli.main([*arguments, "--error", "1e-3"]) == 0
+def test_what_cannot_be_met_is_said_with_the_smallest_error(found):
+    nothing = advice(found, 1e-30)
+    assert nothing["cheapest"] is nothing["next_digit"] is nothing["times"] is None
+    assert nothing["finest"] == found.advice["finest"]
+    last = advice(found, nothing["finest"]["error"])
+    assert last["cheapest"] and last["next_digit"] is None
+    said = [text(replace(found, advice=made)) for made in (nothing, last, found.advice)]
+    assert ["cannot be met" in words for words in said] == [True, False, False]
+    assert ["next digit cannot be had" in words for words in said] == [False, True, False]
+
+
+def test_files_and_tables(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("omniroll.accuracy.study.REPEATS", 1)
+    arguments = ["accuracy", "scenes/motion-3-impact.toml", "--duration", "0.4", "--error", "1e-3"]
+    arguments += ["--folder", str(tmp_path)]
+    assert cli.main(arguments) == 0
     shown = capsys.readouterr().out
     assert "For an error of 0.001" in shown and "compiled" in shown
     assert cli.main([*arguments, "--json"]) == 0
@@ -117,7 +161,19 @@ def test_files_and_tables(tmp_path, capsys):
     assert set(Point.__dataclass_fields__) < set(rows[0]) and not math.isnan(float(rows[0]["end"]))
     pytest.importorskip("matplotlib")
     assert (tmp_path / "accuracy.png").stat().st_size > 10_000
-    assert "compiled" in (tmp_path / "accuracy.svg").read_text() or (tmp_path / "accuracy.svg").exists()
+    assert (tmp_path / "accuracy.svg").read_text().endswith("</svg>\n")
+    page = (tmp_path / "accuracy.md").read_text()
+    assert "(accuracy.png)" in page and "## Advice" in page
+    assert page.count("\n| ") == 3 * 2 + len(rows) + len(printed["laws"])  # three tables, each with a head of two lines
+
+
+def test_figures_of_every_kind_of_scene(tmp_path):
+    """With nothing to integrate on the left, and with models that have no colour of their own."""
+    pytest.importorskip("matplotlib")
+    from omniroll.accuracy.figure import draw
+
+    shown = study(load_scene("scenes/driven.toml"), 0.02, peers=PEERS[:1])
+    assert not shown.points and all(path.stat().st_size > 10_000 for path in draw(shown, tmp_path))
 
 
 def test_bad_calls(tmp_path, capsys):

@@ -5,7 +5,10 @@ import pytest
 from oracle import references
 from oracle.bridge import project_vehicle
 
-from omniroll.accuracy.reference import Extrapolated, Taylor, digits, distance, follow
+from omniroll import Vehicle
+from omniroll.accuracy.deviation import deviation
+from omniroll.accuracy.reference import Extrapolated, Mechanics, Reference, Taylor, confirmed, digits, extended, follow
+from omniroll.errors import SimulationStopped
 from omniroll.simulate import checked_task
 
 flint = pytest.importorskip("flint")
@@ -27,11 +30,9 @@ def test_references_agree_with_the_oracle(case):
         wanted = [flint.arb(v) for v in (*case["end"]["nu"], *case["end"]["chi"], *case["end"]["pose"])]
         # Wheels that are meant to switch together come some 1e-16 s apart, as their rounded angles have it.
         most = 5e-16 if case["name"].startswith("paper") else 1e-18
-        assert max(abs(float(a - b)) for a, b in zip(one.exact_end, wanted, strict=True)) < most
-    other = follow(Extrapolated(task), task, times[-1:])
-    with digits():
-        assert distance(one, other, 1.0, 1.0) < 5e-16
-    assert [s[1:] for s in one.switches] == [s[1:] for s in other.switches]
+        assert max(abs(a - extended(b)) for a, b in zip(one.y[-1], wanted, strict=True)) < most
+    gaps = deviation(follow(Extrapolated(task), task, times), one, task)
+    assert max(gaps.values()) < 2e-15
     moves = [(int(i), d) for s in case["switches"] for i, d in s["moves"].items()]
     assert sorted(s[1:] for s in one.switches) == sorted(moves)
     for row, sample in zip(one.y, case["samples"], strict=False):
@@ -43,3 +44,54 @@ def test_the_precision_of_flint_is_put_back():
     with digits():
         assert flint.ctx.prec > 64
     assert (flint.ctx.prec, flint.ctx.cap) == before
+
+
+MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.6, "roller_model": "locked"}
+
+
+def test_the_second_solution_says_how_fine_the_first_is(monkeypatch):
+    task, times = checked_task(Vehicle.paper(), **MOTION), np.linspace(0, 0.6, 5)
+    found = confirmed(task, times)
+    assert 0 < found.confirmed < 1e-16 and found.floor == 100 * found.confirmed
+    monkeypatch.setattr("omniroll.accuracy.reference.TAYLOR_ERROR", 1e-9)
+    coarse = confirmed(task, times)
+    assert 1e-14 < deviation(coarse, found, task)["trajectory"] < 2 * coarse.confirmed
+
+
+def test_each_deviation_is_that_of_its_quantity():
+    task, times = checked_task(Vehicle.paper(), **MOTION), np.linspace(0, 0.6, 5)
+    with digits():
+        found = follow(Taylor(task), task, times)
+    radius, speed = task.kernel.vehicle.platform_radius, np.sqrt(2)
+    assert len(found.switches) > 1
+
+    def moved(row, column, by):
+        y = found.y.copy()
+        y[row, column] += by
+        return deviation(Reference(times, y, found.contact, found.energy, found.switches), found, task)
+
+    exact = dict.fromkeys(("end", "trajectory", "switch_times", "energy"), 0.0)
+    assert moved(0, 0, 0) == exact
+    assert moved(2, -3, 3e-3) == exact | {"trajectory": pytest.approx(3e-3 / radius)}
+    assert moved(-1, -1, -2e-3) == exact | {"trajectory": pytest.approx(2e-3), "end": pytest.approx(2e-3)}
+    assert moved(1, 1, 1e-3) == exact | {"trajectory": pytest.approx(1e-3 / speed)}
+    late = [(t + 1e-4 * (k == 1), i, d) for k, (t, i, d) in enumerate(found.switches)]
+    for switches, wanted in ((late, pytest.approx(1e-4)), (late[1:], pytest.approx(np.nan, nan_ok=True))):
+        other = Reference(times, found.y, found.contact, found.energy * (1 + 1e-5), switches)
+        shown = deviation(other, found, task)
+        assert shown["switch_times"] == wanted and shown["energy"] == pytest.approx(1e-5)
+
+
+def test_a_reference_that_makes_no_progress_stops(monkeypatch):
+    """A law that sends every wheel back to where it came from."""
+    task, switched = checked_task(Vehicle.paper(), **MOTION), Mechanics.switched
+
+    def sent_back(mechanics, y, axial, moves):
+        after, axial = switched(mechanics, y, axial, moves)
+        return [*(-value for value in after[:3]), *after[3:]], axial
+
+    monkeypatch.setattr(Mechanics, "switched", sent_back)
+    monkeypatch.setattr("omniroll.accuracy.reference.SWITCHES_WITHOUT_PROGRESS", 2)
+    with pytest.raises(SimulationStopped, match="without progress") as raised:
+        follow(Extrapolated(task), task, np.array([0.6]))
+    assert 0 < raised.value.t < 0.6

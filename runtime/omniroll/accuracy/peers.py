@@ -1,8 +1,8 @@
 """The integrators beside each other: each makes one motion at one setting and says what it cost.
 
 omniroll's own engines; SciPy's methods with the compiled kernel as right-hand side, events at the joints and
-the switching model between phases; the classical Runge-Kutta rule of the generated C, with a fixed step, no
-located switches and no error control, in double and in float.
+the switching model between phases, one of them with the float kernel too; the classical Runge-Kutta rule of the
+generated C, with a fixed step, no located switches and no error control, in double and in float.
 """
 
 import warnings
@@ -37,7 +37,7 @@ class Outcome:
 class Peer:
     """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is.
 
-    prepare(task, setting) compiles what has to be, and is not counted.
+    prepare(task, setting) compiles what has to be, and is not counted. `digits` is the error where rounding begins.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Peer:
     settings: tuple[float, ...]
     setting: str = "tolerance"
     prepare: Callable[[Task, float], None] = lambda task, setting: None
+    digits: float = 1e-13
 
 
 def by_engine(engine: str) -> Callable:
@@ -65,19 +66,23 @@ def outcome_of(trajectory: Trajectory, task: Task, times: np.ndarray) -> Outcome
     return Outcome(y, found.contact, found.energy, switches, trajectory.stats["evaluations"])
 
 
-def by_scipy(method: str) -> Callable:
+def by_scipy(method: str, number_type: str = "double") -> Callable:
     def run(task: Task, times: np.ndarray, tolerance: float) -> Outcome:
-        return ScipyRun(task, times, method, tolerance).outcome()
+        return ScipyRun(task, times, method, tolerance, number_type).outcome()
 
     return run
 
 
 class ScipyRun:
-    """Phases by solve_ivp, ended by its events; switches by the switching model."""
+    """Phases by solve_ivp, ended by its events; switches by the switching model.
 
-    def __init__(self, task: Task, times: np.ndarray, method: str, tolerance: float):
+    number_type is that of the kernel whose rates are integrated; all else is in double.
+    """
+
+    def __init__(self, task: Task, times: np.ndarray, method: str, tolerance: float, number_type: str = "double"):
         self.task, self.times, self.method, self.tolerance = task, times, method, max(tolerance, SMALLEST_RTOL)
         self.bound, self.state = task.kernel, task.state
+        self.rates = kernel(self.bound.vehicle, self.bound.roller_model, "compiled", number_type)
         self.wheels, self.joint = self.bound.wheels, np.pi / self.bound.rollers_per_wheel
         self.law = SwitchingModel(self.bound, task.switching)
         self.events = [self._event(3 + i, sign) for i in range(self.wheels) for sign in (1, -1)]
@@ -114,7 +119,7 @@ class ScipyRun:
 
     def _phase(self, now: float, duration: float):
         axial = self.state.free_axial()
-        flow = self.bound.flow(None if axial is None else self.bound.momenta(axial))
+        flow = self.rates.flow(None if axial is None else self.bound.momenta(axial))
         speed = np.linalg.norm(self.state.nu) or 1.0
         radius = self.bound.vehicle.platform_radius
         scale = np.array([speed] * 3 + [self.joint] * self.wheels + [radius, radius, 1.0])
@@ -227,6 +232,7 @@ PEERS = (
     Peer("Python engine", by_engine("python"), COARSE),
     Peer("SciPy RK45", by_scipy("RK45"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("SciPy DOP853", by_scipy("DOP853"), COARSE),
+    Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8], digits=4e-6),
     Peer("SciPy LSODA", by_scipy("LSODA"), COARSE),
     Peer("SciPy Radau", by_scipy("Radau"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("RK4 fixed, double", by_fixed_steps("double"), (4, 16, 64, 256, 1024), "steps a sample"),

@@ -3,10 +3,12 @@
 taylor        Taylor series in 28 digits (python-flint): each pass through the kernel gives one more coefficient
 extrapolated  Gragg's rule extrapolated (Bulirsch and Stoer) in NumPy's long double; it confirms the first
 
-Both follow the switching model (omniroll.switching has the rules) with code of their own.
+Both follow the switching model (omniroll.switching has the rules) with code of their own. `confirmed` makes the first
+and says how far the second is from it. Results are kept in long double: in double their rounding alone would be more.
 """
 
 import importlib
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -15,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from omniroll import specialised
-from omniroll.errors import OmnirollError
-from omniroll.runs import Task
+from omniroll.accuracy.deviation import deviation
+from omniroll.errors import OmnirollError, SimulationStopped
+from omniroll.runs import SWITCHES_WITHOUT_PROGRESS, Task
 from omniroll.switching import tau
 
 DIGITS, ORDER = 28, 26
@@ -25,21 +28,39 @@ COLUMNS = 6  # of the extrapolation table; more would cost digits
 EXTRAPOLATED_STEP = 0.05  # of the joint's angle, at the speed of the fastest wheel
 EXTRAPOLATION_ERROR = 1e-17  # of the column before the last, relative
 LANDING = 7  # Newton's rule from a linear guess
+FINER = 100.0  # a reference is so much finer than any error that is shown
+LEAST = 1e-18  # no reference counts as finer
+LONGEST = 100_000  # steps
 
 
 @dataclass
 class Reference:
-    """The motion as floats: samples y (T, 6 + N) = nu, chi, pose at `times` with the contact (T, N), and switches.
+    """The motion in long double: samples y (T, 6 + N) = nu, chi, pose and energy (T,) at `times`, contact (T, N).
 
-    switches  [(t, wheel, direction)], in order; end (6 + N,), energy (T,) at the samples
+    switches   [(t, wheel, direction)], in order
+    confirmed  how far a second solution is from this one: the largest of the distances of omniroll.accuracy.deviation
     """
 
     times: np.ndarray
     y: np.ndarray
     contact: np.ndarray
     energy: np.ndarray
-    switches: list[tuple[float, int, int]] = field(default_factory=list)
-    exact_end: list[Any] = field(default_factory=list)
+    switches: list[tuple[Any, int, int]] = field(default_factory=list)
+    confirmed: float = math.inf
+
+    @property
+    def floor(self) -> float:
+        """The smallest error that is shown."""
+        return FINER * max(self.confirmed, LEAST)
+
+
+def confirmed(task: Task, times: np.ndarray) -> Reference:
+    """The motion of `task` by Taylor series, compared with the extrapolated one at all `times`."""
+    with digits():
+        found = follow(Taylor(task), task, times)
+    gaps = deviation(follow(Extrapolated(task), task, times), found, task).values()
+    found.confirmed = math.inf if any(math.isnan(gap) for gap in gaps) else max(gaps)
+    return found
 
 
 class Mechanics:
@@ -220,10 +241,10 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
     axial = None if free is None else [[m.number(float(v)) for v in wheel] for wheel in free]
     contact = np.zeros(m.wheels, int)
     now, phase_start, end = m.number(0.0), m.number(0.0), m.number(task.duration)
-    found, wanted, rows, switches = [], list(times), [], []
-    limits = 0
+    found, wanted, switches = [], list(times), []
+    idle = 0
     y, axial = _due_at_start(m, y, axial, contact, switches)
-    while True:
+    for _ in range(LONGEST):
         h, at = method.step(y, m.momenta(axial), end - now)
         crossings = _crossings(m, at, h, method.probes)
         if crossings:
@@ -237,15 +258,31 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
             y, axial = m.switched(y, axial, moves)
             for i, direction in moves.items():
                 contact[i] = (contact[i] - direction) % m.rollers
-                switches.append((float(now), i, direction))
+                switches.append((extended(now), i, direction))
+            idle = idle + 1 if float(now - phase_start) <= together else 0
             phase_start = now
-        limits += 1
-        if not end > now or limits > 100_000:
+        if not end > now:
             break
+        if idle > SWITCHES_WITHOUT_PROGRESS * m.wheels:
+            raise _stopped(task, "switches without progress in time", now, y, contact)
+    else:
+        raise _stopped(task, f"the reference solution needs more than {LONGEST} steps", now, y, contact)
     found += [(y, contact.copy(), axial) for _ in wanted]
-    rows = np.array([[float(v) for v in one] for one, _, _ in found])
-    energy = np.array([float(m.energy(one, its)) for one, _, its in found])
-    return Reference(np.array(times), rows, np.array([c for _, c, _ in found]), energy, switches, y)
+    rows = np.array([[extended(v) for v in one] for one, _, _ in found])
+    energy = np.array([extended(m.energy(one, its)) for one, _, its in found])
+    return Reference(np.array(times), rows, np.array([c for _, c, _ in found]), energy, switches)
+
+
+def extended(value: Any) -> np.longdouble:
+    """A number in long double."""
+    near = float(value)
+    return np.longdouble(near) + np.longdouble(float(value - near))
+
+
+def _stopped(task: Task, reason: str, now: Any, y: list, contact: np.ndarray) -> SimulationStopped:
+    numbers = [float(v) for v in y]
+    state = {"nu": numbers[:3], "chi": numbers[3:-3], "pose": numbers[-3:], "contact": contact.tolist()}
+    return SimulationStopped(reason, t=task.start_time + float(now), wheel=None, state=state)
 
 
 def _due_at_start(m: Mechanics, y: list, axial: Any, contact: np.ndarray, switches: list) -> tuple[list, Any]:
@@ -259,7 +296,7 @@ def _due_at_start(m: Mechanics, y: list, axial: Any, contact: np.ndarray, switch
     }
     for i, direction in moves.items():
         contact[i] = (contact[i] - direction) % m.rollers
-        switches.append((0.0, i, direction))
+        switches.append((np.longdouble(0.0), i, direction))
     return m.switched(y, axial, moves) if moves else (y, axial)
 
 
@@ -282,14 +319,3 @@ def _crossings(m: Mechanics, at: Callable, h: Any, probes: int) -> dict[int, tup
             time = time.mid() if hasattr(time, "mid") else time
         found[i] = (time, direction)
     return found
-
-
-def distance(one: Reference, other: Reference, radius: float, speed: float) -> float:
-    """The largest difference of the two at their last sample, in the norm of `accuracy`, beyond floats' digits."""
-    gaps = [abs(float(a - type(a)(_plain(b, a)))) for a, b in zip(one.exact_end, other.exact_end, strict=True)]
-    return max(max(gaps[:3]) / speed, gaps[-3] / radius, gaps[-2] / radius, gaps[-1])
-
-
-def _plain(value: Any, like: Any) -> Any:
-    """A long double as something that `like`'s type takes exactly: its decimal digits."""
-    return np.format_float_positional(value, precision=24, unique=False) if isinstance(value, np.longdouble) else value

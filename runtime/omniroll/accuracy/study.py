@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.accuracy.deviation import deviation
 from omniroll.accuracy.heyoka_peer import heyoka_peer
 from omniroll.accuracy.models import ladder
-from omniroll.accuracy.peers import PEERS, Outcome, Peer, quietly
-from omniroll.accuracy.reference import Extrapolated, Reference, Taylor, digits, distance, follow
+from omniroll.accuracy.peers import PEERS, Peer, quietly
+from omniroll.accuracy.reference import FINER, Reference, confirmed
+from omniroll.errors import SimulationStopped
 from omniroll.runs import Task
 from omniroll.scene import Scene
 from omniroll.simulate import checked_task
 
 SAMPLES = 41  # times at which motions are compared
-FINER = 100.0  # the reference is so much finer than any error shown
 ENOUGH = 0.2  # s that a setting is repeated for, at most REPEATS times
 REPEATS = 5
 INTEGRATORS = (*PEERS, *heyoka_peer())
@@ -28,6 +29,7 @@ INTEGRATORS = (*PEERS, *heyoka_peer())
 class Point:
     """One integrator (or model) at one setting.
 
+    setting, unit  what was asked: a tolerance, or steps a sample
     microseconds  per simulated second, the least of some repeats
     end, trajectory  errors in the norm of `accuracy`, at the end and at all samples
     switch_times  s, nan where the switches are others than the reference's; energy relative
@@ -41,13 +43,18 @@ class Point:
     trajectory: float
     switch_times: float
     energy: float
+    unit: str = "tolerance"
 
 
 @dataclass
 class Study:
     """All that `omniroll accuracy` shows. `laws` are {integrator: (C, E)} of error = C tol^E.
 
-    effects  of the scene; the integrators are compared without them, the models with them
+    confirmed  how far the second reference solution is from the first; models_confirmed of the fullest model's
+    floor      smaller errors are shown as this; models_floor likewise
+    effects    of the scene; the integrators are compared without them, the models with them
+    points     of the integrators; none where without its effects the vehicle stands still
+    stopped    why a run could not go on, or None
     """
 
     scene: str
@@ -62,6 +69,12 @@ class Study:
     models: list[Point] = field(default_factory=list)
     advice: dict[str, Any] | None = None
     effects: list[str] = field(default_factory=list)
+    models_confirmed: float = math.inf
+    stopped: str | None = None
+
+    @property
+    def models_floor(self) -> float:
+        return FINER * self.models_confirmed
 
     def as_json(self) -> str:
         def plain(value: Any) -> Any:
@@ -89,46 +102,50 @@ def study(
     scene: Scene, duration: float, *, wanted: float | None = None, peers: tuple[Peer, ...] = INTEGRATORS,
     report: Callable[[str], Any] = lambda line: None,
 ) -> Study:  # fmt: skip
-    """Measure everything for the first `duration` seconds of a scene."""
+    """Measure everything for the first `duration` seconds of a scene.
+
+    A run that stops is noted, and the others go on. Raises SimulationStopped where the reference solution stops.
+    """
     options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
     plain = {k: v for k, v in options.items() if k != "effects"}
     task = checked_task(scene.vehicle, **plain, duration=duration)
     times = np.linspace(0.0, duration, SAMPLES)
-    report("reference: Taylor series in 28 digits")
-    with digits():
-        reference = follow(Taylor(task), task, times)
-    report("reference: confirmed by extrapolation in long double")
-    second = follow(Extrapolated(task), task, times[-1:])
-    scales = scene.vehicle.platform_radius, _speed(task)
-    with digits():
-        confirmed = distance(reference, second, *scales)
-    if [s[1:] for s in second.switches] != [s[1:] for s in reference.switches]:
-        confirmed = math.inf
+    report("reference: Taylor series in 28 digits, confirmed by extrapolation in long double")
+    reference = confirmed(task, times)
     result = Study(
-        scene.name, duration, task.kernel.roller_model, task.switching, confirmed, FINER * max(confirmed, 1e-18),
+        scene.name, duration, task.kernel.roller_model, task.switching, reference.confirmed, reference.floor,
         effects=[type(effect).__name__ for effect in options.get("effects", ())],
     )  # fmt: skip
-    for peer in peers:
+    moves = np.ptp(reference.y, axis=0).any()
+    for peer in peers if moves else ():
         report(peer.name)
-        for setting in peer.settings:
-            try:
-                result.points.append(_measured(peer, setting, task, reference, result.floor))
-            except (ArithmeticError, ValueError) as error:
-                result.failed.append(f"{peer.name} at {setting:g}: {error}")
-        result.laws |= _law(peer, [p for p in result.points if p.series == peer.name], result.floor)
+        _measure_all(result, peer, task, reference)
     report("models")
-    result.models, refused = ladder(scene, options, duration, times, _measured)
-    result.failed += refused
+    known = reference if task.kernel.roller_model == "free" and not result.effects else None
+    rungs = ladder(scene, options, duration, times, _measured, known)
+    result.models, result.models_confirmed = rungs.points, rungs.confirmed
+    result.failed += rungs.failed
+    result.stopped = result.stopped or (str(rungs.stopped) if rungs.stopped else None)
     if wanted is not None:
         result.advice = advice(result, wanted)
     return result
 
 
-def _speed(task: Task) -> float:
-    return float(np.linalg.norm(task.state.nu)) or 1.0
+def _measure_all(result: Study, peer: Peer, task: Task, reference: Reference) -> None:
+    """One integrator at all of its settings, and its law."""
+    own = []
+    for setting in peer.settings:
+        try:
+            own.append(_measured(peer, setting, task, reference))
+        except (ArithmeticError, ValueError, SimulationStopped) as error:
+            result.failed.append(f"{peer.name} at {setting:g}: {error}")
+            if isinstance(error, SimulationStopped):
+                result.stopped = result.stopped or str(error)
+    result.points += own
+    result.laws |= _law(peer, own, result.floor)
 
 
-def _measured(peer: Peer, setting: float, task: Task, reference: Reference, floor: float) -> Point:
+def _measured(peer: Peer, setting: float, task: Task, reference: Reference) -> Point:
     least, spent, outcome = math.inf, 0.0, None
     peer.prepare(task, setting)
     for _ in range(REPEATS):
@@ -138,44 +155,16 @@ def _measured(peer: Peer, setting: float, task: Task, reference: Reference, floo
         least, spent = min(least, took), spent + took
         if spent > ENOUGH:
             break
-    errors = _errors(outcome, reference, task)
-    shown = {name: max(value, floor) for name, value in errors.items()}
-    return Point(peer.name, setting, 1e6 * least / task.duration, outcome.evaluations, **shown)
-
-
-def _errors(outcome: Outcome, reference: Reference, task: Task) -> dict[str, float]:
-    radius, speed = task.kernel.vehicle.platform_radius, _speed(task)
-    pose = np.abs(outcome.y[:, -3:] - reference.y[:, -3:]) / [radius, radius, 1.0]
-    nu = np.abs(outcome.y[:, :3] - reference.y[:, :3]) / speed
-    same = (outcome.contact == reference.contact).all(axis=1)
-    nu = np.where(same[:, None], nu, 0.0)
-    each = np.maximum(pose.max(axis=1), nu.max(axis=1))
-    scale = max(abs(reference.energy).max(), np.finfo(float).tiny)
-    return {
-        "end": float(each[-1]),
-        "trajectory": float(each.max()),
-        "switch_times": _switch_times(outcome.switches, reference.switches),
-        "energy": float(np.abs(outcome.energy - reference.energy)[same].max(initial=0.0) / scale),
-    }
-
-
-def _switch_times(found: list, wanted: list) -> float:
-    """The largest error of a switch's time, wheel by wheel; nan where the switches are not the same."""
-    worst = 0.0
-    for wheel in {wheel for _, wheel, _ in wanted} | {wheel for _, wheel, _ in found}:
-        one = [(t, d) for t, i, d in found if i == wheel]
-        other = [(t, d) for t, i, d in wanted if i == wheel]
-        if [d for _, d in one] != [d for _, d in other]:
-            return math.nan
-        worst = max([worst, *(abs(a - b) for (a, _), (b, _) in zip(one, other, strict=True))])
-    return worst
+    errors = deviation(outcome, reference, task)
+    shown = {name: max(value, reference.floor) for name, value in errors.items()}
+    return Point(peer.name, setting, 1e6 * least / task.duration, outcome.evaluations, **shown, unit=peer.setting)
 
 
 def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float, float]]:
     """error = C tol^E by least squares of logarithms, where rounding plays no part; E = 1 keeps what is asked."""
     if peer.setting != "tolerance":
         return {}
-    lower = max(1e-13, 10 * floor)
+    lower = max(peer.digits, 10 * floor)
     kept = [p for p in points if p.trajectory > lower]
     if len(kept) < 3:
         return {}
@@ -186,21 +175,35 @@ def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float
 def advice(result: Study, wanted: float) -> dict[str, Any]:
     """The cheapest setting whose error over the trajectory, the model's included, is at most `wanted`.
 
-    And the cheapest for a digit more.
+    next_digit  the cheapest for a digit more, and `times` the time that it takes; finest  the smallest error measured.
+    Each is None where there is none.
     """
-    model_error = min((p.trajectory for p in result.models if p.series == result.model), default=math.inf)
-    offers = [
-        {"model": p.series, "integrator": "compiled kernel" if result.effects else "compiled", "setting": p.setting, "error": p.trajectory,
-         "microseconds": p.microseconds}
-        for p in result.models
-    ] + [
-        {"model": result.model, "integrator": p.series, "setting": p.setting,
-         "error": p.trajectory + (0.0 if result.model == "free" else model_error), "microseconds": p.microseconds}
-        for p in ([] if result.effects else result.points)  # they were compared without the effects
-    ]  # fmt: skip
+    offers = _offers(result)
 
     def cheapest(limit: float) -> dict[str, Any] | None:
         enough = [offer for offer in offers if offer["error"] <= limit]
         return min(enough, key=lambda offer: offer["microseconds"], default=None)
 
-    return {"wanted": wanted, "cheapest": cheapest(wanted), "next_digit": cheapest(wanted / 10)}
+    now, then = cheapest(wanted), cheapest(wanted / 10)
+    return {
+        "wanted": wanted,
+        "cheapest": now,
+        "next_digit": then,
+        "times": then["microseconds"] / now["microseconds"] if now and then else None,
+        "finest": min(offers, key=lambda offer: offer["error"], default=None),
+    }
+
+
+def _offers(result: Study) -> list[dict[str, Any]]:
+    """What was measured, as (model, integrator, setting) with error and time; errors of models and numbers add up."""
+    engine = "Python engine over the compiled kernel" if result.effects else "compiled"
+    offers = [(point, point.series, engine, 0.0) for point in result.models]
+    finest = [point.trajectory for point in result.models if point.series == result.model][-1:]
+    if finest and not result.effects:  # which the integrators were compared without
+        model_error = 0.0 if result.model == "free" else finest[0]
+        offers += [(point, result.model, point.series, model_error) for point in result.points]
+    return [
+        {"model": model, "integrator": integrator, "setting": point.setting, "unit": point.unit,
+         "error": point.trajectory + more, "microseconds": point.microseconds}
+        for point, model, integrator, more in offers
+    ]  # fmt: skip

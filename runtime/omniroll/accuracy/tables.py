@@ -1,27 +1,47 @@
-"""A study as text for the terminal."""
+"""A study as text for the terminal, and as a page in Markdown."""
+
+import os
+import platform
+from importlib.metadata import version
 
 from omniroll.accuracy.study import Point, Study
 
-HEAD = f"{'':<18} {'setting':>8} {'us/s':>9} {'evaluations':>11} {'end':>8} {'whole':>8} {'switches':>8} {'energy':>8}"
+COLUMNS = ("", "setting", "us/s", "evaluations", "end", "whole", "switches", "energy")
+WIDTHS = (-20, 8, 9, 11, 8, 8, 8, 8)  # negative: from the left
+MEANING = """\
+setting: the tolerance, or steps from one of 41 samples to the next; us/s: microseconds per simulated second;
+end, whole: error at the end and over the trajectory in the norm of `accuracy`; switches: of their times in s, - where
+they are others; energy: relative"""
+STANDS = "Without the scene's effects the vehicle stands still: there is nothing to integrate."
 
 
 def text(study: Study) -> str:
     """The tables, the laws and the advice."""
-    lines = [
-        f"{study.scene}: {study.model} rollers, {study.law} switches, {study.duration:g} s",
-        f"reference: confirmed to {study.confirmed:.1e}; errors below {study.floor:.1e} are shown as that",
-        "us/s: microseconds per simulated second; end, whole: error at the end and over the trajectory in the",
-        "norm of `accuracy`; switches: of their times in s, - where they are others; energy: relative",
-        "", "Numerical accuracy" + (", without the scene's effects" if study.effects else ""), HEAD,
-        *_rows(study.points),
-    ]  # fmt: skip
+    lines = [_title(study), _reference(study), MEANING, "", _integrators(study)]
+    lines += [_line(COLUMNS), *map(_line, _rows(study.points))] if study.points else [STANDS]
     lines += [f"not done: {line}" for line in study.failed]
-    lines += ["", "error = C tol^E"]
-    lines += [f"  {name:<16} C = {c:8.2g}  E = {e:.2f}" for name, (c, e) in study.laws.items()]
-    lines += ["", f"Model accuracy: against {fullest(study)}", HEAD, *_rows(study.models)]
+    lines += ["", "error = C tol^E"] if study.laws else []
+    lines += [f"  {name:<20} C = {c:8.2g}  E = {e:.2f}" for name, (c, e) in study.laws.items()]
+    lines += ["", _models(study), _line(COLUMNS), *map(_line, _rows(study.models))]
     if study.advice is not None:
         lines += ["", *_advice(study.advice)]
     return "\n".join(lines)
+
+
+def markdown(study: Study, figure: str | None = None) -> str:
+    """The same as a page, with the machine; `figure` is the name of the picture's file."""
+    laws = [(name, f"{c:.2g}", f"{e:.2f}") for name, (c, e) in study.laws.items()]
+    picture = f"![Error against time, one curve per integrator and per model]({figure})\n\n" if figure else ""
+    parts = [
+        f"# {_title(study)}\n", f"Written by `omniroll accuracy`. {_machine()}. Compare within this page only.\n",
+        f"{_sentence(_reference(study))} {_sentence(MEANING)}\n", f"{picture}## {_integrators(study)}\n",
+        _table(COLUMNS, _rows(study.points)) if study.points else STANDS + "\n",
+        _table(("error = C tol^E", "C", "E"), laws) if laws else "",
+        "".join(f"Not done: {line}.\n" for line in study.failed),
+        f"## {_models(study)}\n", _table(COLUMNS, _rows(study.models)),
+        "## Advice\n\n" + "".join(f"- {line}\n" for line in _advice(study.advice)) if study.advice else "",
+    ]  # fmt: skip
+    return "\n".join(part for part in parts if part)
 
 
 def fullest(study: Study) -> str:
@@ -29,35 +49,81 @@ def fullest(study: Study) -> str:
     return "free rollers, all effects" if study.effects else "free rollers"
 
 
-def _rows(points: list[Point]) -> list[str]:
-    lines, last = [], None
+def _title(study: Study) -> str:
+    return f"{study.scene}: {study.model} rollers, {study.law} switches, {study.duration:g} s"
+
+
+def _reference(study: Study) -> str:
+    return (
+        f"reference: two solutions in extended precision, {study.confirmed:.1e} apart; "
+        f"errors below {study.floor:.1e}, 100 times that, are shown as that"
+    )
+
+
+def _integrators(study: Study) -> str:
+    return "Numerical accuracy" + (", without the scene's effects" if study.effects else "")
+
+
+def _models(study: Study) -> str:
+    own = "its own run, errors" if study.effects else "errors"
+    return f"Model accuracy: against {fullest(study)} ({own} below {study.models_floor:.1e} are shown as that)"
+
+
+def _machine() -> str:
+    return (
+        f"{platform.system()} on {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}, "
+        f"SciPy {version('scipy')}"
+    )
+
+
+def _sentence(words: str) -> str:
+    return words[0].upper() + words[1:].replace("\n", " ") + "."
+
+
+def _rows(points: list[Point]) -> list[tuple[str, ...]]:
+    rows, last = [], None
     for p in points:
         name, last = ("" if p.series == last else p.series), p.series
-        times = f"{p.switch_times:8.1e}" if p.switch_times == p.switch_times else f"{'-':>8}"
-        setting = f"{p.setting:8.0e}" if p.setting < 1 else f"{p.setting:8.0f}"
-        lines.append(
-            f"{name:<18} {setting} {p.microseconds:9.1f} {p.evaluations:11d} {p.end:8.1e} {p.trajectory:8.1e} "
-            f"{times} {p.energy:8.1e}"
-        )
-    return lines
+        times = f"{p.switch_times:.1e}" if p.switch_times == p.switch_times else "-"
+        setting = f"{p.setting:.0e}" if p.setting < 1 else f"{p.setting:.0f}"
+        numbers = (f"{p.microseconds:.1f}", str(p.evaluations), f"{p.end:.1e}", f"{p.trajectory:.1e}")
+        rows.append((name, setting, *numbers, times, f"{p.energy:.1e}"))
+    return rows
+
+
+def _line(cells: tuple[str, ...]) -> str:
+    pairs = zip(cells, WIDTHS, strict=True)
+    return " ".join(cell.ljust(-width) if width < 0 else cell.rjust(width) for cell, width in pairs).rstrip()
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, ("---", *("---:" for _ in head[1:])), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+def _advice(advice: dict) -> list[str]:
+    now, then, finest = advice["cheapest"], advice["next_digit"], advice["finest"]
+    if now is None:
+        return [f"An error of {advice['wanted']:g} cannot be met here. The smallest measured: {_offer(finest)}"]
+    lines = [f"For an error of {advice['wanted']:g}: {_offer(now)}"]
+    if then is None:
+        lines.append(f"The next digit cannot be had here. The smallest error measured: {_offer(finest)}")
+    elif then == now:
+        lines.append("The next digit costs nothing: this setting has it.")
+    else:
+        lines.append(f"The next digit takes {advice['times']:.2f} times as long: {_offer(then)}")
+    return [*lines, "omniroll's own times are those of simulate(..., control=False)."]
+
+
+def _offer(offer: dict | None) -> str:
+    if offer is None:
+        return "nothing was"
+    words = ("{unit} {setting:g}" if offer["unit"] == "tolerance" else "{setting:g} {unit}").format_map(offer)
+    return (
+        f"{_model(offer['model'])}, {offer['integrator']}, {words}: "
+        f"error {offer['error']:.1e}, {offer['microseconds']:.0f} us/s"
+    )
 
 
 def _model(name: str) -> str:
     return f"free rollers {name}" if name.startswith("without") else f"{name} rollers"
-
-
-def _advice(advice: dict) -> list[str]:
-    def said(offer: dict | None) -> str:
-        if offer is None:
-            return "nothing that was measured"
-        return (
-            f"{_model(offer['model'])}, {offer['integrator']}, setting {offer['setting']:g}: "
-            f"error {offer['error']:.1e}, {offer['microseconds']:.0f} us/s"
-        )
-
-    lines = [f"For an error of {advice['wanted']:g}: {said(advice['cheapest'])}"]
-    lines.append(f"The next digit: {said(advice['next_digit'])}")
-    if advice["cheapest"] and advice["next_digit"]:
-        ratio = advice["next_digit"]["microseconds"] / advice["cheapest"]["microseconds"]
-        lines.append(f"It costs {ratio:.2f} times as much.")
-    return lines

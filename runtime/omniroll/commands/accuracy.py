@@ -5,9 +5,13 @@ import importlib.util
 import math
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from omniroll.errors import InvalidValueError
 from omniroll.scene import load_scene
+
+if TYPE_CHECKING:
+    from omniroll.accuracy.study import Study
 
 SUMMARY = "show what accuracy costs in time: every integrator and model of a scene against a reference solution"
 DURATION = 8.0  # s, where the scene runs longer
@@ -20,14 +24,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--duration", type=float, metavar="S", help=f"seconds to simulate; default: the scene's, at most {DURATION:g}"
     )
     parser.add_argument(
-        "--folder", type=Path, help="for figure, CSV and JSON; default: out/accuracy/ and the scene's name"
+        "--folder", type=Path, help="for page, figure, CSV and JSON; default: out/accuracy/ and the scene's name"
     )
     parser.add_argument("--json", action="store_true", help="print JSON in place of the tables")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """0 where all was measured and written. Raises SceneError, InvalidValueError, SimulationStopped."""
+    """0 where all was measured and written; 3 where a run stopped, and the others were written.
+
+    Raises SceneError, InvalidValueError, and SimulationStopped where the reference solution stops.
+    """
     from omniroll.accuracy.study import study
+    from omniroll.accuracy.tables import text
+    from omniroll.cli import STOPPED
 
     scene = load_scene(arguments.scene)
     duration = _duration(arguments.duration, scene.options["duration"])
@@ -35,23 +44,30 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidValueError("--error", arguments.error, "must be positive")
     folder = arguments.folder or Path("out/accuracy") / scene.name
     result = study(scene, duration, wanted=arguments.error, report=_report())
+    files = _write(result, folder)
+    print(result.as_json() if arguments.json else f"{text(result)}\n\n{folder}: {', '.join(files)}")
+    if result.stopped is not None:
+        print(f"omniroll: {result.stopped}", file=sys.stderr)
+        return STOPPED
+    return 0
+
+
+def _write(result: "Study", folder: Path) -> list[str]:
+    """Write page, data and, where matplotlib is installed, pictures; what there is now."""
+    from omniroll.accuracy.tables import markdown
+
+    drawn = importlib.util.find_spec("matplotlib") is not None
     folder.mkdir(parents=True, exist_ok=True)
+    page = markdown(result, "accuracy.png" if drawn else None)
+    (folder / "accuracy.md").write_text(page, encoding="utf-8")
     (folder / "accuracy.json").write_text(result.as_json() + "\n", encoding="utf-8")
     (folder / "accuracy.csv").write_text(result.as_csv(), encoding="utf-8")
-    drawn = importlib.util.find_spec("matplotlib") is not None
-    if drawn:
-        from omniroll.accuracy.figure import draw
+    if not drawn:
+        return ["accuracy.md", ".csv", ".json (pictures: 'omniroll[plots]')"]
+    from omniroll.accuracy.figure import draw
 
-        draw(result, folder)
-    if arguments.json:
-        print(result.as_json())
-        return 0
-    from omniroll.accuracy.tables import text
-
-    print(text(result))
-    kinds = "accuracy.png, .svg, .csv, .json" if drawn else "accuracy.csv, .json (pictures: 'omniroll[plots]')"
-    print(f"\n{folder}: {kinds}")
-    return 0
+    draw(result, folder)
+    return ["accuracy.md", ".png", ".svg", ".csv", ".json"]
 
 
 def _duration(given: float | None, scenes: float) -> float:
