@@ -110,6 +110,8 @@ def simulate_many(
     }  # fmt: skip
     runs = [run | common for run in runs]
     tasks = [checked_task(**run) for run in runs]
+    for doubt in {str(doubt): doubt for task in tasks for doubt in task.effects.doubts(task.vehicle)}.values():
+        warnings.warn(doubt, stacklevel=2)
     times = None if times is None else _times(times, tasks)
     found = _scattered(runs, times, control, executor, progress)
     many = _gathered(shape, found, times)

@@ -82,6 +82,13 @@ class Reactions:
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
 
+    def warnings(self) -> tuple[RollingWarning, ...]:
+        """What reactions() warns of."""
+        if not self.doubts:
+            return ()
+        more = f" (and {len(self.doubts) - 1} more, in Reactions.doubts)" if len(self.doubts) > 1 else ""
+        return (RollingWarning(f"rolling without slip could not have held: {self.doubts[0]}{more}"),)
+
     def __repr__(self) -> str:
         wheels = self.load.shape[1]
         return f"<Reactions: N={wheels}, {len(self.t)} rows, {self.load_rule} loads, {len(self.doubts)} doubts>"
@@ -116,6 +123,26 @@ def reactions(
     """
     if not isinstance(trajectory, Trajectory):
         raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
+    found = judged_reactions(
+        trajectory, height=height, friction=friction, gravity=gravity, wheel_mass=wheel_mass,
+        platform_products=platform_products, spin_inertia=spin_inertia,
+    )  # fmt: skip
+    for warning in found.warnings():
+        warnings.warn(warning, stacklevel=2)
+    return found
+
+
+def judged_reactions(
+    trajectory: Trajectory,
+    *,
+    height: float,
+    friction: float | None = None,
+    gravity: float | None = None,
+    wheel_mass: float | None = None,
+    platform_products: ArrayLike = (0.0, 0.0),
+    spin_inertia: ArrayLike | None = None,
+) -> Reactions:
+    """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
     vehicle = trajectory.vehicle
     friction = None if friction is None else validation.positive("friction", friction)
     numbers = {
@@ -144,7 +171,6 @@ def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: 
     if friction is not None:
         doubts += _doubts(t, (load > 0) & (needed > friction), "slip", needed, np.max)
     doubts.sort(key=lambda doubt: (doubt.t_first, doubt.wheel))
-    _warn(doubts)
     return Reactions(
         t=t,
         contact_force=contact_force,
@@ -168,12 +194,6 @@ def _doubts(t: np.ndarray, found: np.ndarray, reason: str, values: np.ndarray, w
             extreme = float(worst(values[first:end, wheel]))
             doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme))
     return doubts
-
-
-def _warn(doubts: list[Doubt]) -> None:
-    if doubts:
-        more = f" (and {len(doubts) - 1} more, in Reactions.doubts)" if len(doubts) > 1 else ""
-        warnings.warn(f"rolling without slip could not have held: {doubts[0]}{more}", RollingWarning, stacklevel=4)
 
 
 def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

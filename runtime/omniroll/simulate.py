@@ -75,24 +75,20 @@ def simulate(
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
     SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
     time; KernelsMissingError for the compiled engine where no C kernels were built. Warns with
-    AccuracyWarning where the error estimate stays above the accuracy.
+    AccuracyWarning where the error estimate stays above the accuracy, and with UnstableControllerWarning.
     """
     task = checked_task(
         vehicle, nu=nu, chi=chi, spins=spins, pose=pose, duration=duration, start_time=start_time,
         roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, progress=progress,
         effects=effects,
     )  # fmt: skip
+    for doubt in task.effects.doubts(vehicle):
+        warnings.warn(doubt, stacklevel=2)
     if not control or task.duration == 0:
         return one_run(task, task.accuracy)
     trajectory = controlled_run(task)
-    estimate = trajectory.stats["error_estimate"]
-    if estimate is None or estimate > task.accuracy:
-        shown = "unknown" if estimate is None else f"{estimate:.2g}"
-        warnings.warn(
-            f"the error of this run may be above the accuracy {task.accuracy:g}: estimate {shown}",
-            AccuracyWarning,
-            stacklevel=2,
-        )
+    for doubt in accuracy_doubts(task, trajectory):
+        warnings.warn(doubt, stacklevel=2)
     return trajectory
 
 
@@ -217,6 +213,16 @@ def controlled_run(task: Task) -> Trajectory:
         within_steps = trajectory.stats.get("step_error", 0.0)
         trajectory.stats["error_estimate"] = float(error + within_steps + floor)
     return trajectory
+
+
+def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:
+    """What is to be warned of where a controlled run has missed its accuracy, or does not know."""
+    estimate = trajectory.stats["error_estimate"]
+    if estimate is not None and estimate <= task.accuracy:
+        return ()
+    shown = "unknown" if estimate is None else f"{estimate:.2g}"
+    text = f"the error of this run may be above the accuracy {task.accuracy:g}: estimate {shown}"
+    return (AccuracyWarning(text),)
 
 
 def _sensitivity(task: Task, trajectory: Trajectory) -> float | None:

@@ -1,6 +1,7 @@
 """Effects of a scene: which tables make which, what is refused, and what runs."""
 
 import json
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -123,6 +124,87 @@ def test_estimates_keep_the_friction_that_is_there(tmp_path):
     assert "axle_viscous" not in found and {"axle_coulomb", "roller_viscous", "roller_coulomb"} <= found
 
 
+def test_motors_that_are_off_are_estimated_as_brakes(tmp_path):
+    """A motor without voltage brakes as viscous friction of the axle does: another kernel, the same motion."""
+    found = {estimate.effect: estimate for estimate in estimates(scene_of(tmp_path, ""))[1]}
+    motor, friction = found["motor"], found["axle_viscous"]
+    assert motor.distance == pytest.approx(friction.distance, rel=1e-6) and motor.percent == friction.percent
+    assert "motor" not in {estimate.effect for estimate in estimates(scene_of(tmp_path, MOTOR))[1]}
+
+
+def test_distances_that_the_runs_cannot_tell_from_none_have_no_coefficient(tmp_path):
+    """Turning on the spot spins no roller: friction in their bearings does nothing."""
+    path = tmp_path / "turning.toml"
+    path.write_text(GOOD.replace("[1, 0, 1]", "[0, 0, 1]") + "[rollers]\nmodel = 'locked'\n")
+    found = {estimate.effect: estimate for estimate in estimates(load_scene(path))[1]}
+    assert found["roller_viscous"].distance < 1e-7 and not found["roller_viscous"].percent
+    assert "roller_coulomb" not in found and found["axle_viscous"].percent
+
+
+def test_estimates_do_not_take_for_ever(tmp_path, monkeypatch):
+    from omniroll.scene import estimates as module
+
+    monkeypatch.setattr(module, "LONGEST", -1.0)
+    assert estimates(scene_of(tmp_path, "")) == (1, [])
+
+
+def test_a_vehicle_that_bears_no_other_centre_of_mass_is_explained(tmp_path, capsys):
+    """yaw_inertia so near to its bound that a centre of mass beside S breaks it: that estimate is missing."""
+    vehicle = omniroll.Vehicle.paper()
+    least = vehicle.wheels * vehicle.rollers_per_wheel * vehicle.roller_inertia / 2
+    scene_of(tmp_path, "")
+    path = tmp_path / "scene.toml"
+    path.write_text(GOOD.replace("'paper'", f"'paper'\nyaw_inertia = {least + 1e-9!r}"))
+    assert cli.main(["explain", str(path), "--json"]) == 0
+    (layout,) = [e for e in json.loads(capsys.readouterr().out)["effects"] if e["name"] == "layout"]
+    assert layout["estimate"]["distance"] is None
+
+
+def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys):
+    assert cli.main(["explain", "scenes/tracked.toml", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    called = {effect["name"]: effect["called_by"] for effect in said["effects"] if effect["on"]}
+    assert called == {
+        "free": ["rollers"], "impact": ["switching"], "drive": ["drive", "controller"], "motor": ["drive"]
+    }  # fmt: skip
+    assert any("every 0.01 s" in event for event in said["events"])
+
+
+@pytest.mark.parametrize(
+    "more, words",
+    [
+        ("", ["joints"]),
+        ("[drive]\ntimes = [0, 1]\ntorque = [[0, 0, 0], [1, 0, 0]]\n", ["joints", "knots of the torques, 2"]),
+        (MOTOR + "current_limit = 0.5\n", ["joints", "0.5 A"]),
+        (MOTOR.replace("2.0", "[[1, 0, 0]]", 1) + "times = [0.5]\n", ["joints", "knots of the voltages, 1"]),
+    ],
+)
+def test_events_of_a_scene(more, words, tmp_path):
+    from omniroll.scene.explanation import explained
+
+    said = explained(scene_of(tmp_path, more))
+    assert len(said["events"]) == len(words)
+    assert all(word in event for word, event in zip(words, said["events"], strict=True))
+    assert {e["name"]: e["called_by"] for e in said["effects"] if e["on"]}["free"] == []
+
+
+UNSTABLE = "[controller]\ntarget = [1, 0, 0]\nproportional = 0.02\nsample_time = 0.5\n"
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_controller_that_is_not_stable_is_said_once_and_without_python_lines(tmp_path, capsys):
+    """Reading the scene warns of nothing: who runs it is told, who has it explained finds a lint."""
+    scene = scene_of(tmp_path, UNSTABLE)
+    path = str(tmp_path / "scene.toml")
+    assert len(scene.doubts()) == 1
+    assert cli.main(["run", path, "--output", str(tmp_path / "out")]) == 0
+    (said,) = capsys.readouterr().err.splitlines()
+    assert said.startswith("warning: the controller's errors grow from sample to sample")
+    assert json.loads((tmp_path / "out/summary.json").read_text())["warnings"] == [said.removeprefix("warning: ")]
+    assert cli.main(["explain", path, "--json"]) == 0
+    assert [lint["key"] for lint in json.loads(capsys.readouterr().out)["lints"]] == ["sample_time"]
+
+
 SLIPPERY = "[slope]\nangle = 0.3\n[reactions]\nheight = 0.1\nfriction = 0.05\n"
 
 
@@ -139,6 +221,19 @@ def test_reactions_are_kept_and_doubts_are_said(tmp_path, capsys):
     assert rows["along_rolling_3"].tolist() == found.contact_force[:, 2, 1].tolist()
     assert said["least_slip_margin"] == found.slip_margin.min() < 0 and len(said["doubts"]) == len(found.doubts) > 0
     assert "could not have held: t = " in captured.err and "wheel" in captured.err
+
+
+def test_warnings_of_scenes_in_threads_are_each_its_own(tmp_path):
+    """Some slip and some do not; the process's filters of warnings stay as they were."""
+    from omniroll.scene.outcome import run_scene
+
+    level = SLIPPERY.replace("0.3", "0.001").replace("0.05", "5.0")
+    scenes = [scene_of(tmp_path, SLIPPERY), scene_of(tmp_path, level)]
+    before = warnings.filters[:], warnings.showwarning
+    with ThreadPoolExecutor(4) as pool:
+        said = list(pool.map(lambda scene: run_scene(scene).warnings, scenes * 3))
+    assert [len(found) for found in said] == [1, 0] * 3
+    assert (warnings.filters[:], warnings.showwarning) == before
 
 
 def test_reactions_that_cannot_be_are_refused_with_the_scene(tmp_path):

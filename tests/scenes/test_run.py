@@ -69,6 +69,12 @@ def test_impulses_are_kept_under_impact_and_only_there(shortened, tmp_path):
     assert np.atleast_1d(rows["along_rolling_2"]).tolist() == found.contact[:, 1, 1].tolist()
 
 
+def test_a_smooth_run_leaves_no_impulses_of_an_earlier_one(shortened, tmp_path, capsys):
+    for name, wanted in (("motion-3-impact", True), ("motion-3", False)):
+        assert cli.main(["run", str(shortened(Path(f"scenes/{name}.toml"))), "--output", str(tmp_path / "out")]) == 0
+        assert ("impulses.csv" in capsys.readouterr().out) == (tmp_path / "out/impulses.csv").exists() == wanted
+
+
 def test_a_run_without_samples_leaves_none_of_an_earlier_run(shortened, tmp_path):
     path = shortened(Path("scenes/motion-3.toml"), "times = [0.1]")
     assert cli.main(["run", str(path), "--output", str(tmp_path / "out")]) == 0

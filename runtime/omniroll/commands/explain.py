@@ -30,24 +30,35 @@ def text(said: dict[str, Any]) -> str:
     lines = [f"{said['scene']}: {vehicle['wheels']} wheels of {vehicle['rollers_per_wheel']} rollers", "", "State"]
     lines += [f"  {e['name']:<14}{e['count']:>5}  {e['unit']:<10} {e['meaning']}" for e in said["state"]]
     lines += ["", "Effects that are on"]
-    lines += [f"  {_named(e)}  {e['meaning']}" for e in said["effects"] if e["on"]]
+    lines += [f"  {_named(e, _why(e))}  {e['meaning']}" for e in said["effects"] if e["on"]]
+    lines += ["", "Events that steps end on", *(f"  {event}" for event in said["events"])]
     lines += ["", f"Effects that are off, and how far each would take the motion away within {said['compared']:g} s"]
     for effect in said["effects"]:
         if not effect["on"]:
-            lines += [f"  {_named(effect)}  {_estimated(effect['estimate'])}"]
+            place, estimate = f"[{effect['table']}]", _estimated(effect["estimate"], said["felt"])
+            lines += [f"  {_named(effect, place)}  {estimate}"]
     lines += _cost(said)
     lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in said["lints"])]
     return "\n".join(lines if said["lints"] else [*lines, "  nothing"])
 
 
-def _named(effect: dict[str, Any]) -> str:
-    return f"{effect['name']:<15} [{effect['table']}]".ljust(28)
+def _named(effect: dict[str, Any], place: str) -> str:
+    return f"{effect['name']:<15} {place}".ljust(28)
 
 
-def _estimated(estimate: dict[str, Any] | None) -> str:
+def _why(effect: dict[str, Any]) -> str:
+    """What calls for an effect that is on."""
+    if effect["called_by"]:
+        return " ".join(f"[{table}]" for table in effect["called_by"])
+    return "by default" if effect["table"] else "[vehicle]"
+
+
+def _estimated(estimate: dict[str, Any] | None, felt: float) -> str:
     if estimate is None:
         return f"{'-':<9} not estimated"
     distance = "-" if estimate["distance"] is None else f"{estimate['distance']:.1e}"
+    if estimate["distance"] is not None and 0 < estimate["distance"] < felt:
+        distance = f"< {felt:.0e}"
     percent = f"; 1 % at {estimate['percent']}" if estimate["percent"] else ""
     return f"{distance:<9} {estimate['setting']}{percent}"
 

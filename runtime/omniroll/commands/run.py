@@ -3,6 +3,7 @@
 import argparse
 import importlib.util
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -38,15 +39,21 @@ def run(arguments: argparse.Namespace) -> int:
         raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
     folder = arguments.output or Path("out/run") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
+    early = [str(doubt) for doubt in scene.doubts()]
+    _warn(early)
     with progress(scene.options["duration"]) as report:
         outcome = run_scene(scene, report)
     files = write(outcome, folder, picture=arguments.plot)
     print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")
-    for warning in outcome.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+    _warn(warning for warning in outcome.warnings if warning not in early)
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0
+
+
+def _warn(texts: Iterable[str]) -> None:
+    for said in texts:
+        print(f"warning: {said}", file=sys.stderr, flush=True)
 
 
 def text(outcome: Outcome) -> str:

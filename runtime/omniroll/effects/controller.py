@@ -5,7 +5,6 @@ the next sample. Where it is cut off at its limit, the integral waits.
 """
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -36,7 +35,7 @@ class Controller(Drive):
     limit         of the output's size, in N m or V; None: no limit
     times         (K,) in s, increasing, on the clock of the run
 
-    Warns with UnstableControllerWarning where a gain in torque is too large for the sample time.
+    A gain in torque that is too large for the sample time gives an UnstableControllerWarning.
     """
 
     target: ArrayLike
@@ -69,14 +68,16 @@ class Controller(Drive):
             spread(name, getattr(self, name), vehicle.wheels)
         if self.output != "torque" and not any(self.output in effect.needs for effect in others):
             raise InvalidValueError("output", self.output, "needs a Motor among the effects")
-        correction = self._correction(vehicle)
-        if self.output == "torque" and correction > 2:
-            warnings.warn(
-                f"the controller's errors grow from sample to sample: it corrects {correction:.3g} times the error, and "
-                "settles below 2; make sample_time or proportional smaller",
-                UnstableControllerWarning,
-                stacklevel=2,
-            )
+
+    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
+        correction = self._correction(vehicle) if self.output == "torque" else 0.0
+        if correction <= 2:
+            return ()
+        text = f"the controller's errors grow from sample to sample: it corrects {correction:.3g} times the error, and "
+        return (UnstableControllerWarning(text + "settles below 2; make sample_time or proportional smaller"),)
+
+    def events(self) -> tuple[str, ...]:
+        return (f"samples of the controller, every {self.sample_time:g} s",)
 
     def _correction(self, vehicle: Vehicle) -> float:
         """What the proportional part takes off an error until the next sample, in parts of the error, at most.

@@ -97,6 +97,14 @@ class Effect:
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
         """Raise InvalidValueError where it does not fit the vehicle, or the effects with which it acts."""
 
+    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
+        """What is allowed and yet looks wrong; simulate warns with it."""
+        return ()
+
+    def events(self) -> tuple[str, ...]:
+        """What steps end on because of it, in words."""
+        return ()
+
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle with the inertia that this effect brings."""
         return vehicle

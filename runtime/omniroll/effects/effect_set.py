@@ -68,6 +68,10 @@ class EffectSet:
         constants = tuple(self.constants(vehicle).items())
         return kernel(vehicle, roller_model, backend, effects=names, constants=constants)
 
+    def doubts(self, vehicle: Vehicle) -> list[UserWarning]:
+        """What is allowed and yet looks wrong."""
+        return [doubt for effect in self.effects for doubt in effect.doubts(vehicle)]
+
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""
         named = {quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)}

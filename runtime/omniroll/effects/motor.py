@@ -90,6 +90,12 @@ class Motor(Drive):
         )
         return vehicle.replace(wheel_inertia=inertia)
 
+    def events(self) -> tuple[str, ...]:
+        knots = () if self.times is None else (f"knots of the voltages, {len(self.times)}",)
+        if self.current_limit is None:
+            return knots
+        return (*knots, f"currents that reach or leave {self.current_limit:g} A")
+
     def kernel_effects(self) -> tuple[str, ...]:
         return (*super().kernel_effects(), "motor")
 

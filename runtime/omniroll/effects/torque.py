@@ -87,5 +87,8 @@ class TorqueTable(Drive):
         if len(self.torque[0]) != vehicle.wheels:
             raise InvalidValueError("torque", self.torque, f"must have {vehicle.wheels} columns, one for each wheel")
 
+    def events(self) -> tuple[str, ...]:
+        return (f"knots of the torques, {len(self.times)}",)
+
     def process(self, kernel: Kernel, start_time: float) -> Process:
         return Following("torque", Curve(np.array(self.times) - start_time, np.array(self.torque), self.interpolation))

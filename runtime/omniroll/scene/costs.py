@@ -1,18 +1,21 @@
 """What an evaluation of the equations of motion costs: operations, as counted, and time, as measured here."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from omniroll import specialised
 from omniroll.compiled_engine import can_run
+from omniroll.errors import SimulationStopped
 from omniroll.runs import Task
-from omniroll.scene.loading import Scene, run
+from omniroll.simulate import one_run
 from omniroll.vehicle import Vehicle
 
 ALWAYS = ("reduced", "wheel_speeds", "pose_rates")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
-PROBES = {"compiled": 8.0, "Python": 0.5}  # s of motion that are timed, by engine
+MANY = {"compiled": 20_000, "Python": 1000}  # evaluations that hide the work of a run that comes once, by engine
+DOUBLINGS = 20  # of the time, to get as many
+SHORTEST = 0.5**10  # of the motion, where the doubling starts
 REPEATS = 5
 ENOUGH = 1.0  # s spent on that
 
@@ -45,19 +48,34 @@ def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Co
     return Cost(name, once, wheel, roller, total)
 
 
-def nanoseconds(scene: Scene, task: Task) -> dict[str, Any]:
+def nanoseconds(task: Task) -> dict[str, Any]:
     """Time per evaluation on this machine, ns: that of a run over the number of its evaluations, the least of a few.
 
-    Steps, switches and what the engine does between them are in it.
+    Steps, switches and what the engine does between them are in it. A long motion is timed at its beginning,
+    and one with few evaluations runs on beyond its end.
     """
     engine = "compiled" if task.engine == "compiled" and can_run(task) else "Python"
-    duration = min(PROBES[engine], task.duration)
-    least, began = float("inf"), time.perf_counter()
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        trajectory = run(scene, duration=duration, control=False)
-        took, evaluations = time.perf_counter() - start, trajectory.stats["evaluations"]
-        least = min(least, 1e9 * took / max(evaluations, 1))
-        if time.perf_counter() - began > ENOUGH:
+    task = replace(task, progress=None, duration=SHORTEST * task.duration)
+    took, evaluations = _timed(task)
+    for _ in range(DOUBLINGS if task.duration > 0 else 0):
+        longer = replace(task, duration=2 * task.duration)
+        try:
+            took, evaluations = _timed(longer)
+        except SimulationStopped:
             break
-    return {"nanoseconds": least, "evaluations": evaluations, "engine": engine}
+        task = longer
+        if evaluations >= MANY[engine]:
+            break
+    began = time.perf_counter()
+    for _ in range(REPEATS):
+        if time.perf_counter() - began + took > ENOUGH:
+            break
+        took = min(took, _timed(task)[0])
+    return {"nanoseconds": 1e9 * took / max(evaluations, 1), "evaluations": evaluations, "engine": engine}
+
+
+def _timed(task: Task) -> tuple[float, int]:
+    """Seconds of a run, and its evaluations. Raises SimulationStopped."""
+    start = time.perf_counter()
+    trajectory = one_run(task, task.accuracy)
+    return time.perf_counter() - start, trajectory.stats["evaluations"]

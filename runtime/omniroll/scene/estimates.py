@@ -5,7 +5,8 @@ estimate is the largest distance of the two in the norm of `accuracy`, ((x, y)/R
 a coefficient, the coefficient of one per cent follows by proportion.
 """
 
-import warnings
+import math
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -14,20 +15,24 @@ from typing import Any
 import numpy as np
 
 from omniroll.comparison import distance_at
-from omniroll.effects import Bearings, Effect, Slope, Torque
+from omniroll.effects import Bearings, Effect, Motor, Slope, Torque
 from omniroll.effects.torque import Drive
-from omniroll.errors import AccuracyWarning, OmnirollError
+from omniroll.errors import OmnirollError
 from omniroll.kernels import ROLLER_MODELS
+from omniroll.runs import Progress
 from omniroll.scene.loading import Scene
-from omniroll.simulate import simulate
+from omniroll.simulate import checked_task, one_run
 from omniroll.switching import LAWS
 from omniroll.trajectory import Trajectory
 
 PROBE = 2.0  # s, the time over which motions are compared
 TIMES = 101
 ACCURACY = 1e-8
+FELT = 1e-7  # a smaller distance may be the error of the two runs
+STILL = 1e-9  # of the wheels' speed: what turns slower does not turn
 LEVEL = 0.01  # rad: a floor that looks level
 BESIDE = 0.01  # of the platform radius: as well as a centre of mass is known
+LONGEST = 5.0  # s of this machine for a motion
 SPIN_DOWN = 10.0  # s that a good bearing turns by itself
 FADE = 0.05  # of the fastest speed: where Coulomb's friction gives way
 
@@ -38,7 +43,8 @@ class Estimate:
 
     effect    its name in the registry
     setting   the coefficients that were taken, in words
-    distance  in the norm of `accuracy`; None where the motion with the effect could not be run
+    distance  in the norm of `accuracy`; None where the motion with the effect could not be run, or not within LONGEST.
+              Below FELT it is zero as far as the runs can tell
     percent   the coefficient that would make it 0.01, by proportion, in words; empty where there is none
     """
 
@@ -50,7 +56,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene with an effect more: what simulate is given in its place, and the coefficient with its unit."""
+    """A scene with an effect more, and the coefficient with its unit.
+
+    changes   what simulate is given in place of the scene's; `layout` has fields of the vehicle
+    """
 
     effect: str
     setting: str
@@ -93,13 +102,20 @@ def _other_effects(scene: Scene, base: Trajectory) -> Iterator[Variant]:
     if not vehicle.has_layout:
         away = BESIDE * vehicle.platform_radius
         setting = f"the centre of mass {away:.3g} m ahead of S"
-        yield Variant("layout", setting, {"vehicle": vehicle.replace(center_of_mass=(away, 0.0))}, away, "m")
+        yield Variant("layout", setting, {"layout": {"center_of_mass": (away, 0.0)}}, away, "m")
     wheel_speed, roller_speed = (float(np.abs(speeds).max()) for speeds in base.kernel.wheel_rates(base.nu, base.chi))
     torque = vehicle.wheel_inertia * wheel_speed / SPIN_DOWN
     if torque > 0 and not any(isinstance(effect, Drive) for effect in given):
         setting = f"{torque:.2g} N m at the first wheel, which brings it alone to its speed in {SPIN_DOWN:g} s"
         torques = (torque, *[0.0] * (vehicle.wheels - 1))
         yield Variant("drive", setting, {"effects": (*given, Torque(torques))}, torque, "N m")
+    if not any(isinstance(effect, Motor) for effect in given):
+        damping = vehicle.wheel_inertia / SPIN_DOWN
+        setting = f"motors without voltage: (gear ratio)^2 torque constant back-EMF/resistance = {damping:.2g} N m s"
+        shorted = Motor(0.0, torque_constant=math.sqrt(damping), resistance=1.0)
+        yield Variant("motor", setting, {"effects": (*given, shorted)}, damping, "N m s")
+    if roller_speed < STILL * wheel_speed:
+        roller_speed = 0.0
     yield from _frictions(given, "axle", "wheel", vehicle.wheel_inertia, wheel_speed)
     yield from _frictions(given, "roller", "roller", vehicle.roller_inertia, roller_speed)
 
@@ -120,15 +136,28 @@ def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, 
             yield Variant(f"{effect}_{law}", setting, changes, coefficient, unit)
 
 
+class TooLongError(OmnirollError):
+    """A motion takes longer on this machine than its estimate is worth."""
+
+
+def _clock() -> Progress:
+    """Ends a run after LONGEST."""
+    end = time.monotonic() + LONGEST
+
+    def report(done: float, duration: float) -> None:
+        if time.monotonic() > end:
+            raise TooLongError(f"takes more than {LONGEST:g} s")
+
+    return report
+
+
 def _motion(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajectory | None:
-    arguments = {"vehicle": scene.vehicle} | scene.options
-    arguments |= {"duration": duration, "accuracy": ACCURACY, "control": False} | changes
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)
-        try:
-            return simulate(**arguments)
-        except OmnirollError:
-            return None
+    arguments = scene.options | {"duration": duration, "progress": _clock()} | changes
+    layout = arguments.pop("layout", {})
+    try:
+        return one_run(checked_task(scene.vehicle.replace(**layout), **arguments), ACCURACY)
+    except OmnirollError:
+        return None
 
 
 def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> Estimate:
@@ -138,6 +167,6 @@ def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> E
     if not np.isfinite(distance):
         return Estimate(variant.effect, variant.setting, None)
     percent = ""
-    if variant.coefficient is not None and distance > 0:
+    if variant.coefficient is not None and distance > FELT:
         percent = f"{variant.coefficient * 0.01 / distance:.2g} {variant.unit}"
     return Estimate(variant.effect, variant.setting, distance, percent)

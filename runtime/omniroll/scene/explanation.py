@@ -6,12 +6,14 @@ from typing import Any
 
 from omniroll import generated_data
 from omniroll.runs import Task
+from omniroll.scene.acting import MAKERS
 from omniroll.scene.costs import nanoseconds, operations
-from omniroll.scene.estimates import estimates
+from omniroll.scene.estimates import FELT, estimates
 from omniroll.scene.lints import lints
 from omniroll.scene.loading import Scene
 from omniroll.simulate import checked_task
 
+JOINTS = "joints of rollers: the contact passes to the next one"
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 
 
@@ -20,6 +22,7 @@ def explained(scene: Scene) -> dict[str, Any]:
     task = checked_task(scene.vehicle, **scene.options)
     compared, found = estimates(scene)
     by_effect = {estimate.effect: estimate for estimate in found}
+    on = effects_on(scene, task)
     costs = operations(task)
     massless = by_effect.get("massless")
     return {
@@ -31,15 +34,18 @@ def explained(scene: Scene) -> dict[str, Any]:
         "effects": [
             {
                 **{name: effect[name] for name in ("name", "table", "meaning")},
-                "on": effect["name"] in effects_on(scene, task),
+                "on": effect["name"] in on,
+                "called_by": called_by(scene, effect) if effect["name"] in on else [],
                 "estimate": asdict(by_effect[effect["name"]]) if effect["name"] in by_effect else None,
             }
             for effect in generated_data.load("effects")["effects"]
-            if effect["table"]
+            if effect["table"] or effect["name"] in on
         ],
+        "events": [JOINTS, *(event for effect in task.effects.effects for event in effect.events())],
         "compared": compared,
+        "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
-        "time": nanoseconds(scene, task),
+        "time": nanoseconds(task),
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
 
@@ -47,7 +53,15 @@ def explained(scene: Scene) -> dict[str, Any]:
 def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
     asked = {"reactions"} if "reactions" in scene.tables else set()
-    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
+    sharp = {"sharp"} if task.kernel.base.endswith("_sharp") else set()
+    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked | sharp
+
+
+def called_by(scene: Scene, effect: dict[str, Any]) -> list[str]:
+    """The tables of the scene that call for an effect of the registry; none where it is there by default."""
+    acting = zip((table for table in MAKERS if table in scene.tables), scene.options.get("effects", ()), strict=True)
+    tables = [table for table, acts in acting if effect["name"] in acts.kernel_effects()]
+    return tables or [table for table in (effect["table"],) if table in scene.tables]
 
 
 def state_variables(task: Task) -> list[dict[str, Any]]:

@@ -120,3 +120,5 @@ def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     if model != "massless" and without_inertia is not None and without_inertia < NEGLIGIBLE:
         text = f"the rollers' inertia changes the motion by {without_inertia:.1e}: massless would do"
         yield Lint("rollers", "model", text)
+    for doubt in scene.doubts():
+        yield Lint("controller", "sample_time", str(doubt))

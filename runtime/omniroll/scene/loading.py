@@ -1,7 +1,6 @@
 """Scene files read, checked and run."""
 
-import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -9,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.errors import InvalidValueError, RollingWarning
-from omniroll.reactions import Reactions, reactions
+from omniroll.errors import InvalidValueError
+from omniroll.reactions import Reactions, judged_reactions
 from omniroll.scene.acting import check_together, effects_of, with_layout
 from omniroll.scene.checking import Findings, checked_tables, sizes
 from omniroll.scene.problems import SceneError, shown
 from omniroll.scene.reading import read
 from omniroll.scene.schema import keys
 from omniroll.scene.vehicles import vehicle_of
-from omniroll.simulate import checked_task, simulate
+from omniroll.simulate import checked_task, one_run, simulate
 from omniroll.trajectory import Trajectory
 from omniroll.vehicle import Vehicle
 
@@ -50,6 +49,10 @@ class Scene:
     vehicle: Vehicle
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def doubts(self) -> list[UserWarning]:
+        """What is allowed in its effects and yet looks wrong."""
+        return [doubt for effect in self.options.get("effects", ()) for doubt in effect.doubts(self.vehicle)]
 
     def sample_times(self, end: float) -> np.ndarray | None:
         """The times up to `end` at which samples are wanted, (K,) in s; None where none are."""
@@ -97,10 +100,8 @@ def run(scene: Scene, **changes: Any) -> Trajectory:
 
 def reactions_of(trajectory: Trajectory, said: dict[str, Any]) -> tuple[Reactions, list[str]]:
     """The reactions that [reactions] asks for, and the warnings that come with them."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", RollingWarning)
-        found = reactions(trajectory, **said)
-    return found, [str(warning.message) for warning in caught]
+    found = judged_reactions(trajectory, **said)
+    return found, [str(warning) for warning in found.warnings()]
 
 
 def _steps(said: dict[str, Any]) -> int:
@@ -144,9 +145,9 @@ def _check_options(vehicle: Vehicle, options: dict[str, Any], found: Findings) -
 def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], found: Findings) -> None:
     """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
     try:
-        checked_task(vehicle, **options)
+        task = checked_task(vehicle, **options)
         if "reactions" in tables:
-            reactions_of(simulate(vehicle, **options | {"duration": 0}), tables["reactions"])
+            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables["reactions"])
     except InvalidValueError as error:
         found.add(*_place(error.field, tables), error.bound, shown(error.value))
 

@@ -4,7 +4,6 @@ import csv
 import json
 import math
 import time
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.errors import AccuracyWarning, SimulationStopped
+from omniroll.errors import SimulationStopped
 from omniroll.impulses import Impulses, impulses
 from omniroll.reactions import Reactions
-from omniroll.scene.loading import Scene, reactions_of, run
+from omniroll.scene.loading import Scene, reactions_of
 from omniroll.scene.progress import Report
+from omniroll.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.trajectory import Trajectory
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
@@ -24,6 +24,7 @@ FILES = (
     "trajectory.npz",
     "trajectory.csv",
     "switches.csv",
+    "impulses.csv",
     "samples.csv",
     "reactions.csv",
     "summary.json",
@@ -37,7 +38,7 @@ class Outcome:
 
     trajectory  the motion, up to the stop where there was one
     seconds     that it took
-    warnings    what simulate warned of
+    warnings    what simulate and reactions would warn of
     stopped     the error that stopped it, or None
     reactions   where the scene asks for them
     """
@@ -89,20 +90,20 @@ def _reactions_in_short(found: Reactions) -> dict[str, Any]:
 
 def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
     """Run a scene, also one that stops before its end."""
-    stopped = None
+    stopped, found = None, None
     began = time.perf_counter()
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", AccuracyWarning)
-        try:
-            trajectory = run(scene, progress=report)
-        except SimulationStopped as error:
-            stopped, trajectory = error, error.trajectory
+    task = checked_task(scene.vehicle, **scene.options, progress=report)
+    doubts = scene.doubts()
+    try:
+        trajectory = controlled_run(task) if task.duration > 0 else one_run(task, task.accuracy)
+        doubts += accuracy_doubts(task, trajectory) if task.duration > 0 else ()
+    except SimulationStopped as error:
+        stopped, trajectory = error, error.trajectory
     seconds = time.perf_counter() - began
-    said = [str(warning.message) for warning in caught]
-    found = None
+    said = [str(doubt) for doubt in doubts]
     if "reactions" in scene.tables:
-        found, doubts = reactions_of(trajectory, scene.tables["reactions"])
-        said += doubts
+        found, rolling = reactions_of(trajectory, scene.tables["reactions"])
+        said += rolling
     return Outcome(scene, trajectory, seconds, tuple(said), stopped, found)
 
 
