@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench hard clean help
+.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench accuracy hard clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -80,6 +80,15 @@ bench: build ## compare with peers (CasADi, SymPy, heyoka, SciPy, MuJoCo), resul
 	@$(MAKE) --no-print-directory $(BENCH_STAMP)
 	$(call say,benchmarks -> docs/benchmarks.md)
 	@cd tests && ../$(BENCH_VENV)/bin/python -m benchmarks $(QUESTIONS)
+
+ACCURACY := accuracy-motion-3
+
+accuracy: build ## measure what accuracy costs on motion 3, results into docs/accuracy-motion-3.md
+	@$(MAKE) --no-print-directory $(BENCH_STAMP)
+	$(call say,accuracy -> docs/$(ACCURACY).md)
+	@$(BENCH_VENV)/bin/python -m omniroll accuracy scenes/motion-3.toml --error 1e-6 --folder out/$(ACCURACY)
+	@cp out/$(ACCURACY)/accuracy.png docs/$(ACCURACY).png
+	@sed 's/(accuracy.png)/($(ACCURACY).png)/' out/$(ACCURACY)/accuracy.md > docs/$(ACCURACY).md
 
 hard: build ## measure the hard cases, results into docs/hard-cases.md
 	$(call say,hard cases -> docs/hard-cases.md)

@@ -22,7 +22,9 @@ NAMES = [peer.name for peer in INTEGRATORS]
 
 @pytest.fixture(scope="module")
 def found():
-    return study(load_scene("scenes/motion-3.toml"), 1.0, wanted=1e-2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("omniroll.accuracy.study.REPEATS", 2)
+        return study(load_scene("scenes/motion-3.toml"), 1.0, wanted=1e-2)
 
 
 def points(found, name):
@@ -185,3 +187,10 @@ def test_bad_calls(tmp_path, capsys):
     assert cli.main(["accuracy", str(tmp_path / "absent.toml")]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--error", "-1"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0"]) == 2
+
+
+def test_a_motion_that_blew_up_is_shown_and_not_advised(found):
+    lost = replace(found.points[0], end=math.nan, trajectory=math.nan, energy=math.nan, microseconds=1e-9)
+    with_it = replace(found, points=[lost, *found.points[1:]])
+    assert advice(with_it, 1e-2) == advice(replace(found, points=found.points[1:]), 1e-2)
+    assert "nan" not in text(with_it) and "NaN" not in with_it.as_json()

@@ -15,7 +15,7 @@ def test_the_page_is_written_from_the_schema():
     assert page(text) == text
 
 
-@pytest.mark.parametrize("page", ["scenes", "adding-an-effect"])
+@pytest.mark.parametrize("page", ["scenes", "adding-an-effect", "accuracy", "accuracy-motion-3"])
 def test_links_lead_to_files(page):
     targets = re.findall(r"\]\(([^)#:]+)\)", Path(f"docs/{page}.md").read_text(encoding="utf-8"))
     assert targets and [target for target in targets if not Path("docs", target).exists()] == []

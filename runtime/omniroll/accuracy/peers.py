@@ -37,7 +37,7 @@ class Outcome:
 class Peer:
     """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is.
 
-    prepare(task, setting) compiles what has to be, and is not counted. `digits` is the error where rounding begins.
+    prepare(task, setting) compiles what has to be, and is not counted.
     """
 
     name: str
@@ -45,7 +45,6 @@ class Peer:
     settings: tuple[float, ...]
     setting: str = "tolerance"
     prepare: Callable[[Task, float], None] = lambda task, setting: None
-    digits: float = 1e-13
 
 
 def by_engine(engine: str) -> Callable:
@@ -232,7 +231,7 @@ PEERS = (
     Peer("Python engine", by_engine("python"), COARSE),
     Peer("SciPy RK45", by_scipy("RK45"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("SciPy DOP853", by_scipy("DOP853"), COARSE),
-    Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8], digits=4e-6),
+    Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8]),
     Peer("SciPy LSODA", by_scipy("LSODA"), COARSE),
     Peer("SciPy Radau", by_scipy("Radau"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("RK4 fixed, double", by_fixed_steps("double"), (4, 16, 64, 256, 1024), "steps a sample"),

@@ -31,7 +31,7 @@ class Point:
 
     setting, unit  what was asked: a tolerance, or steps a sample
     microseconds  per simulated second, the least of some repeats
-    end, trajectory  errors in the norm of `accuracy`, at the end and at all samples
+    end, trajectory  errors in the norm of `accuracy`, at the end and at all samples; nan where the motion blew up
     switch_times  s, nan where the switches are others than the reference's; energy relative
     """
 
@@ -161,10 +161,13 @@ def _measured(peer: Peer, setting: float, task: Task, reference: Reference) -> P
 
 
 def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float, float]]:
-    """error = C tol^E by least squares of logarithms, where rounding plays no part; E = 1 keeps what is asked."""
-    if peer.setting != "tolerance":
+    """error = C tol^E by least squares of logarithms; E = 1 keeps what is asked.
+
+    Errors within ten times the smallest are left out: there rounding may play a part.
+    """
+    if peer.setting != "tolerance" or not points:
         return {}
-    lower = max(peer.digits, 10 * floor)
+    lower = 10 * max(floor, min(p.trajectory for p in points))
     kept = [p for p in points if p.trajectory > lower]
     if len(kept) < 3:
         return {}
@@ -206,4 +209,5 @@ def _offers(result: Study) -> list[dict[str, Any]]:
         {"model": model, "integrator": integrator, "setting": point.setting, "unit": point.unit,
          "error": point.trajectory + more, "microseconds": point.microseconds}
         for point, model, integrator, more in offers
+        if math.isfinite(point.trajectory)
     ]  # fmt: skip

@@ -1,5 +1,6 @@
 """A study as text for the terminal, and as a page in Markdown."""
 
+import math
 import os
 import platform
 from importlib.metadata import version
@@ -11,7 +12,7 @@ WIDTHS = (-20, 8, 9, 11, 8, 8, 8, 8)  # negative: from the left
 MEANING = """\
 setting: the tolerance, or steps from one of 41 samples to the next; us/s: microseconds per simulated second;
 end, whole: error at the end and over the trajectory in the norm of `accuracy`; switches: of their times in s, - where
-they are others; energy: relative"""
+they are others; energy: relative; - elsewhere: the motion blew up"""
 STANDS = "Without the scene's effects the vehicle stands still: there is nothing to integrate."
 
 
@@ -84,10 +85,10 @@ def _rows(points: list[Point]) -> list[tuple[str, ...]]:
     rows, last = [], None
     for p in points:
         name, last = ("" if p.series == last else p.series), p.series
-        times = f"{p.switch_times:.1e}" if p.switch_times == p.switch_times else "-"
         setting = f"{p.setting:.0e}" if p.setting < 1 else f"{p.setting:.0f}"
-        numbers = (f"{p.microseconds:.1f}", str(p.evaluations), f"{p.end:.1e}", f"{p.trajectory:.1e}")
-        rows.append((name, setting, *numbers, times, f"{p.energy:.1e}"))
+        errors = (p.end, p.trajectory, p.switch_times, p.energy)
+        shown = ("-" if math.isnan(value) else f"{value:.1e}" for value in errors)
+        rows.append((name, setting, f"{p.microseconds:.1f}", str(p.evaluations), *shown))
     return rows
 
 
