@@ -1,9 +1,9 @@
 """Every proof of maxima/ can fail: one changed sign in what it claims stops it, by its own name.
 
 The derivation runs once as it is. Then each proof is asked again with one sign flipped, in the same Maxima. A proof
-inside a function is asked through the function, with the flip in the function's text. A claim that has no sign of its own
-is asked with a flip in a definition before it, in the same chapter; one that holds whatever the signs are (no coefficient
-depends on a free roller's angle, say) is asked in a wrong form.
+inside a function is asked through the function, with the flip in the function's text. A claim that has no sign of its
+own is asked with a flip in a definition before it, in the same chapter; one that holds whatever the signs are (no
+coefficient depends on a free roller's angle, say) is asked in a wrong form.
 """
 
 import json

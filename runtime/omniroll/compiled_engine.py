@@ -24,8 +24,8 @@ ALIGNMENT = 128  # bytes
 DONE, FULL, STUCK, NO_STEP = range(4)  # engine.h
 REASONS = {STUCK: "switches without progress in time", NO_STEP: "the step became too small"}
 
-# A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds up
-# to at most this part of the tolerance, if the vehicle goes on as it starts.
+# A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
+# up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 

@@ -8,7 +8,8 @@ arrays whose leading axes broadcast. Two backends have the same methods:
 
 What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
 code here beyond its method. A kernel has the effects that it is asked for and no others; sets that were not
-generated beforehand are made by omniroll.specialised. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicle.
+generated beforehand are made by omniroll.specialised. N is the number of wheels, n of rollers per wheel; units as in
+omniroll.vehicle.
 """
 
 import importlib

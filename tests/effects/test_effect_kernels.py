@@ -1,7 +1,9 @@
-"""The kernels with effects against the multiplier oracle, both in 60 digits: Lagrange's equations in all coordinates, with
-the torques, the friction and the gravity of the effects as generalised forces, wheels anywhere, the centre of mass beside S.
+"""The kernels with effects against the multiplier oracle, both in 60 digits: Lagrange's equations in all coordinates,
+with the torques, the friction and the gravity of the effects as generalised forces, wheels anywhere, the centre of mass
+beside S.
 
-The generated Python kernel runs on balls unchanged, so that what is compared is the derivation itself, not its rounding.
+The generated Python kernel runs on balls unchanged, so that what is compared is the derivation itself, not its
+rounding.
 """
 
 from itertools import combinations
