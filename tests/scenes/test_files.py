@@ -59,7 +59,7 @@ def said_of(folder: Path, content: str | bytes) -> list[str]:
           " [start]: is missing; it needs nu", " [run]: is missing; it needs duration"]),
         ("[vehicle]\npreset='paper'\nwheels=true\n[start]\nnu=[1,nan,0]\n[run]\nduration=-1\nengine='x'\n"
          "[rollers]\nmodel='y'\n[switching]\nlaw=[1]\n",
-         ["3: [vehicle] wheels = True: must be a whole number from 1 to 1000",
+         ["3: [vehicle] wheels = true: must be a whole number from 1 to 1000",
           "5: [start] nu = [1, nan, 0]: must be finite, in 1/s",
           "7: [run] duration = -1: must be a number, >= 0, in s",
           "8: [run] engine = 'x': must be one of compiled, python",
@@ -106,12 +106,53 @@ def test_numbers_that_do_not_go_together_are_all_named(tmp_path):
     assert "roller_axis_radius < wheel_radius cos(pi/n)" in lines[0] and "roller_inertia/2" in lines[1]
 
 
+NUMBERS = """[vehicle]
+wheels = 3
+rollers_per_wheel = 6
+mass = 1
+yaw_inertia = 1
+wheel_inertia = 0.1
+roller_inertia = 3
+platform_radius = 0.1
+wheel_radius = 0.05
+roller_axis_radius = 0.06
+"""
+
+
+@pytest.mark.parametrize(
+    "change, to, wrong",
+    [
+        ("", "", ["yaw_inertia", "roller_axis_radius"]),
+        ("wheel_inertia = 0.1", "wheel_inertia = -1", ["yaw_inertia", "wheel_inertia", "roller_axis_radius"]),
+        ("wheels = 3", "colour = 3", ["wheels", "colour", "yaw_inertia", "roller_axis_radius"]),
+        ("rollers_per_wheel = 6\n", "", ["rollers_per_wheel", "roller_axis_radius"]),
+        ("wheel_radius = 0.05", "wheel_radius = 'x'", ["yaw_inertia", "wheel_radius"]),
+        ("roller_inertia = 3", "roller_inertia = nan", ["roller_inertia", "roller_axis_radius"]),
+        ("mass = 1", "hub_mass = 1", None),
+        ("wheels = 3", "preset = 'paper'\ncolour = 1", ["colour", "yaw_inertia", "roller_axis_radius"]),
+        ("wheel_radius = 0.05", "preset = 'paper'\ncolour = 1", ["yaw_inertia", "colour", "roller_axis_radius"]),
+    ],
+)
+def test_numbers_are_judged_beside_those_that_are_wrong_or_missing(change, to, wrong, tmp_path):
+    """Only bounds that are broken whatever the wrong numbers are meant to be are said."""
+    lines = said_of(tmp_path, NUMBERS.replace(change, to) + START)
+    found = [line.split("[vehicle] ")[1].split(":")[0].split(" =")[0] for line in lines]
+    assert "roller_axis_radius" in found if wrong is None else found == wrong
+
+
+def test_names_and_values_are_shown_as_a_file_says_them(tmp_path):
+    text = GOOD + '"du\\nration" = false\n"" = 2026-01-01\n'
+    assert [line.split(":")[1] for line in said_of(tmp_path, text)] == [
+        r" [run] 'du\nration' = false", " [run] '' = 2026-01-01"
+    ]  # fmt: skip
+
+
 def test_files_that_are_no_scenes(tmp_path):
     assert said_of(tmp_path, bytes(range(256))) == [" byte 128 is not UTF-8 text"]
     assert said_of(tmp_path, b"x" * 10_000_000) == [" longer than 1000000 bytes, which no scene is"]
-    for text in ("[[", "a = " + "9" * 5000):
-        assert said_of(tmp_path, text)[0].startswith(" not TOML: ")
-    assert "recursion" in said_of(tmp_path, "a = " + "[" * 100_000)[0]
+    assert said_of(tmp_path, "[[")[0].startswith(" not TOML: ")
+    assert said_of(tmp_path, "[a]\nb = " + "9" * 5000) == [" a whole number has too many digits (at line 2)"]
+    assert said_of(tmp_path, "a = " + "[" * 100_000) == [" lists or tables stand too deep inside each other"]
     for path in (tmp_path, tmp_path / "absent.toml", "null\0byte"):
         with pytest.raises(SceneError):
             load_scene(path)

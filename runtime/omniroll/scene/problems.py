@@ -1,5 +1,6 @@
 """What is wrong in a scene file, and the error that says it."""
 
+import datetime
 import difflib
 import math
 from collections.abc import Iterable
@@ -28,9 +29,9 @@ class Problem:
     line: int | None = None
 
     def __str__(self) -> str:
-        place = "" if self.table is None else f"[{self.table}]"
+        place = "" if self.table is None else f"[{_name(self.table)}]"
         if self.key is not None:
-            place = f"{place} {self.key}".lstrip()
+            place = f"{place} {_name(self.key)}".lstrip()
         if self.value is not None:
             place += f" = {self.value}"
         return f"{place}: {self.expected}" if place else self.expected
@@ -52,10 +53,19 @@ class SceneError(OmnirollError):
         return type(self), (self.path, self.problems)
 
 
+def _name(name: str) -> str:
+    """A name of a key or table on one line; in quotes where a file needs them."""
+    return name if name.isprintable() and name.strip() else repr(name)
+
+
 def shown(value: Any) -> str | None:
-    """A value as text of bearable length; None for what is not there."""
+    """A value as text of bearable length, as a file says it; None for what is not there."""
     if value is None:
         return None
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (datetime.date, datetime.time)):
+        return value.isoformat()
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # an integer of thousands of digits, a list in a list in a list ...

@@ -1,6 +1,7 @@
 """A TOML file as tables, with the line of every key."""
 
 import re
+import sys
 import tomllib
 from os import PathLike
 from typing import Any
@@ -32,8 +33,17 @@ def read(path: str | PathLike) -> tuple[dict[str, Any], Lines]:
         return tomllib.loads(text), lines_of(text)
     except UnicodeDecodeError as error:
         raise refused(f"byte {error.start} is not UTF-8 text") from None
-    except (ValueError, RecursionError) as error:  # ValueError: not TOML, or an integer of thousands of digits
+    except tomllib.TOMLDecodeError as error:
         raise refused(f"not TOML: {error}") from None
+    except RecursionError:
+        raise refused("lists or tables stand too deep inside each other") from None
+    except ValueError:  # what int() makes of thousands of digits
+        raise refused(f"a whole number has too many digits{_where_digits_are_many(text)}") from None
+
+
+def _where_digits_are_many(text: str) -> str:
+    found = re.search(rf"[0-9_]{{{sys.get_int_max_str_digits() or 1}}}", text)
+    return f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
 
 
 def lines_of(text: str) -> Lines:

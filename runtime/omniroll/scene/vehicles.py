@@ -7,7 +7,7 @@ from omniroll.errors import InvalidValueError
 from omniroll.parts import cylinder
 from omniroll.scene.checking import Findings
 from omniroll.scene.problems import shown
-from omniroll.scene.schema import NUMBERS, PARTS
+from omniroll.scene.schema import NUMBERS, PARTS, SHARED, SIZES
 from omniroll.vehicle import Vehicle
 
 ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
@@ -18,6 +18,12 @@ BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from 
     "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
     "roller_mass": (("roller_axial_inertia", "roller_transverse_inertia"), ("roller_radius", "roller_length")),
 }
+# Numbers that break no bound, in place of those that are missing or wrong: the others are then judged by themselves.
+LENIENT = {
+    "wheels": 1, "platform_radius": 1.0, "wheel_radius": 1e100, "roller_axis_radius": 1e-100, "mass": 1e-100,
+    "yaw_inertia": 1e100, "wheel_inertia": 1.0, "roller_inertia": 1e-100,
+}  # fmt: skip
+MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # lenient only together
 REPAIRS = (1e-9, 1e9)  # a number that breaks a bound keeps it when it is this much smaller or larger
 
 
@@ -32,13 +38,27 @@ def vehicle_of(content: dict[str, Any], found: Findings) -> Vehicle | None:
             found.add("vehicle", name, f"cannot stand beside {beside}", shown(content[name]))
     if "preset" not in found.keys_in("vehicle"):
         _say_what_is_missing(content, needed, found)
-    if found.keys_in("vehicle"):
-        return None
+    wrong = found.keys_in("vehicle")
     try:
-        return make(content)
+        if wrong:
+            make, content = _make_numbers, _judged_alone(content, wrong)
+        vehicle = make(content)
     except InvalidValueError as error:
         _say_all_bounds(make, content, error, found)
         return None
+    return None if wrong else vehicle
+
+
+def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, Any]:
+    """The numbers of a vehicle as far as they are good, of its preset too; lenient ones in place of the rest."""
+    numbers = {key.name for key in SIZES + SHARED + NUMBERS} - {"wheel_angles"}
+    good = {name: value for name, value in content.items() if name in numbers}
+    if "preset" in content and not wrong & {"wheels", "rollers_per_wheel"}:
+        preset = _make_preset(
+            {name: content[name] for name in ("preset", "wheels", "rollers_per_wheel") if name in content}
+        )
+        good = {name: value for name, value in preset.as_dict().items() if name in numbers - wrong} | good
+    return LENIENT | good | ({} if "rollers_per_wheel" in good else MANY_ROLLERS)
 
 
 def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
@@ -87,7 +107,7 @@ def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValue
     """Every bound that the numbers break together: each is said, then mended to see the next."""
     while True:
         found.add("vehicle", error.field, error.bound, shown(error.value))
-        if not isinstance(content.get(error.field), float):
+        if not isinstance(content.get(error.field), (int, float)):
             return
         for factor in REPAIRS:
             mended = content | {error.field: content[error.field] * factor}
