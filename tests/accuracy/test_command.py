@@ -10,7 +10,7 @@ import pytest
 from omniroll import cli
 from omniroll.accuracy.heyoka_peer import heyoka_peer
 from omniroll.accuracy.peers import PEERS
-from omniroll.accuracy.study import INTEGRATORS, Point, _offers, advice, study
+from omniroll.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, study
 from omniroll.accuracy.tables import text
 from omniroll.errors import SimulationStopped
 from omniroll.scene import load_scene
@@ -194,3 +194,10 @@ def test_a_motion_that_blew_up_is_shown_and_not_advised(found):
     with_it = replace(found, points=[lost, *found.points[1:]])
     assert advice(with_it, 1e-2) == advice(replace(found, points=found.points[1:]), 1e-2)
     assert "nan" not in text(with_it) and "NaN" not in with_it.as_json()
+
+
+def test_no_law_where_errors_do_not_fall(found):
+    fallen = points(found, "SciPy DOP853")
+    assert _law(PEERS[3], fallen, found.floor) == {"SciPy DOP853": found.laws["SciPy DOP853"]}
+    level = [replace(p, trajectory=1e-6 * (1 + k)) for k, p in enumerate(fallen[:-1])]
+    assert _law(PEERS[3], [*level, replace(fallen[-1], trajectory=1e-9)], found.floor) == {}

@@ -67,7 +67,7 @@ def _panel(axes, points: list[Point], title: str, floor: float, laws: dict[str, 
         )  # fmt: skip
     axes.axhline(floor, color="0.6", lw=0.8, ls=":")
     axes.annotate(
-        "100 times the reference's own error", (0.02, floor), (0, -10), color="0.45", fontsize=7.5,
+        "no smaller errors are shown", (0.02, floor), (0, -10), color="0.45", fontsize=7.5,
         xycoords=("axes fraction", "data"), textcoords="offset points",
     )  # fmt: skip
     axes.set_xlabel("microseconds per simulated second")

@@ -163,13 +163,14 @@ def _measured(peer: Peer, setting: float, task: Task, reference: Reference) -> P
 def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float, float]]:
     """error = C tol^E by least squares of logarithms; E = 1 keeps what is asked.
 
-    Errors within ten times the smallest are left out: there rounding may play a part.
+    Errors within ten times the smallest are left out: there rounding may play a part. No law where the rest are fewer
+    than three, or do not fall by a digit.
     """
     if peer.setting != "tolerance" or not points:
         return {}
     lower = 10 * max(floor, min(p.trajectory for p in points))
     kept = [p for p in points if p.trajectory > lower]
-    if len(kept) < 3:
+    if len(kept) < 3 or kept[0].trajectory < 10 * kept[-1].trajectory:
         return {}
     slope, height = np.polyfit([math.log(p.setting) for p in kept], [math.log(p.trajectory) for p in kept], 1)
     return {peer.name: (math.exp(height), float(slope))}
