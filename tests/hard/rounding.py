@@ -10,27 +10,37 @@ together with its derivatives, while what cancels in it does not: no kernel keep
 measure is the one that holds for all states.
 """
 
-import importlib
 from dataclasses import dataclass
 
 import numpy as np
 from flint import arb, ctx
 
 from hard.sampling import Sample
-from omniroll.kernels import VEHICLE_SCALARS, signatures
+from omniroll import specialised
+from omniroll.kernels import signatures
 
 BITS = 160
 STEP = 1e-30  # of a complex step, relative: its square vanishes beside 1, also times a condition of 1e12
 
 
+def set_key(base: str, effects: tuple[str, ...] = ()) -> str:
+    """One string for a roller model, or its sharp twin, and further effects."""
+    return "+".join([base, *effects])
+
+
+def split_key(set_name: str) -> tuple[str, tuple[str, ...]]:
+    base, *effects = set_name.split("+")
+    return base, tuple(effects)
+
+
 def module(set_name: str):
-    return importlib.import_module(f"omniroll.generated.python.{set_name}")
+    return specialised.python_module(*split_key(set_name))
 
 
 def functions(set_name: str, sample: Sample) -> dict:
     """The functions of a set that make sense for the number of wheels, by name."""
     least = {"nu_from_wheels": 3, "wheel_torques": 3, "nu_from_contacts": 2}
-    found = signatures(set_name, (), sample.wheels, sample.rollers)
+    found = signatures(*split_key(set_name), sample.wheels, sample.rollers)
     return {
         name: signature
         for name, signature in found.items()
@@ -71,8 +81,7 @@ def references(sample: Sample, set_name: str, names: list[str]) -> dict[str, Ref
             model = code.prepare(
                 sample.wheels,
                 sample.rollers,
-                **{name: arb(float(sample.vehicle[name][row])) for name in VEHICLE_SCALARS},
-                wheel_angles=nested(sample.vehicle["wheel_angles"][row], arb),
+                **{name: nested(array[row], arb) for name, array in sample.vehicle.items()},
             )
             for name in names:
                 inputs = [nested(sample.state[a.name][row], arb) for a in wanted[name].inputs]

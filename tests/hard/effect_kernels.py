@@ -1,0 +1,136 @@
+"""Kernels with effects against ball arithmetic: each effect alone, and all together."""
+
+import numpy as np
+
+from hard import rounding
+from hard.case import Case, Measurement, Scale
+from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
+from hard.kernels import SECTION
+from hard.sampling import Draw, Sample, per_state, sample
+from omniroll import specialised
+from omniroll.kernels import SHARP, optional_effects, signatures
+
+
+def effect_sets(scale: Scale) -> list[str]:
+    """All effects at once for every roller model, and in full each alone; as rounding.set_key writes them."""
+    every = optional_effects()
+    bases = scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
+    alone = [rounding.set_key(base, (effect,)) for base in bases[:3] for effect in every]
+    return [rounding.set_key(base, every) for base in bases] + scale.of([], alone)
+
+
+def short_name(set_name: str) -> str:
+    base, effects = rounding.split_key(set_name)
+    return f"{base} and all effects" if len(effects) > 1 else set_name
+
+
+def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, wheels: int) -> dict[str, np.ndarray]:
+    """What `prepare` takes for effects, by name, of the sizes that forces and friction have beside inertia."""
+    each = lambda values: per_state(values, (wheels,)) * draw.log(1e-3, 1e3, wheels)  # noqa: E731
+    radius, inertia = vehicle["platform_radius"], vehicle["wheel_inertia"]
+    gyration = np.sqrt(vehicle["yaw_inertia"] / vehicle["mass"])
+    return {
+        "wheel_places": per_state(radius, (wheels, 2)) * draw.signed(0.1, 2, wheels, 2),
+        "center_of_mass": per_state(gyration, (2,)) * draw.signed(1e-6, 0.5, 2),
+        "axle_damping": each(inertia * speed),
+        "axle_torque": each(inertia * speed**2),
+        "axle_fade_speed": speed * draw.log(1e-3, 1),
+        "roller_damping": each(vehicle["roller_inertia"] * speed),
+        "roller_torque": each(vehicle["roller_inertia"] * speed**2),
+        "roller_fade_speed": speed * draw.log(1e-3, 1),
+        "gravity": radius * speed**2 * draw.log(1e-2, 1e2),
+        "slope_angle": draw.rng.uniform(0, 1.5, draw.count),
+        "slope_direction": draw.rng.uniform(-np.pi, np.pi, draw.count),
+    }
+
+
+def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]:
+    """What functions of effects take beside those of the roller models, by name."""
+    vehicle, wheels = part.vehicle, part.wheels
+    B, radius = vehicle["roller_inertia"], vehicle["platform_radius"]
+    force = vehicle["mass"] * radius**2 * speed**2
+    signed = lambda values, *shape: per_state(values, shape) * draw.signed(1e-2, 1e2, *shape)  # noqa: E731
+    return {
+        "heading": part.state["theta"],
+        "torque": signed(force, wheels),
+        "damping": per_state(vehicle["wheel_inertia"] * speed, (wheels,)) * draw.log(1e-3, 1e3, wheels),
+        "roller_drag": signed(B * speed**2, wheels),
+        "pose": np.concatenate([signed(radius, 2), part.state["theta"][:, None]], axis=1),
+        "nu_before": signed(speed, 3),
+        "spin_before": signed(speed, wheels),
+        "momenta_before": signed(B * speed, wheels, 2),
+        "momenta_after": signed(B * speed, wheels, 2),
+        "roller_energy": per_state(B * speed**2, (wheels,)) * draw.log(1e-3, 1e3, wheels),
+        "elapsed": draw.log(1e-3, 1e3) / speed,
+        "coulomb_momenta_dot": signed(B * speed**2, wheels, 2),
+        "normal_gravity": radius * speed**2 * draw.log(1e-2, 1e2),
+        "height": radius * draw.log(1e-2, 1),
+        "wheel_mass": vehicle["mass"] * draw.log(1e-3, 0.3),
+        "platform_products": signed(vehicle["yaw_inertia"], 2),
+        "spin_inertia": signed(B, wheels),
+    }
+
+
+def with_effects(part: Sample, set_name: str, seed: int) -> Sample:
+    """A sample with the constants that the set needs, and no others, at speeds near those of its states."""
+    draw = Draw(seed, len(part))
+    speed = np.maximum(np.abs(part.state["nu"]).max(axis=1), 1e-9)
+    given = part.vehicle | constants(draw, part.vehicle, speed, part.wheels)
+    wanted = signatures(*rounding.split_key(set_name), part.wheels, part.rollers)["prepare"].inputs
+    vehicle = {argument.name: given[argument.name] for argument in wanted}
+    return Sample(part.wheels, part.rollers, vehicle, part.state | inputs(draw, part, speed))
+
+
+def compiled_on_demand(part: Sample, set_name: str) -> dict[str, np.ndarray]:
+    """Outputs (M, K) of every function of the set's C kernel, made and compiled as for a scene."""
+    base, effects = rounding.split_key(set_name)
+    library = specialised.compiled_library(base, effects, "double")
+    prefix = f"omniroll_{specialised.set_name(base, effects)}_"
+    wanted = rounding.functions(set_name, part)
+    prepare = signatures(base, effects, part.wheels, part.rollers)["prepare"].inputs
+    model = np.empty(getattr(library.lib, prefix + "model_size")(part.wheels, part.rollers))
+
+    def called(name: str, numbers: list, *outputs: np.ndarray) -> None:
+        arrays = [np.array(value, float) for value in numbers]
+        arguments = [library.ffi.from_buffer("double[]", a) if a.ndim else float(a) for a in (*arrays, *outputs)]
+        head = () if name == "prepare" else (library.ffi.from_buffer("double[]", model),)
+        getattr(library.lib, prefix + name)(part.wheels, part.rollers, *head, *arguments)
+
+    found = {name: [] for name in wanted}
+    for row in range(len(part)):
+        called("prepare", [part.vehicle[a.name][row] for a in prepare], model)
+        for name, signature in wanted.items():
+            outputs = [np.empty(max(1, int(np.prod(a.shape)))) for a in signature.outputs]
+            called(name, [part.state[a.name][row] for a in signature.inputs], *outputs)
+            found[name].append(np.concatenate(outputs))
+    return {name: np.transpose(rows) for name, rows in found.items()}
+
+
+def against_balls(scale: Scale) -> list[Measurement]:
+    kernels = {"compiled": compiled_on_demand, "python": python_kernels}
+    errors: dict[str, list[Errors]] = {on: [] for on in kernels}
+    for place, set_name in enumerate(effect_sets(scale)):
+        part = sample(60 + place, scale.of(40, 1000), 3, 5, closest_tip=1e-9)
+        fits = (part.sharpness() > SHARP) == set_name.startswith(("locked_sharp", "free_sharp"))
+        part = part.at(np.flatnonzero(fits | set_name.startswith("massless")))
+        part = with_effects(part, set_name, 160 + place)
+        judges = rounding.judged_by(part, set_name, list(rounding.functions(set_name, part)))
+        for on, outputs in kernels.items():
+            found = outputs(part, set_name)
+            errors[on] += [
+                Errors(short_name(set_name), name, *judge.units(found[name], EPS["double"]), part)
+                for name, judge in judges.items()
+            ]
+    return [m for on, several in errors.items() for m in measurements(several, on, components=False)]
+
+
+CASES = [
+    Case(
+        name="kernels-with-effects",
+        section=SECTION,
+        title="Every function of kernels with effects: each effect alone, and all together",
+        naive="as above; and a friction that divides 0 by 0 at rest",
+        promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+        run=against_balls,
+    )
+]
