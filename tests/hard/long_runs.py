@@ -114,6 +114,39 @@ def massive(scale: Scale) -> list[Measurement]:
     return found
 
 
+def impacts(scale: Scale) -> list[Measurement]:
+    """An impact slows the vehicle. It is driven: exactly, by powers of two at the ends of pieces, and by torques."""
+    found = []
+    for model in ("locked", "free"):
+        setting = Setting(model, "impact", "compiled")
+        state, count, off, most = dict(START), 0, 0.0, -np.inf
+        while count < scale.of(3_000, 1_000_000):
+            run = setting.run(PAPER, **state, duration=64.0, accuracy=1e-13)
+            jumps = run.switches.energy_jump / run.energy[0]
+            count, most = count + len(jumps), max(most, float(jumps.max(initial=-np.inf)))
+            off += (run.energy[-1] / run.energy[0] - 1) - float(jumps.sum())
+            state = _scaled_to_one(run)
+        found.append(setting.measurement("energy less its jumps / (eps switches)", abs(off) / (EPS * count), 1))
+        found.append(setting.measurement("largest rise of energy at a switch / eps", most / EPS, 16))
+        found.append(_driven(Setting(model, "impact", "python"), scale.of(2.0, 60.0)))
+    return found
+
+
+def _scaled_to_one(run: omniroll.Trajectory) -> dict[str, np.ndarray]:
+    """The end of a run, its speeds times a power of two: the same motion, faster."""
+    power = 2.0 ** -round(math.log2(np.abs(run.nu[-1]).max()))
+    spins = {} if run.spins is None else {"spins": run.spins[-1] * power}
+    return {"nu": run.nu[-1] * power, "chi": run.chi[-1], "pose": run.pose[-1]} | spins
+
+
+def _driven(setting: Setting, duration: float) -> Measurement:
+    """Torques and friction of the axles: the ledger closes."""
+    acting = [omniroll.Torque(0.02), omniroll.Bearings(wheel_viscous=0.01)]
+    run = setting.run(PAPER, **START, duration=duration, effects=acting, accuracy=1e-12)
+    rest = abs(run.ledger.residual) / run.ledger.scale
+    return setting.measurement("driven by torques: rest of the ledger / accuracy", rest / 1e-12, 10)
+
+
 def _growth(setting: Setting, switches: int) -> Measurement:
     """The distance of two runs that differ in their steps, in units of eps, sensitivity and sqrt(switches)."""
     fine, run = (long_run(setting, switches, accuracy=accuracy) for accuracy in (1e-15, 1e-13))
@@ -204,6 +237,14 @@ CASES = [
         naive="sums whose rounding grows with the heading",
         promise="energy is what the switches leave; errors grow as eps times the sensitivity times sqrt(switches)",
         run=massive,
+    ),
+    Case(
+        name="million-impacts",
+        section=SECTION,
+        title="10^6 impacts of a vehicle that is driven (compiled: by exact scaling; Python engine: by torques, 60 s)",
+        naive="an impact that is not a projection pumps energy",
+        promise="no impact raises the energy by more than rounding, 16 eps; what the switches report is what is lost",
+        run=impacts,
     ),
     Case(
         name="straight-run",
