@@ -21,8 +21,14 @@ NODES = 16  # of a step; phase.c
 MOST_WHEELS = 64  # kernel_in_lanes.h
 ROWS = 4096  # a buffer's length
 ALIGNMENT = 128  # bytes
+MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 DONE, FULL, STUCK, NO_STEP = range(4)  # engine.h
-REASONS = {STUCK: "switches without progress in time", NO_STEP: "the step became too small"}
+TOO_LONG = 4
+REASONS = {
+    STUCK: "switches without progress in time",
+    NO_STEP: "the step became too small",
+    TOO_LONG: "more rows than memory should hold; go on in another run from the state that this one ends with",
+}
 
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
@@ -62,11 +68,14 @@ class CompiledRun:
         """Simulate, and return the result. Raises SimulationStopped."""
         step = getattr(self.module.lib, f"omniroll_{self.kernel.set_name}_run")
         model = self.kernel.model
-        parts, status = [], FULL
+        parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
             status = step(self.struct, self._pointer(model), len(model))
             parts.append(self._copied())
+            size += sum(array.nbytes for array in parts[-1].values())
+            if status == FULL and size > MOST_BYTES:
+                status = TOO_LONG
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
         result = assembled(self.task, joined(parts, self.task), self._stats())

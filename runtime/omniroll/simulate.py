@@ -74,8 +74,9 @@ def simulate(
 
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
     SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
-    time; KernelsMissingError for the compiled engine where no C kernels were built. Warns with
-    AccuracyWarning where the error estimate stays above the accuracy, and with UnstableControllerWarning.
+    time, or when the compiled engine has filled 1 GiB with steps; KernelsMissingError for the compiled engine
+    where no C kernels were built. Warns with AccuracyWarning where the error estimate stays above the accuracy,
+    and with UnstableControllerWarning.
     """
     task = checked_task(
         vehicle, nu=nu, chi=chi, spins=spins, pose=pose, duration=duration, start_time=start_time,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import AccuracyWarning, SimulationStopped, Vehicle, simulate
+from omniroll import AccuracyWarning, SimulationStopped, Vehicle, compiled_engine, simulate
 from omniroll.comparison import difference
 from omniroll.switching import SwitchingModel
 
@@ -229,6 +229,18 @@ def test_many_switches_are_no_reason_to_stop():
         PAPER, nu=(1, 0, 1), duration=300, roller_model="massless", engine="compiled", accuracy=1e-6
     )
     assert len(run.switches) > 900 and run.t[-1] == 300
+
+
+def test_a_run_that_fills_memory_stops_and_can_go_on(monkeypatch):
+    task = {"chi": (0.1, -0.2, 0.3), "roller_model": "locked", "accuracy": 1e-9, "control": False}
+    whole = simulate(PAPER, nu=(1, 0.2, 1), duration=3000, **task)
+    monkeypatch.setattr(compiled_engine, "MOST_BYTES", 1)
+    with pytest.raises(SimulationStopped, match="another run") as raised:
+        simulate(PAPER, nu=(1, 0.2, 1), duration=3000, **task)
+    stopped = raised.value
+    assert stopped.wheel is None and len(stopped.trajectory.t) == compiled_engine.ROWS < len(whole.t)
+    np.testing.assert_array_equal(stopped.trajectory.pose, whole.pose[: compiled_engine.ROWS])
+    assert stopped.state["pose"] == stopped.trajectory.pose[-1].tolist()
 
 
 def test_out_of_reach_is_said():
