@@ -12,7 +12,7 @@ from hard.sampling import Draw, Sample, sample
 SECTION = "Formulas"
 MASSIVE = ("locked", "free")
 SOLVED = ["reduced", "accelerations", "impact"]
-FITS = ["nu_from_wheels", "nu_from_contacts", "wheel_torques"]
+
 PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
 AS_WRITTEN = "rho = l cos(chi) - r, 1/rho^2 in M*, a linear solver"
 
@@ -132,7 +132,7 @@ def solved(matrices: np.ndarray, sums: np.ndarray) -> np.ndarray:
 
 def wheels_almost_in_line(scale: Scale) -> list[Measurement]:
     part = sample(28, scale.of(150, 2_000), 4, 5, wheel_angles=close_together)
-    return measured([part], FITS, models=("massless",), naive=normal_equations)
+    return measured([part], list(rounding.FITS), models=("massless",), naive=normal_equations)
 
 
 def any_size(scale: Scale) -> list[Measurement]:

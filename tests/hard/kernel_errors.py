@@ -12,7 +12,7 @@ from hard.sampling import Sample
 from omniroll.kernels import SHARP
 
 PACKAGE = Build("cc", ("-O3", "-ffp-contract=off"))  # as runtime/build_kernels.py compiles
-BOUND, BULK_BOUND, BULK = 64, 8, 99  # ulp cond; of so many per cent of the states
+BOUND, BULK_BOUND, BULK = rounding.NO_DIGIT, 8, 99  # ulp cond; of so many per cent of the states
 EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": float(np.finfo(np.longdouble).eps)}
 REFERENCE = {"massless": "massless", "locked": "locked_sharp", "free": "free_sharp"}
 

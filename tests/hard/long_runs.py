@@ -16,7 +16,7 @@ from omniroll.accuracy.reference import Mechanics, digits, flint_module
 from omniroll.runs import Task
 
 SECTION = "Magnitudes and time"
-SWITCHES_A_PIECE = 3000
+SWITCHES_A_PIECE = 100_000
 MOVED = 1e-9  # relative, of the start whose motion shows the sensitivity
 MIRRORED = PAPER.replace(wheel_angles=(0.0, 2 * np.pi / 3, -2 * np.pi / 3))
 START = {"nu": np.array([1.0, 0.3, 1.0]), "chi": np.array([0.1, -0.2, 0.3]), "pose": np.zeros(3)}

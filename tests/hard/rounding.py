@@ -11,15 +11,19 @@ measure is the one that holds for all states.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from flint import arb, ctx
+from flint import acb, arb, ctx
 
 from hard.sampling import Sample
 from omniroll import specialised
 from omniroll.kernels import signatures
 
 BITS = 160
+NO_DIGIT = 64  # ulp cond: the bound that is promised
+FITS = ("nu_from_wheels", "nu_from_contacts", "wheel_torques")  # least squares
+SUSPECT = 8  # ulp cond
 STEP = 1e-30  # of a complex step, relative: its square vanishes beside 1, also times a condition of 1e12
 
 
@@ -99,30 +103,48 @@ def split(ball) -> tuple[float, float, float]:
 def judged_by(sample: Sample, set_name: str, names: list[str]) -> dict[str, "Judge"]:
     """What the functions of a set must give on a sample."""
     found = references(sample, set_name, names)
-    return {name: Judge(found[name], slopes(sample, set_name, name)) for name in names}
+    return {name: Judge(sample, set_name, name, found[name], slopes(sample, set_name, name)) for name in names}
 
 
 @dataclass(frozen=True)
 class Judge:
-    """The values of a function and the error that each component (M, K) is allowed, over eps."""
+    """The values of a function and the error that each component (M, K) is allowed, over eps.
 
+    Where wheels all but fail to fix a function, doubles lose its slopes too; they are found anew in balls where an
+    error seems large.
+    """
+
+    sample: Sample
+    set_name: str
+    name: str
     reference: Reference
     slope: np.ndarray
 
     def units(self, found: np.ndarray, eps: float) -> tuple[np.ndarray, np.ndarray]:
         """Errors in ulp cond: of the vectors (K,), and of all components (M, K).
 
-        NaN where the function is singular: where even the ball is too wide, or its condition is above 1/eps, so that
-        the rounding of what is given leaves no digit.
+        NaN where the function is singular: where even the ball is too wide, or its condition is above 1/(64 eps), so
+        that 64 ulp times the condition is all that is found.
         """
-        allowed = np.maximum(self.slope, np.abs(self.reference.high))
         error = self.reference.error(found)
-        singular = ~(self.reference.radius <= 2.0**-75 * allowed).all(axis=0)
-        singular |= eps * allowed.max(axis=0) > np.abs(self.reference.high).max(axis=0)
+        lost = ~(self.reference.radius <= 2.0**-75 * self._allowed()).all(axis=0)
+        suspect = over(error.max(axis=0), eps * self._allowed().max(axis=0)) > SUSPECT
+        for row in np.flatnonzero(suspect & ~lost & ~self._refined):
+            self.slope[:, row] = slopes_in_balls(self.sample.at(np.array([row])), self.set_name, self.name)
+            self._refined[row] = True
+        allowed = self._allowed()
+        lost |= NO_DIGIT * eps * allowed.max(axis=0) > np.abs(self.reference.high).max(axis=0)
         components = over(error, eps * allowed)
-        components[:, singular] = np.nan
+        components[:, lost] = np.nan
         vectors = over(error.max(axis=0), eps * allowed.max(axis=0))
-        return np.where(singular, np.nan, vectors), components
+        return np.where(lost, np.nan, vectors), components
+
+    @cached_property
+    def _refined(self) -> np.ndarray:
+        return np.zeros(len(self.sample), bool)
+
+    def _allowed(self) -> np.ndarray:
+        return np.maximum(self.slope, np.abs(self.reference.high))
 
 
 def over(error: np.ndarray, allowed: np.ndarray) -> np.ndarray:
@@ -154,12 +176,14 @@ def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
     """sum_k |df/dx_k| |x_k| (M, K) over the vehicle's numbers and the inputs.
 
     A wheel's direction counts as one radian at least: the platform's axes, from which it is measured, are anybody's
-    choice, and so is its being zero.
+    choice, and so is its being zero. What is fitted counts as its largest component.
     """
     vehicle, inputs = inputs_of(sample, set_name, name, complex)
-    total = 0.0
+    total, measured = 0.0, inputs if name in FITS else []
     for array in [*vehicle.values(), *inputs]:
         least = 1.0 if array is vehicle["wheel_angles"] else 0.0
+        if any(array is one for one in measured):
+            least = np.abs(array).reshape(-1, len(sample)).max(axis=0)
         for component in array.reshape(-1, len(sample)):
             exact = component.copy()
             component += 1j * STEP * np.maximum(np.abs(exact), least)
@@ -168,3 +192,33 @@ def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
                 total = total + np.abs(rates) / STEP
             component[:] = exact
     return total
+
+
+def slopes_in_balls(sample: Sample, set_name: str, name: str) -> np.ndarray:
+    """`slopes` (M,) of a single state, by the same complex steps in many digits."""
+    code, total = module(set_name), 0.0
+    vehicle = {field: array[0] for field, array in sample.vehicle.items()}
+    given = [sample.state[a.name][0] for a in functions(set_name, sample)[name].inputs]
+    with ctx.workprec(4 * BITS):
+        step = arb(2) ** (-2 * BITS)
+        for array in [*vehicle.values(), *given]:
+            least = 1.0 if array is vehicle["wheel_angles"] else 0.0
+            if name in FITS and any(array is one for one in given):
+                least = float(np.abs(array).max())
+            for place in np.ndindex(array.shape):
+                moved = acb(0, step * max(abs(float(array[place])), least))
+                numbers = lambda values: _moved(values, place if values is array else None, moved)  # noqa: B023, E731
+                model = code.prepare(
+                    sample.wheels, sample.rollers, **{field: numbers(values) for field, values in vehicle.items()}
+                )
+                found = flat(getattr(code, name)(model, *map(numbers, given)))
+                total = total + np.array([abs(float((acb(value).imag / step).mid())) for value in found])
+    return total
+
+
+def _moved(values: np.ndarray, place: tuple[int, ...] | None, by: acb) -> list | acb:
+    """Numbers in balls, the one at `place` moved."""
+    exact = np.array([acb(float(value)) for value in np.ravel(values)], object).reshape(np.shape(values))
+    if place is not None:
+        exact[place] += by
+    return exact.tolist()
