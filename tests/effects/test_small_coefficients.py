@@ -54,6 +54,29 @@ def test_centre_of_mass_to_the_middle(roller_model):
     assert np.log10(np.linalg.norm(found[0]) / np.linalg.norm(found[1])) == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_wheels_to_their_rays(roller_model):
+    plain, _ = end(roller_model, [])
+    rays = 0.15 * np.exp(1j * np.array(PAPER.wheel_angles))
+    away = np.array([0.3 + 0.5j, -0.4 + 0.2j, 0.1 - 0.6j])
+
+    def moved(c):
+        places = rays + c * away
+        return end(roller_model, [], PAPER.replace(wheel_places=np.stack([places.real, places.imag], axis=-1).tolist()))
+
+    found = [moved(c)[0] - plain for c in (1e-5, 1e-6)]
+    assert np.log10(np.linalg.norm(found[0]) / np.linalg.norm(found[1])) == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_motors_without_back_emf_are_torques(roller_model):
+    """torque = gear ratio * torque constant * voltage / resistance, by hand."""
+    plain, _ = end(roller_model, [Torque((0.03, -0.015, 0.0))])
+    motor = {"voltage": (2.0, -1.0, 0.0), "torque_constant": 0.01, "resistance": 2.0, "gear_ratio": 3.0}
+    found = [end(roller_model, [Motor(**motor, back_emf=c)])[0] - plain for c in (1e-5, 1e-6)]
+    assert np.log10(np.linalg.norm(found[0]) / np.linalg.norm(found[1])) == pytest.approx(1, abs=0.02)
+
+
 def test_rotors_without_inertia_are_no_rotors():
     motor = {"voltage": 1.0, "torque_constant": 0.01, "resistance": 2.0, "gear_ratio": 3.0}
     plain, _ = end("locked", [Motor(**motor)])
