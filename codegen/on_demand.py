@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from .derivation import FORMAT, Derivation, kernel_to_json
 from .operations import count_intermediates, count_operations
+from .programs import EffectSet
 from .rendering import kernel_texts
 from .sharing import share
+from .specialise import Registry, specialised
 
 
 @dataclass(frozen=True)
@@ -22,21 +24,31 @@ class KernelTexts:
     python: str
 
 
-def kernel_on_demand(
-    programs: dict, effects: list[dict], symbols: dict, base: str, wanted: Sequence[str]
-) -> KernelTexts:
-    """The kernel of the roller model `base` with the effects `wanted`.
+class Programs:
+    """What kernels are made of at run time: the programs with every effect in them, each read once.
 
     programs, effects, symbols: the contents of generated/data/programs.json, effects.json and symbols.json.
-    ContractError for an effect or a base that they do not know.
     """
-    derivation = Derivation(
-        dict.fromkeys(("equations", "proofs", "bounds"), [])
-        | {"format": FORMAT, "symbols": symbols, "effects": effects}
-        | {"bases": programs["bases"], "functions": [f for f in programs["functions"] if f["set"] == base]}
-        | {"sets": [{"base": base, "effects": list(wanted), "meaning": "made when it was called for"}]}
-    )
-    (effect_set,) = derivation.sets
+
+    def __init__(self, programs: dict, effects: list[dict], symbols: dict):
+        self._data = dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
+            "format": FORMAT, "symbols": symbols, "effects": effects, "bases": programs["bases"],
+        }  # fmt: skip
+        self._functions = programs["functions"]
+        self._bases: dict[str, EffectSet] = {}
+        self.registry = Registry.read(effects)
+
+    def base(self, name: str) -> EffectSet:
+        """The programs of one roller model. KeyError for one that there is not."""
+        if name not in self._bases:
+            functions = [f for f in self._functions if f["set"] == name]
+            self._bases[name] = Derivation(self._data | {"functions": functions}).bases[name]
+        return self._bases[name]
+
+
+def kernel_on_demand(programs: Programs, base: str, wanted: Sequence[str]) -> KernelTexts:
+    """The kernel of the roller model `base` with the effects `wanted`. ContractError for an unknown effect."""
+    effect_set = specialised(programs.base(base), wanted, programs.registry, "made when it was called for")
     shared = [share(f) for f in effect_set.functions]
     texts = kernel_texts(effect_set, shared)
     return KernelTexts(

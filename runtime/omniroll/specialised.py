@@ -22,12 +22,16 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING
 
 import cffi
 
 from omniroll import generated_data
 from omniroll.c_headers import NUMBER_TYPES, declarations
 from omniroll.errors import KernelsMissingError
+
+if TYPE_CHECKING:
+    from omniroll.codegen.on_demand import Programs
 
 FLAGS = ("-O3", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 LONGEST_COMPILATION = 300  # seconds
@@ -155,12 +159,20 @@ def _scratch() -> tempfile.TemporaryDirectory:
     return tempfile.TemporaryDirectory(prefix="omniroll-")
 
 
+@cache
+def programs() -> "Programs":
+    """What kernels are made of."""
+    from omniroll.codegen.on_demand import Programs  # only where it is called for
+
+    load = generated_data.load
+    return Programs(load("programs"), load("effects")["effects"], load("symbols")["symbols"])
+
+
 def _write(folder: Path, base: str, effects: tuple[str, ...]) -> None:
     """All texts of a set at once: they are written aside and put in place in one move."""
     from omniroll.codegen.on_demand import kernel_on_demand  # only where it is called for
 
-    load = generated_data.load
-    made = kernel_on_demand(load("programs"), load("effects")["effects"], load("symbols")["symbols"], base, effects)
+    made = kernel_on_demand(programs(), base, effects)
     scratch = Path(tempfile.mkdtemp(dir=folder.parent))
     texts = {
         f"omniroll_{made.name}.h": made.c_header,

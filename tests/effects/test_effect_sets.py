@@ -35,8 +35,7 @@ CONSTANTS = {
 
 @cache
 def made(base, effects):
-    load = generated_data.load
-    return kernel_on_demand(load("programs"), load("effects")["effects"], load("symbols")["symbols"], base, effects)
+    return kernel_on_demand(specialised.programs(), base, effects)
 
 
 def operations(texts, name=KERNEL, wheels=3, rollers=5):

@@ -5,7 +5,7 @@ from functools import cache
 
 import pytest
 
-from omniroll import generated_data
+from omniroll import generated_data, specialised
 from omniroll.codegen.on_demand import kernel_on_demand
 
 MODELS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
@@ -17,8 +17,7 @@ OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactio
 
 @cache
 def made(base, effects):
-    load = generated_data.load
-    return kernel_on_demand(load("programs"), load("effects")["effects"], load("symbols")["symbols"], base, effects)
+    return kernel_on_demand(specialised.programs(), base, effects)
 
 
 def bodies(texts):
