@@ -152,3 +152,5 @@ def test_choices_that_look_wrong(tmp_path):
     light = scene_of(tmp_path, FIELDS | {"roller_inertia": 1e-12})
     (found,) = [lint for lint in lints(light, estimates(light)[1][0].distance)]
     assert found.table == "rollers" and "massless would do" in found.text
+    at_rest = scene_of(tmp_path, {"preset": "paper"}, nu="[0, 0, 0]")
+    assert lints(at_rest, estimates(at_rest)[1][0].distance) == []

@@ -117,8 +117,9 @@ def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
     if model == "free" and law == "smooth":
         yield Lint("switching", "law", "smooth switches of free rollers pump energy in over long runs; impact does not")
-    if model != "massless" and without_inertia is not None and without_inertia < NEGLIGIBLE:
-        text = f"the rollers' inertia changes the motion by {without_inertia:.1e}: massless would do"
+    # It is exactly 0 where nothing moves, which says nothing of the rollers.
+    if model != "massless" and without_inertia and without_inertia < NEGLIGIBLE:
+        text = f"the rollers' inertia changes this motion by {without_inertia:.1e}: massless would do"
         yield Lint("rollers", "model", text)
     for doubt in scene.doubts():
         yield Lint("controller", "sample_time", str(doubt))
