@@ -37,6 +37,8 @@ def text(said: dict[str, Any]) -> str:
         if not effect["on"]:
             place, estimate = f"[{effect['table']}]", _estimated(effect["estimate"], said["felt"])
             lines += [f"  {_named(effect, place)}  {estimate}"]
+    if not any(effect["estimate"] for effect in said["effects"]):
+        lines.append("  nothing to compare with: the motion takes no time, or too long on this machine, or it stops")
     lines += _cost(said)
     lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in said["lints"])]
     return "\n".join(lines if said["lints"] else [*lines, "  nothing"])
