@@ -23,9 +23,7 @@ class Infix:
     def expression(self, e: Expression) -> str:
         match e:
             case Number(value):
-                return (
-                    str(value) if value.denominator == 1 else self.ratio(value.numerator, value.denominator)
-                )
+                return str(value) if value.denominator == 1 else self.ratio(value.numerator, value.denominator)
             case Symbol(name):
                 return self.symbol(name)
             case Call(function, argument):

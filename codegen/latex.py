@@ -117,8 +117,7 @@ class Latex:
 
     def continued(self, terms: tuple[Expression, ...]) -> str:
         return "".join(
-            f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}"
-            for t in terms
+            f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}" for t in terms
         ).strip()
 
 

@@ -81,9 +81,7 @@ class Maxima:
         if not output.is_file():
             raise MaximaError(f"{script.name}: the derivation wrote no data")
 
-    def _run(
-        self, batch: str, folder: Path, home: Path, report: Report, timeout: float
-    ) -> tuple[list[str], bool]:
+    def _run(self, batch: str, folder: Path, home: Path, report: Report, timeout: float) -> tuple[list[str], bool]:
         """(what Maxima said after BEGIN, whether it ran out of time)."""
         # An init file that does not exist: Maxima looks for one in the current folder too.
         command = [self.program, "--very-quiet", "--init=omniroll-no-init", f"--batch-string={batch}"]

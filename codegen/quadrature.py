@@ -2,7 +2,8 @@
 
 With nodes c_1 ... c_s (zeros of the Legendre polynomial P_s, moved to [0, 1]) and weights b_m, a polynomial of
 degree below s that has the values f_m at the nodes is sum_k a_k P_k(2x - 1) with a_k = (2k + 1) sum_m b_m P_k(2c_m - 1)
-f_m; that gives its integrals and its values anywhere. (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, II.7.)
+f_m; that gives its integrals and its values anywhere. (Hairer, Norsett, Wanner: Solving Ordinary Differential
+Equations I, II.7.)
 """
 
 from dataclasses import dataclass
@@ -31,14 +32,9 @@ def gauss(count: int) -> Gauss:
     with workdps(DIGITS):
         roots = [_root(count, k) for k in range(count)][::-1]
         weights = [1 / ((1 - z * z) * _derivative(count, z) ** 2) for z in roots]
-        rows = [
-            [(2 * k + 1) * b * legendre(k, z) for b, z in zip(weights, roots, strict=True)]
-            for k in range(count)
-        ]
+        rows = [[(2 * k + 1) * b * legendre(k, z) for b, z in zip(weights, roots, strict=True)] for k in range(count)]
         columns = list(map(list, zip(*rows, strict=True)))
-        integral = [
-            [mp.fdot(column, [_area(k, z) for k in range(count)]) for z in roots] for column in columns
-        ]
+        integral = [[mp.fdot(column, [_area(k, z) for k in range(count)]) for z in roots] for column in columns]
         start = [mp.fdot(column, [(-1) ** k for k in range(count)]) for column in columns]
         return Gauss(
             nodes=_texts((1 + z) / 2 for z in roots),

@@ -97,9 +97,7 @@ class Names:
             return known[name] or self.unique(name, scope)
         element = self.function.elements.get(name)
         needs = element.index if element else CONSTANTS[name]
-        depth = max(
-            (d for d, (index, _) in enumerate(scope, 1) if index in needs and index in INDICES), default=0
-        )
+        depth = max((d for d, (index, _) in enumerate(scope, 1) if index in needs and index in INDICES), default=0)
         key = (name, scope[:depth])
         if key not in self.elements:
             self.elements[key] = self.unique(*key)

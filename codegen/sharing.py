@@ -152,9 +152,7 @@ def replaced(e: Expression, change: Callable[[Expression], Expression]) -> Expre
 
 def share_reciprocals(expressions: list[Expression]) -> list[Expression]:
     """x^-2 as (x^-1)^2 wherever x^-1 is there too."""
-    inverted = {
-        e.base for whole in expressions for e in nodes(whole) if isinstance(e, Power) and e.exponent == -1
-    }
+    inverted = {e.base for whole in expressions for e in nodes(whole) if isinstance(e, Power) and e.exponent == -1}
 
     def change(e: Expression) -> Expression:
         if isinstance(e, Power) and e.exponent < -1 and e.base in inverted:
@@ -235,10 +233,7 @@ class Program:
     def load_steps(self, names: set[str]) -> list[Step]:
         """Reads of this scope's elements and constants, in the order of their declaration."""
         order = [*CONSTANTS, *self.function.elements]
-        return [
-            Step("load", name, target=self.function.elements.get(name))
-            for name in sorted(names, key=order.index)
-        ]
+        return [Step("load", name, target=self.function.elements.get(name)) for name in sorted(names, key=order.index)]
 
     def step(self, step: Step, scope: Scope) -> Step:
         e = next(self.expressions)

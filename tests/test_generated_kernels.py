@@ -50,19 +50,13 @@ class Case:
         return getattr(self.module, name)(self.model, *arguments)
 
     def momenta(self):
-        return (
-            [self.call("momenta", self.call("axial_speeds", self.nu, self.chi, self.spins))]
-            if self.free
-            else []
-        )
+        return [self.call("momenta", self.call("axial_speeds", self.nu, self.chi, self.spins))] if self.free else []
 
     def speeds(self):
         return lagrange.speeds(self.vehicle, self.nu, self.chi, self.spins, model=self.roller_model)
 
     def oracle(self, **more):
-        return lagrange.accelerations(
-            self.vehicle, self.nu, self.chi, self.spins, model=self.roller_model, **more
-        )
+        return lagrange.accelerations(self.vehicle, self.nu, self.chi, self.spins, model=self.roller_model, **more)
 
 
 def flatten(values):
@@ -145,9 +139,7 @@ def test_free_rollers_keep_their_axial_speeds(size):
             psi = case.chi[i] + vehicle.kappa(j)
             wanted.append(spin + turn * psi.sin())
             yaw = found.second.theta
-            rates.append(
-                found.spins_dot[i][j - 1] + yaw * psi.sin() + turn * psi.cos() * case.speeds().chi[i]
-            )
+            rates.append(found.spins_dot[i][j - 1] + yaw * psi.sin() + turn * psi.cos() * case.speeds().chi[i])
     close(axial, wanted)
     contact = [wheel[0] + turn * chi.sin() for wheel, chi in zip(case.speeds().phi, case.chi, strict=True)]
     close(case.call("contact_axial", case.nu, case.chi), contact)
@@ -155,9 +147,7 @@ def test_free_rollers_keep_their_axial_speeds(size):
     inertia = vehicle.number("roller_inertia")
     for i, pair in enumerate(case.call("momenta", axial)):
         angles = [vehicle.kappa(j) for j in range(1, vehicle.rollers_per_wheel)]
-        sums = [
-            sum(inertia * w * f(k) for w, k in zip(axial[i], angles, strict=True)) for f in (arb.cos, arb.sin)
-        ]
+        sums = [sum(inertia * w * f(k) for w, k in zip(axial[i], angles, strict=True)) for f in (arb.cos, arb.sin)]
         assert max(float(abs(a - b).upper()) for a, b in zip(pair, sums, strict=True)) <= 1e-50
 
 
@@ -192,9 +182,7 @@ def test_impact(name, size, moves):
     for i in moves:
         entering[i] = moved.phi[i][0] - demanded.phi[i][0]
         leaving[i] = dq.phi[i][0] if model == "locked" else exact(0)
-    close(
-        case.call("impact", case.nu, chi, entering, leaving), switch.nu_of(case.vehicle, theta, wanted), 1e-36
-    )
+    close(case.call("impact", case.nu, chi, entering, leaving), switch.nu_of(case.vehicle, theta, wanted), 1e-36)
 
 
 @pytest.mark.parametrize("name", ["locked_sharp", "free_sharp"])
@@ -220,8 +208,6 @@ def test_sharp_kernels_stay_exact_at_the_joint_of_pointed_rollers(name, margin):
 
             x = [*case.nu, *case.chi]
             slopes = condition.slopes(outputs, x)
-            for value, wanted, slope in zip(
-                found[0] if case.free else found, outputs(x), slopes, strict=True
-            ):
+            for value, wanted, slope in zip(found[0] if case.free else found, outputs(x), slopes, strict=True):
                 error = abs(float(exact(value) - wanted))
                 assert error <= condition.allowed(float(wanted), slope)

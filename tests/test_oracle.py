@@ -31,11 +31,7 @@ def general_vehicle(rng, wheels, rollers):
 
 def random_forces(rng, vehicle, model):
     force = Speeds.zero(vehicle).map(lambda _: float(rng.normal()))
-    return (
-        Speeds(force.x, force.y, force.theta, force.chi, Speeds.zero(vehicle).phi)
-        if model == "massless"
-        else force
-    )
+    return Speeds(force.x, force.y, force.theta, force.chi, Speeds.zero(vehicle).phi) if model == "massless" else force
 
 
 def gap(found, wanted):
@@ -116,9 +112,7 @@ def test_contact_points_stand(model):
     vehicle = paper_vehicle()
     nu, chi, spins = random_state(np.random.default_rng(6), vehicle)
     dq = lagrange.speeds(vehicle, nu, chi, spins, model=model, theta=0.4)
-    place = Speeds(
-        exact(0.1), exact(0.2), exact(0.4), [exact(c) for c in chi], dq.map(lambda _: exact(0.9)).phi
-    )
+    place = Speeds(exact(0.1), exact(0.2), exact(0.4), [exact(c) for c in chi], dq.map(lambda _: exact(0.9)).phi)
     for i in range(vehicle.wheels):
         assert size(bodies.contact_point_speed(parts, wheel_radius, place, dq, i)) <= 1e-55
 
@@ -170,9 +164,7 @@ def test_equations_of_motion_from_bodies_in_space(model):
     parts, wheel_radius = paper_parts(wheels=2, rollers=4)
     vehicle = paper_vehicle(wheels=2, rollers=4)
     if model == "massless":  # rollers that do not turn about their axes are no rollers: all spins stand
-        parts = bodies.Parts(
-            **(vars(parts) | {"roller": bodies.Solid(parts.roller.mass, 0, parts.roller.transverse)})
-        )
+        parts = bodies.Parts(**(vars(parts) | {"roller": bodies.Solid(parts.roller.mass, 0, parts.roller.transverse)}))
         vehicle = vehicle.with_(**bodies.inertias(parts))
     nu, chi, spins = random_state(np.random.default_rng(8), vehicle)
     with ctx.workprec(400):
@@ -308,9 +300,7 @@ def test_references_do_not_depend_on_the_order():
     state = taylor.start(vehicle, nu=(1, 0.2, 1), chi=(0.1, 0, -0.2), model="locked")
     ends = []
     for digits, order in ((17, 20), (21, 26)):
-        motion = taylor.simulate(
-            vehicle, state, 0.3, model="locked", law="impact", digits=digits, order=order
-        )
+        motion = taylor.simulate(vehicle, state, 0.3, model="locked", law="impact", digits=digits, order=order)
         assert len(motion.switches) >= 1
         ends.append([*motion.end.pose, *taylor.nu(vehicle, motion.end), *motion.end.chi])
     assert gap(*ends) <= 1e-15

@@ -86,6 +86,4 @@ def test_the_papers_vehicle(wheels, rollers):
     # there.
     for name in SCALARS:
         assert getattr(found, name) == pytest.approx(float(wanted.number(name)), rel=2e-14), name
-    assert oracle_vehicle(found).wheel_angles == pytest.approx(
-        [float(a) for a in wanted.wheel_angles], rel=4e-16
-    )
+    assert oracle_vehicle(found).wheel_angles == pytest.approx([float(a) for a in wanted.wheel_angles], rel=4e-16)

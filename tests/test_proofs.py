@@ -77,9 +77,7 @@ def claims(statement: str, cover: str) -> list[tuple[str, int, int]]:
 
 def flips(statement: str, cover: str, start: int, end: int) -> list[str]:
     """The statement with one sign of the claim flipped, the last first: what is subtracted stands at the end."""
-    places = [
-        k for k in range(start, end) if cover[k] in "+-" and not re.match(r"[-+]\s*>", cover[k : k + 2])
-    ]
+    places = [k for k in range(start, end) if cover[k] in "+-" and not re.match(r"[-+]\s*>", cover[k : k + 2])]
     places = places[::-1][:FLIPS]
     return [statement[:k] + {"+": "-", "-": "+"}[statement[k]] + statement[k + 1 :] for k in places]
 
@@ -109,9 +107,7 @@ def questions() -> list[tuple[str, list[str]]]:
         before: list[tuple[str, str]] = []
         for statement, cover in statements((ROOT / f"maxima/{chapter}.mac").read_text()):
             defined = re.match(r"\s*(\w+)\([^()]*\)\s*:=", cover)
-            for name, start, end in (
-                claims(statement, cover) if not defined or defined[1] not in PASS_ON else []
-            ):
+            for name, start, end in claims(statement, cover) if not defined or defined[1] not in PASS_ON else []:
                 mutants = flips(statement, cover, start, end)
                 if defined:
                     call = CALLS.get(defined[1])
@@ -130,9 +126,7 @@ def questions() -> list[tuple[str, list[str]]]:
 def test_every_proof_fails_under_one_changed_sign(tmp_path):
     asked = questions()
     assert len(asked) > 60
-    lines = [
-        f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in chapters() if chapter not in ("write_data",)
-    ]
+    lines = [f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in chapters() if chapter not in ("write_data",)]
     lines = [line for line in lines if "brute_force" not in line]
     brute = (ROOT / "maxima/brute_force.mac").read_text()
     (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))

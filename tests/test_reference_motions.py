@@ -44,9 +44,7 @@ def check_switches(case, trajectory, accuracy):
         assert {str(wheel): direction for _, wheel, direction, _ in rows} == s["moves"]
         assert len({t for t, *_ in rows}) == 1
         assert abs(rows[0][0] - float(s["t"])) <= 100 * accuracy * case["duration"]
-        assert sum(jump for *_, jump in rows) == pytest.approx(
-            float(s["energy_jump"]), abs=100 * accuracy * energy
-        )
+        assert sum(jump for *_, jump in rows) == pytest.approx(float(s["energy_jump"]), abs=100 * accuracy * energy)
 
 
 def check_end(case, trajectory, accuracy):
@@ -98,17 +96,13 @@ def test_accuracy_is_kept(accuracy, engine):
 def test_references_can_be_made_again():
     """One short case, computed anew with fewer digits, is what is kept."""
     case = next(
-        c
-        for c in CASES
-        if c["name"].startswith("2 wheels") and c["model"] == "locked" and c["law"] == "impact"
+        c for c in CASES if c["name"].startswith("2 wheels") and c["model"] == "locked" and c["law"] == "impact"
     )
     fresh = references.solve(
         case["vehicle"], case["start"], case["duration"], case["model"], case["law"], digits=16, order=20
     )
     assert len(fresh["switches"]) == len(case["switches"]) >= 3
     for name in ("pose", "nu", "chi"):
-        np.testing.assert_allclose(
-            floats(fresh["end"][name]), floats(case["end"][name]), rtol=1e-13, atol=1e-14
-        )
+        np.testing.assert_allclose(floats(fresh["end"][name]), floats(case["end"][name]), rtol=1e-13, atol=1e-14)
     for a, b in zip(fresh["switches"], case["switches"], strict=True):
         assert a["moves"] == b["moves"] and float(a["t"]) == pytest.approx(float(b["t"]), rel=1e-13)

@@ -39,9 +39,7 @@ def check_rows(vehicle, trajectory, before, after, moves, model, law):
     assert max(gaps) <= 1e-13 * scale
     assert np.array_equal(trajectory.pose[before], trajectory.pose[after])
     energy = lambda speeds: float(  # noqa: E731
-        lagrange.kinetic_energy(
-            vehicle, theta, chi_found, speeds, model="free" if model == "locked" else model
-        )
+        lagrange.kinetic_energy(vehicle, theta, chi_found, speeds, model="free" if model == "locked" else model)
     )
     if law == "impact":
         lost = lagrange.Speeds.unflat(vehicle, [a - b for a, b in zip(dq.flat(), wanted.flat(), strict=True)])
@@ -67,9 +65,7 @@ def test_single_switches(wheels, rollers, model, law):
 def test_joint_switches(model, law):
     """The same turning speed and angle on all wheels: they switch together, at first by symmetry."""
     rng = np.random.default_rng(2)
-    vehicle = ordinary_vehicle(rng, 4, 6).with_(
-        wheel_angles=tuple(float(a) for a in np.pi / 2 * np.arange(4))
-    )
+    vehicle = ordinary_vehicle(rng, 4, 6).with_(wheel_angles=tuple(float(a) for a in np.pi / 2 * np.arange(4)))
     spins = np.tile(rng.normal(size=5), (4, 1))
     trajectory = run(vehicle, np.array([0.0, 0.0, 3.0]), np.full(4, 0.1), spins, model, law, 12)
     found = switch_rows(trajectory)

@@ -103,9 +103,7 @@ def test_motions_do_not_know_the_wheels_numbers(model, law):
     first = simulate(vehicle, nu, chi, spins, model, law, duration)
     other = simulate(vehicle.permuted(order), nu, chi[order], spins[order], model, law, duration)
     assert error(vehicle, nu, other.pose[-1], other.nu[-1], first.pose[-1], first.nu[-1]) <= 2e-10
-    same_switches(
-        switch_table(other), switch_table(first), wheel=lambda w: int(np.flatnonzero(order == w)[0])
-    )
+    same_switches(switch_table(other), switch_table(first), wheel=lambda w: int(np.flatnonzero(order == w)[0]))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -138,9 +136,7 @@ def test_smooth_motions_run_backwards(model):
     """
     _, vehicle, nu, chi, spins, duration = motion_case(7, model)
     first = simulate(vehicle, nu, chi, spins, model, "smooth", duration)
-    back = simulate(
-        vehicle, -first.nu[-1], first.chi[-1], spins, model, "smooth", duration, pose=first.pose[-1]
-    )
+    back = simulate(vehicle, -first.nu[-1], first.chi[-1], spins, model, "smooth", duration, pose=first.pose[-1])
     assert len(switch_table(back)) == len(switch_table(first)) >= 3
     assert error(vehicle, nu, back.pose[-1], -back.nu[-1], np.zeros(3), nu) <= 1e-8
     assert np.abs(back.chi[-1] - chi).max() <= 1e-8

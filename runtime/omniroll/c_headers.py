@@ -53,6 +53,4 @@ def engine_declarations(header: str) -> str:
     if not listed or not pattern:
         raise ValueError("engine.h: no list of sets or of functions")
     sets = re.findall(r"each\((\w+)\)", listed[1])
-    return code.replace(
-        "ENGINE_SETS(ENGINE_FUNCTIONS)", "\n".join(pattern[1].replace("##set##", s) for s in sets)
-    )
+    return code.replace("ENGINE_SETS(ENGINE_FUNCTIONS)", "\n".join(pattern[1].replace("##set##", s) for s in sets))

@@ -22,9 +22,7 @@ def evaluate(name: str, wheels: int, rollers_per_wheel: int, **values: float) ->
 def cylinder(mass: float, radius: float, length: float) -> tuple[float, float]:
     """Axial and transverse inertia (kg m^2) of a solid cylinder: mass in kg, radius and length in m."""
     values = {"cylinder_mass": mass, "cylinder_radius": radius, "cylinder_length": length}
-    return evaluate(
-        "cylinder", 1, 3, **{name: validation.positive(name, value) for name, value in values.items()}
-    )
+    return evaluate("cylinder", 1, 3, **{name: validation.positive(name, value) for name, value in values.items()})
 
 
 def vehicle_from_parts(

@@ -57,6 +57,4 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
 def refuse_unless_finite(what: str, nu: np.ndarray, *results: np.ndarray) -> None:
     """Raise InvalidValueError where speeds inside the bounds give results that leave the number range."""
     if not all(np.isfinite(result).all() for result in results):
-        raise InvalidValueError(
-            "nu", nu.tolist(), f"too large for this vehicle: the {what} leave the number range"
-        )
+        raise InvalidValueError("nu", nu.tolist(), f"too large for this vehicle: the {what} leave the number range")

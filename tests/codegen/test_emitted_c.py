@@ -131,9 +131,7 @@ def test_step(library, python):
     loaded, real, epsilon = library
     work = reals(real, [0.0] * loaded.omniroll_toy_step_work_size(N))
     nu, chi, pose = reals(real, NU), reals(real, CHI), reals(real, [0.0, 1.0, THETA])
-    loaded.omniroll_toy_step(
-        N, n, model_of(loaded, real), real(0.125), nu, chi, reals(real, MOMENTA), pose, work
-    )
+    loaded.omniroll_toy_step(N, n, model_of(loaded, real), real(0.125), nu, chi, reals(real, MOMENTA), pose, work)
     agree(
         [*nu, *chi, *pose],
         python_step(python, python_model(python), 0.125, NU, CHI, [0.0, 1.0, THETA]),
@@ -148,9 +146,7 @@ def test_header_serves_cpp(toy_folder, tmp_path):
     program = tmp_path / "all.cpp"
     headers = sorted(h.name for h in toy_folder.glob("c/omniroll_*.h"))
     program.write_text("".join(f'#include "{h}"\n' for h in headers) + "int main() { return 0; }\n")
-    subprocess.run(
-        [compiler, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{toy_folder}/c", program], check=True
-    )
+    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{toy_folder}/c", program], check=True)
 
 
 def test_source_says_where_it_comes_from(toy_folder):
@@ -166,7 +162,5 @@ def test_comments_carry_counts_units_and_equations(toy_folder):
     assert "Equations: (3.4), section 4." in header
     assert "out nu_dot[3] [1]: the toy's nu_dot" in header
     assert "Operations: once" in header and "Intermediates:" in header
-    longest = max(
-        len(line) for file in toy_folder.glob("c/omniroll_*") for line in file.read_text().splitlines()
-    )
+    longest = max(len(line) for file in toy_folder.glob("c/omniroll_*") for line in file.read_text().splitlines())
     assert longest <= 120

@@ -54,9 +54,7 @@ def test_arrays_broadcast_and_inputs_stay(toy):
     many = flat(toy.everything(model, nu, CHI, SPINS))
     for k in range(5):
         one = flat(toy.everything(model, [float(x[k]) for x in nu], CHI, SPINS))
-        numpy.testing.assert_allclose(
-            [numpy.broadcast_to(m, 5)[k] for m in many], one, rtol=1e-14, atol=1e-14
-        )
+        numpy.testing.assert_allclose([numpy.broadcast_to(m, 5)[k] for m in many], one, rtol=1e-14, atol=1e-14)
     for before, after in zip(kept, nu, strict=True):
         numpy.testing.assert_array_equal(before, after)
 

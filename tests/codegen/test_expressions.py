@@ -133,9 +133,7 @@ def test_roots_of_squares_are_rational():
     assert to_json(Canonical().read(["sqrt", 2])) == ["sqrt", 2]
 
 
-@pytest.mark.parametrize(
-    "data", [1.5, None, True, [], ["+"], ["tan", "x"], ["^", "x", 0.5], ["/", 1, 0], {"a": 1}]
-)
+@pytest.mark.parametrize("data", [1.5, None, True, [], ["+"], ["tan", "x"], ["^", "x", 0.5], ["/", 1, 0], {"a": 1}])
 def test_what_is_no_expression_is_refused(data):
     with pytest.raises(ValueError, match="not an expression"):
         Canonical().read(data)

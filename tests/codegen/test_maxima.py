@@ -39,11 +39,7 @@ def test_progress_comes_through_and_data_is_written(tmp_path):
 
 @needs_maxima
 def test_a_failed_claim_stops_the_run_and_is_named(tmp_path):
-    text = (
-        PROVE
-        + 'prove("sum", "a = a", a - a)$ prove("energy: platform", "a = b", a - b)$\nprint("after")$\n'
-        + WRITE
-    )
+    text = PROVE + 'prove("sum", "a = a", a - a)$ prove("energy: platform", "a = b", a - b)$\nprint("after")$\n' + WRITE
     with pytest.raises(
         MaximaError, match="identity is not zero: energy: platform - a = b - residual: a ?- ?b"
     ) as raised:

@@ -54,9 +54,7 @@ class Parts:
 
 
 def product(a, b):
-    return [
-        [sum((a[i][k] * b[k][j] for k in range(1, 3)), a[i][0] * b[0][j]) for j in range(3)] for i in range(3)
-    ]
+    return [[sum((a[i][k] * b[k][j] for k in range(1, 3)), a[i][0] * b[0][j]) for j in range(3)] for i in range(3)]
 
 
 def apply(a, v):
@@ -87,9 +85,7 @@ def bodies(parts, q):
         centre = [b + d for b, d in zip(base, apply(steered, [radius, 0, 0]), strict=True)]
         yield parts.hub, 0, centre, product(steered, turn(0, q.chi[i]))
         if parts.rotor is not None:
-            place = [
-                b + d for b, d in zip(base, apply(steered, [exact(parts.rotor_distance), 0, 0]), strict=True)
-            ]
+            place = [b + d for b, d in zip(base, apply(steered, [exact(parts.rotor_distance), 0, 0]), strict=True)]
             yield parts.rotor, 0, place, product(steered, turn(0, exact(parts.gear) * q.chi[i]))
         for j in range(parts.rollers_per_wheel):
             carried = product(steered, turn(0, q.chi[i] + kappa(parts.rollers_per_wheel, j)))
@@ -143,9 +139,7 @@ def contact_point_speed(parts, wheel_radius, q, dq, i):
     arm = [c - coefficient(p, 0) for c, p in zip(contact, centre, strict=True)]
     at = [[coefficient(v, 0) for v in row] for row in rotation]
     local = [sum((at[i][k] * arm[i] for i in range(1, 3)), at[0][k] * arm[0]) for k in range(3)]
-    return [
-        coefficient(c, 1) + coefficient(m, 1) for c, m in zip(centre, apply(rotation, local), strict=True)
-    ]
+    return [coefficient(c, 1) + coefficient(m, 1) for c, m in zip(centre, apply(rotation, local), strict=True)]
 
 
 @working_precision
@@ -158,9 +152,7 @@ def inertias(parts):
 
     def twice(k):
         values = [exact(int(k == m)) for m in range(size)]
-        return 2 * kinetic_energy(
-            parts, Speeds.shaped(count, n, [exact(0)] * size), Speeds.shaped(count, n, values)
-        )
+        return 2 * kinetic_energy(parts, Speeds.shaped(count, n, [exact(0)] * size), Speeds.shaped(count, n, values))
 
     return {
         "mass": twice(0),

@@ -50,9 +50,7 @@ def switch_table(trajectory):
         return [tuple(row[name].item() for name in names) for row in table]
     if hasattr(table, "energy_jump"):
         return list(zip(*(np.asarray(getattr(table, name)).tolist() for name in names), strict=True))
-    return [
-        tuple(getattr(row, name) for name in names) if hasattr(row, "wheel") else tuple(row) for row in table
-    ]
+    return [tuple(getattr(row, name) for name in names) if hasattr(row, "wheel") else tuple(row) for row in table]
 
 
 def switch_rows(trajectory):
@@ -65,9 +63,7 @@ def switch_rows(trajectory):
             continue
         assert t[row] == t[row + 1], "a switch has two rows at one time"
         moves = {int(w): int(d) for _, w, d, _ in table[used : used + len(changed)]}
-        assert sorted(moves) == changed.tolist(), (
-            "the list of switches names the wheels whose contact changes"
-        )
+        assert sorted(moves) == changed.tolist(), "the list of switches names the wheels whose contact changes"
         used += len(changed)
         found.append((row, row + 1, moves))
     assert used == len(table), "every listed switch has its two rows"

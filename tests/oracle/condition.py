@@ -3,9 +3,7 @@
 from .balls import exact, working_precision
 
 EPS = 2.0**-52
-STEP = (
-    "1e-20"  # central differences at 60 digits: the derivative is good to some 40 digits before cancellation
-)
+STEP = "1e-20"  # central differences at 60 digits: the derivative is good to some 40 digits before cancellation
 
 
 @working_precision
@@ -22,10 +20,7 @@ def slopes(f, x, which=None):
         step = abs(x[k]) * exact(STEP)
         above = f([v + step if m == k else v for m, v in enumerate(x)])
         below = f([v - step if m == k else v for m, v in enumerate(x)])
-        sizes = [
-            float(abs((a - b).mid() / (2 * step))) * abs(float(x[k]))
-            for a, b in zip(above, below, strict=True)
-        ]
+        sizes = [float(abs((a - b).mid() / (2 * step))) * abs(float(x[k])) for a, b in zip(above, below, strict=True)]
         total = sizes if total is None else [t + s for t, s in zip(total, sizes, strict=True)]
     return total if total is not None else [0.0] * len(f(x))
 

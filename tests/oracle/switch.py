@@ -132,9 +132,7 @@ class Balance:
                 self.inertia(key, key, self.roller, phi)
                 self.inertia(key, "theta", self.roller * sin, self.dq.theta)
                 self.inertia("theta", key, self.roller * sin, phi)
-            elif (
-                self.model == "locked"
-            ):  # the roller stops; what it carried about the vertical is handed over
+            elif self.model == "locked":  # the roller stops; what it carried about the vertical is handed over
                 self.right["theta"] += self.roller * sin * phi
             else:  # B (phi + sin theta') is kept; the change of theta' comes back through sin
                 self.inertia("theta", "theta", -self.roller * sin * sin, self.dq.theta)

@@ -48,8 +48,7 @@ def model_and_wheel_speeds(loaded, name: str, nu: np.ndarray, real: type) -> np.
     vehicle = Vehicle.paper()
     sizes = (vehicle.wheels, vehicle.rollers_per_wheel)
     model_size, prepare, wheel_speeds = (
-        getattr(loaded.lib, f"omniroll_{name}_{function}")
-        for function in ("model_size", "prepare", "wheel_speeds")
+        getattr(loaded.lib, f"omniroll_{name}_{function}") for function in ("model_size", "prepare", "wheel_speeds")
     )
 
     def pointer(array):

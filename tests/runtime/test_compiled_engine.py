@@ -54,9 +54,7 @@ def test_turning_back_near_the_joint():
     seen = set()
     for angle in np.linspace(-0.6, 0.6, 60):
         task = {"nu": (1, -0.2, 1), "chi": (angle, 0.1, -0.2), "duration": 6, "roller_model": "locked"}
-        runs = [
-            simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")
-        ]
+        runs = [simulate(PAPER, **task, accuracy=1e-9, engine=e, control=False) for e in ("compiled", "python")]
         kinds = [list(zip(r.switches.wheel, r.switches.direction, strict=True)) for r in runs]
         assert kinds[0] == kinds[1], angle
         seen.add(tuple(kinds[0]))

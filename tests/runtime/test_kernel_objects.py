@@ -30,12 +30,8 @@ def test_backends_agree_on_every_function(roller_model):
         for mine, theirs, argument in zip(
             *((x if isinstance(x, tuple) else (x,)) for x in (one, other)), signature.outputs, strict=True
         ):
-            assert (
-                mine.shape == theirs.shape and mine.shape[mine.ndim - len(argument.shape) :] == argument.shape
-            )
-            np.testing.assert_allclose(
-                mine, theirs, rtol=1e-10, atol=1e-12 * np.abs(mine).max(), err_msg=name
-            )
+            assert mine.shape == theirs.shape and mine.shape[mine.ndim - len(argument.shape) :] == argument.shape
+            np.testing.assert_allclose(mine, theirs, rtol=1e-10, atol=1e-12 * np.abs(mine).max(), err_msg=name)
 
 
 @pytest.mark.parametrize("roller_model", ["locked", "free"])

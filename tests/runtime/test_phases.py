@@ -69,9 +69,7 @@ def test_wheels_within_tau_switch_together(gap_over_tau, together):
 
 def test_starting_on_a_joint():
     inwards = run([-JOINT, 0, 0], [1.0, 0, 0])
-    assert inwards.directions.tolist() == [1, 0, 0] and inwards.duration == pytest.approx(
-        2 * JOINT, rel=4 * EPS
-    )
+    assert inwards.directions.tolist() == [1, 0, 0] and inwards.duration == pytest.approx(2 * JOINT, rel=4 * EPS)
     driven_out = run([JOINT, 0, 0], [0.0, 0, 0], [1, 0, 0])
     assert driven_out.directions.tolist() == [1, 0, 0] and driven_out.duration == 0
     driven_in = run([JOINT, 0, 0], [0.0, 0, 0], [-1, 0, 0])

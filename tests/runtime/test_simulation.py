@@ -41,9 +41,7 @@ def test_massless_vehicle_follows_its_circle():
     run = simulate(PAPER, nu=(1, 0.3, 1), duration=20, roller_model="massless", accuracy=1e-13)
     rate = run.kernel.reduced([1, 0, 1], np.zeros(3))[1]  # nu_2' at nu = (1, 0, 1)
     turned = np.exp(1j * rate * run.t) * (1 + 0.3j)
-    np.testing.assert_allclose(
-        run.nu, np.column_stack([turned.real, turned.imag, np.ones(len(run))]), atol=1e-8
-    )
+    np.testing.assert_allclose(run.nu, np.column_stack([turned.real, turned.imag, np.ones(len(run))]), atol=1e-8)
     np.testing.assert_allclose(run.energy, run.energy[0], rtol=1e-8)
 
 
@@ -94,24 +92,16 @@ def test_accuracy_is_met(accuracy, roller_model, law):
 def test_runs_scale_by_powers_of_two_to_the_bit(power):
     factor = 2.0**power
     one = simulate(PAPER, nu=(1, 0.5, 1), spins=0.25, duration=3, **QUICK)
-    other = simulate(
-        PAPER, nu=np.array([1, 0.5, 1]) * factor, spins=0.25 * factor, duration=3 / factor, **QUICK
-    )
+    other = simulate(PAPER, nu=np.array([1, 0.5, 1]) * factor, spins=0.25 * factor, duration=3 / factor, **QUICK)
     assert (other.nu == one.nu * factor).all() and (other.spins == one.spins * factor).all()
-    assert (
-        (other.chi == one.chi).all()
-        and (other.pose == one.pose).all()
-        and (other.contact == one.contact).all()
-    )
+    assert (other.chi == one.chi).all() and (other.pose == one.pose).all() and (other.contact == one.contact).all()
     assert (other.t == one.t / factor).all()
 
 
 @pytest.mark.parametrize("roller_model", ["massless", "locked"])
 def test_smooth_switches_are_reversible(roller_model):
     """Back from the end with -nu: the same places in reverse order."""
-    there = simulate(
-        PAPER, nu=(1, 0, 1), duration=4, roller_model=roller_model, switching="smooth", accuracy=1e-11
-    )
+    there = simulate(PAPER, nu=(1, 0, 1), duration=4, roller_model=roller_model, switching="smooth", accuracy=1e-11)
     back = simulate(
         PAPER,
         nu=-there.nu[-1],
@@ -150,9 +140,7 @@ def test_any_number_of_wheels_and_rollers(wheels, rollers, roller_model):
     assert run.chi.shape == (len(run), wheels)
     assert run.spins is None if roller_model != "free" else run.spins.shape == (len(run), wheels, rollers - 1)
     assert np.abs(run.chi).max() <= np.pi / rollers
-    assert all(
-        np.isfinite(getattr(run, name)).all() for name in ("t", "nu", "chi", "pose", "energy", "contact_spin")
-    )
+    assert all(np.isfinite(getattr(run, name)).all() for name in ("t", "nu", "chi", "pose", "energy", "contact_spin"))
 
 
 # Corners
@@ -173,9 +161,7 @@ def test_start_on_a_joint(roller_model, law):
 
 @pytest.mark.parametrize("roller_model", MODELS)
 def test_rest_is_rest(roller_model):
-    run = simulate(
-        PAPER, nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5, roller_model=roller_model, **QUICK
-    )
+    run = simulate(PAPER, nu=(0, 0, 0), chi=(JOINT, -JOINT, 0.1), duration=5, roller_model=roller_model, **QUICK)
     assert not run.nu.any() and (run.chi == run.chi[0]).all() and len(run.switches) == 0
 
 
@@ -225,9 +211,7 @@ def test_the_watchdog_stops_a_run_and_keeps_it(monkeypatch):
 
 
 def test_many_switches_are_no_reason_to_stop():
-    run = simulate(
-        PAPER, nu=(1, 0, 1), duration=300, roller_model="massless", engine="compiled", accuracy=1e-6
-    )
+    run = simulate(PAPER, nu=(1, 0, 1), duration=300, roller_model="massless", engine="compiled", accuracy=1e-6)
     assert len(run.switches) > 900 and run.t[-1] == 300
 
 
@@ -357,9 +341,7 @@ def test_accelerations_scale_by_powers_of_two_to_the_bit():
     for roller_model in MODELS:
         own = spins if roller_model == "free" else None
         base = omniroll.accelerations(PAPER, nu, chi, own, roller_model=roller_model)
-        scaled = omniroll.accelerations(
-            PAPER, 8 * nu, chi, None if own is None else 8 * own, roller_model=roller_model
-        )
+        scaled = omniroll.accelerations(PAPER, 8 * nu, chi, None if own is None else 8 * own, roller_model=roller_model)
         assert (scaled[0] == 64 * base[0]).all()
         assert own is None or (scaled[1] == 64 * base[1]).all()
 
@@ -369,7 +351,5 @@ def test_light_rollers_tend_to_massless_ones():
     distances = []
     for factor in (1e-2, 1e-4, 1e-6):
         light = PAPER.replace(roller_inertia=PAPER.roller_inertia * factor)
-        distances.append(
-            np.abs(simulate(light, nu=(1, 0, 1), duration=2, accuracy=1e-11).pose[-1] - massless).max()
-        )
+        distances.append(np.abs(simulate(light, nu=(1, 0, 1), duration=2, accuracy=1e-11).pose[-1] - massless).max())
     np.testing.assert_allclose(np.array(distances[:-1]) / distances[1:], 100, rtol=0.1)

@@ -61,12 +61,8 @@ def test_a_switch_renumbers_the_rollers(direction, entering_place, leaving_place
     assert place_of_roller(after.contact, before.contact, ROLLERS).tolist() == [1, leaving_place, 1]
     # Where a roller's axis points, chi + kappa_j, does not change.
     rollers = np.arange(ROLLERS)
-    angle_before = (
-        before.chi[1] + 2 * np.pi * (place_of_roller(before.contact[1], rollers, ROLLERS) - 1) / ROLLERS
-    )
-    angle_after = (
-        after.chi[1] + 2 * np.pi * (place_of_roller(after.contact[1], rollers, ROLLERS) - 1) / ROLLERS
-    )
+    angle_before = before.chi[1] + 2 * np.pi * (place_of_roller(before.contact[1], rollers, ROLLERS) - 1) / ROLLERS
+    angle_after = after.chi[1] + 2 * np.pi * (place_of_roller(after.contact[1], rollers, ROLLERS) - 1) / ROLLERS
     np.testing.assert_allclose(np.sin(angle_after - angle_before), 0, atol=1e-15)
     np.testing.assert_allclose(np.cos(angle_after - angle_before), 1)
 

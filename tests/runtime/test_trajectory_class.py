@@ -76,11 +76,7 @@ def test_sampling_at_rows_gives_the_rows_after_switches(run):
 def test_sampling_between_rows(run):
     times = np.random.default_rng(1).uniform(2.5, 5.5, (20, 30))
     found = run.sample(times)
-    assert (
-        found.nu.shape == (20, 30, 3)
-        and found.spins.shape == (20, 30, 3, 4)
-        and found.energy.shape == (20, 30)
-    )
+    assert found.nu.shape == (20, 30, 3) and found.spins.shape == (20, 30, 3, 4) and found.energy.shape == (20, 30)
     row = np.searchsorted(run.t, times, side="right") - 1
     np.testing.assert_allclose(found.energy, run.energy[row], rtol=1e-7)
     flow = run.kernel.wheel_rates(found.nu, found.chi)
@@ -135,9 +131,7 @@ def test_files_keep_every_bit(ending, which, request, tmp_path):
     for name in ARRAYS:
         mine, other = getattr(trajectory, name), getattr(again, name)
         assert (mine is None) == (other is None), name
-        assert mine is None or (
-            mine.dtype == other.dtype and mine.shape == other.shape and (mine == other).all()
-        ), name
+        assert mine is None or (mine.dtype == other.dtype and mine.shape == other.shape and (mine == other).all()), name
     for name in NUMBERS:
         assert getattr(trajectory, name) == getattr(again, name), name
     time = (trajectory.t[0] + trajectory.t[-1]) / 3
@@ -161,9 +155,7 @@ def test_csv_is_a_table_for_other_programs(run, tmp_path):
     run.save(tmp_path / "run.csv", dense=False)
     table = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True, skip_header=2)
     assert (
-        (table["t"] == run.t).all()
-        and (table["nu_3"] == run.nu[:, 2]).all()
-        and (table["x"] == run.pose[:, 0]).all()
+        (table["t"] == run.t).all() and (table["nu_3"] == run.nu[:, 2]).all() and (table["x"] == run.pose[:, 0]).all()
     )
     assert (table["spin_2_5"] == run.spins[:, 1, 3]).all()
 
