@@ -20,7 +20,7 @@ setting where it was; naive is the same number from a naive implementation of th
 
 def number(value: float) -> str:
     if not math.isfinite(value):
-        return "none found" if value > 0 else str(value)
+        return "no answer" if value > 0 else str(value)
     return f"{value:.0f}" if value == int(value) and abs(value) < 1e5 else f"{value:.2g}"
 
 
