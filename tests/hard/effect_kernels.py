@@ -129,7 +129,7 @@ CASES = [
         name="kernels-with-effects",
         section=SECTION,
         title="Every function of kernels with effects: each effect alone, and all together",
-        naive="as above; and a friction that divides 0 by 0 at rest",
+        naive="",
         promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
         run=against_balls,
     )

@@ -14,7 +14,7 @@ MASSIVE = ("locked", "free")
 SOLVED = ["reduced", "accelerations", "impact"]
 
 PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
-AS_WRITTEN = "rho = l cos(chi) - r, 1/rho^2 in M*, a linear solver"
+AS_WRITTEN = naive_kernels.AS_WRITTEN
 
 
 def measured(parts: list[Sample], names: list[str], models=MASSIVE, naive=naive_kernels.accelerations):
