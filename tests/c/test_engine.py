@@ -22,6 +22,7 @@ FLAGS = [
     "-std=c11",
     "-g",
     "-O1",
+    "-march=native",  # one level of vector instructions, not three
     "-ffp-contract=off",
     "-Wno-psabi",
     "-fsanitize=address,undefined",

@@ -25,7 +25,7 @@ def folder(tmp_path_factory) -> Path:
         include = [f"-I{place}" for place in extension.include_dirs]
         library = folder / f"{extension.name.removeprefix('omniroll.')}.so"
         # Without optimisation: quick, and the numbers must be the same to the bit.
-        flags = ["-shared", "-fPIC", *extension.extra_compile_args, "-O0", *macros, *include]
+        flags = ["-shared", "-fPIC", *extension.extra_compile_args, "-O0", "-march=native", *macros, *include]
         subprocess.run(["cc", *flags, *extension.sources, "-o", library, "-lm"], cwd=ROOT, check=True)
     return folder
 
