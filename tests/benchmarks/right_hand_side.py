@@ -404,14 +404,16 @@ def _plain_words(found):
 
 
 def _figure(found):
-    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    figure, axes = plt.subplots(figsize=(9, 4.2), layout="constrained")
+    colours = {tool: f"C{k}" for k, tool in enumerate(dict.fromkeys(tool.removesuffix(KNOWN) for _, tool in TOOLS))}
     for row, tool in TOOLS:
         ns = [n for n in ROLLERS if (row, tool) in found[n]]
-        style = "-o" if row == "full" else "--s"
-        axes.loglog(ns, [1e9 * found[n][row, tool][0].least for n in ns], style, label=f"{tool} ({row})")
+        style = ("-" if row == "full" else "--") + ("o" if tool.endswith(KNOWN) else "s")
+        times = [1e9 * found[n][row, tool][0].least for n in ns]
+        axes.loglog(ns, times, style, color=colours[tool.removesuffix(KNOWN)], label=f"{row}: {tool}")
     axes.set(xlabel="rollers per wheel", ylabel="ns per right-hand side", xticks=ROLLERS, xticklabels=map(str, ROLLERS))
     axes.minorticks_off()
-    axes.legend(fontsize="small")
+    figure.legend(loc="outside right upper", fontsize="small")
     axes.grid(alpha=0.3)
     figure.savefig(ROOT / "docs/benchmark-right-hand-side.png", dpi=120, metadata={"Software": None})
     plt.close(figure)
