@@ -62,7 +62,7 @@ CASES = [
         name="same-switches",
         section=SECTION,
         title="A run with each compiler, each set of flags, each rounding mode",
-        naive="a switch more or less, or another order, and runs part for good",
+        naive="",
         promise="the same wheels in the same order; times within ten tolerances of the steps",
         run=same_switches,
     )

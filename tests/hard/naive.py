@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from omniroll.effects.effect_set import EffectRun
+from omniroll.kernels import Kernel
 from omniroll.runs import Task
 from omniroll.switching import State, SwitchingModel
 
@@ -18,20 +20,30 @@ class Motion:
     """What a run left.
 
     switches  (t, wheel, direction)
-    t, y      time and (nu, chi, pose) at the end; last: y before the last switch
+    jumps     of the energy, J, at each instant of switches
+    t, y      time and (nu, chi, pose) at the end
+    energy    at the start and at the end, J
     beyond    the largest |chi| - pi/n seen
     gave_up   too many switches, or no step
     """
 
     switches: list[tuple[float, int, int]] = field(default_factory=list)
+    jumps: list[float] = field(default_factory=list)
     t: float = 0.0
     y: np.ndarray | None = None
-    last: np.ndarray | None = None
+    energy: tuple[float, float] = (np.nan, np.nan)
     beyond: float = -np.inf
     gave_up: bool = False
 
     def times(self) -> list[float]:
         return sorted({t for t, _, _ in self.switches})
+
+
+def energy(kernel: Kernel, state: State) -> float:
+    free = state.free_axial()
+    with np.errstate(all="ignore"):  # beyond the joint
+        spins = () if free is None else (kernel.spins_from_axial(state.nu, state.chi, free),)
+        return float(kernel.energy(state.nu, state.chi, *spins))
 
 
 def joint_events(wheels: int, joint: float) -> list:
@@ -49,25 +61,31 @@ def joint_events(wheels: int, joint: float) -> list:
 
 
 def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, start_time: float = 0) -> Motion:
-    """The motion of a task on a clock that starts at `start_time`; it gives up after so many switches."""
+    """The motion of a task on a clock that starts at `start_time`; it gives up after so many switches.
+
+    Of the effects a controller may act: each of its samples begins a new integration.
+    """
     bound, state = task.kernel, task.state
+    acting = EffectRun(task.effects, bound, start_time)
+    work = np.zeros(acting.layout.size - acting.layout.plain)  # integrated along, nothing depends on it
     model = SwitchingModel(bound, task.switching)
     events = joint_events(bound.wheels, model.joint)
     motion, end = Motion(t=start_time, y=_packed(state)), start_time + task.duration
     while motion.t < end and not motion.gave_up:
-        free = state.free_axial()
-        flow = bound.flow(None if free is None else bound.momenta(free))
+        if motion.t >= start_time + acting.next_time():
+            acting.pass_time(acting.next_time(), state)
+        flow, _ = acting.phase(motion.t - start_time, state.free_axial())
+        y, span = np.append(_packed(state), work), (motion.t, min(end, start_time + acting.next_time()))
         with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
-            span = (motion.t, end)
-            found = solve_ivp(flow, span, _packed(state), "DOP853", events=events, rtol=rtol, atol=1e-14)
-        motion.t, motion.last = float(found.t[-1]), found.y[:, -1]
+            found = solve_ivp(flow, span, y, "DOP853", events=events, rtol=rtol, atol=1e-14)
+        motion.t = float(found.t[-1])
         chi = found.y[3 : 3 + bound.wheels]
         motion.beyond = max(motion.beyond, float(np.abs(chi).max()) - model.joint)
-        state = _unpacked(motion.last, state)
+        state = _unpacked(found.y[:, -1], state)
         if found.status == 1:
             state = _switched(model, state, found.t_events, motion)
         motion.gave_up = found.status < 0 or len(motion.switches) > most_switches
-    motion.y = _packed(state)
+    motion.y, motion.energy = _packed(state), (energy(bound, task.state), energy(bound, state))
     return motion
 
 
@@ -77,7 +95,9 @@ def _switched(model: SwitchingModel, state: State, t_events: list, motion: Motio
         if len(times):
             directions[place // 2] = 1 - 2 * (place % 2)
             motion.switches.append((motion.t, place // 2, 1 - 2 * (place % 2)))
-    return model.apply(state, directions)
+    after = model.apply(state, directions)
+    motion.jumps.append(energy(model.kernel, after) - energy(model.kernel, state))
+    return after
 
 
 def _packed(state: State) -> np.ndarray:
@@ -86,4 +106,4 @@ def _packed(state: State) -> np.ndarray:
 
 def _unpacked(y: np.ndarray, like: State) -> State:
     end = 3 + len(like.chi)
-    return State(y[:3], y[3:end], y[end:], like.contact, like.axial)
+    return State(y[:3], y[3:end], y[end : end + 3], like.contact, like.axial)
