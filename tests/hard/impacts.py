@@ -119,7 +119,7 @@ CASES = [
         name="sent-back",
         section=SECTION,
         title="An impact that reverses the wheel which caused it",
-        naive="restarts behind the joint, moving on outwards, or repeats the event for ever",
+        naive="as good on these starts",
         promise="the law again at the same instant, until no wheel moves outwards; energy never rises",
         run=sent_back,
     ),

@@ -169,7 +169,7 @@ CASES = [
         name="edges-of-the-range",
         section=SECTION,
         title="The smallest and the largest speeds, and beyond",
-        naive="overflow and NaN in the middle of a run",
+        naive="as good within the range (locked, smooth)",
         promise="finite, or refused by name before it starts",
         run=edges_of_the_range,
     ),

@@ -109,7 +109,7 @@ CASES = [
         name="start-on-a-joint",
         section=SECTION,
         title="Start exactly on a joint, moving out or in",
-        naive="restarts on its own event: a zero at the start is no change of sign, or is one twice",
+        naive="as good: an event that rises from exactly 0 counts",
         promise="out is a switch at once, in is none",
         run=start_moving,
     ),
