@@ -15,7 +15,7 @@
 
 #include "engine.h"
 
-/* Lanes anywhere in an array. gcc 12 makes memcpy() of so many bytes a call. */
+/* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
 
 /* What a block reads and writes, and the distance between two components. */
