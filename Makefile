@@ -11,7 +11,7 @@ PYTEST_ARGS ?= --numprocesses=logical --dist=loadfile
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')
 KERNEL_SOURCES := $(sort $(wildcard generated/c/* generated/*.py generated/python/*.py runtime/csrc/*)) \
-	setup.py pyproject.toml runtime/build_kernels.py runtime/omniroll/c_headers.py
+	setup.py pyproject.toml runtime/build_kernels.py runtime/omniroll/kernels/c_headers.py
 VENV_STAMP := $(VENV)/.venv-$(call key,echo "$(CURDIR)"; $(PYTHON) -c "import sys; print(sys.version + sys.base_prefix)")
 DEPS_STAMP := $(VENV)/.dependencies-$(call key,cat requirements.txt; echo $(VENV_STAMP))
 BUILD_STAMP := $(VENV)/.build-$(call key,cat $(KERNEL_SOURCES); echo "$(CC) $(OMNIROLL_CFLAGS)"; echo $(DEPS_STAMP))

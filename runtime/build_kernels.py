@@ -7,7 +7,7 @@ the generated headers; none is typed here.
 The compiled engine (runtime/csrc) goes into a module of its own, omniroll._engine.
 
 Where Python's own C headers are missing (on Debian they are a package apart), into plain shared libraries
-omniroll._shared_double, ..., which omniroll.shared_kernels calls through cffi's ABI mode: the same C, slower
+omniroll._shared_double, ..., which omniroll.kernels.shared_kernels calls through cffi's ABI mode: the same C, slower
 calls.
 
 OMNIROLL_CFLAGS holds further compiler flags, for instance `-march=native`. They come last and so win.
@@ -30,7 +30,7 @@ FLAGS = ["-O3", "-g0", "-std=c99", "-ffp-contract=off"]
 ENGINE_FOLDER = "runtime/csrc"
 # Its vectors are written out, so that -O3 would add nothing but time to compile.
 ENGINE_FLAGS = ["-O2", "-g0", "-std=c99", "-ffp-contract=off", "-Wno-psabi"]
-C_HEADERS = runpy.run_path(str(ROOT / "runtime/omniroll/c_headers.py"))
+C_HEADERS = runpy.run_path(str(ROOT / "runtime/omniroll/kernels/c_headers.py"))
 
 
 def has_python_headers() -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.motions import cases, claims, figures, measures, page, writing
+from omniroll.studies.motions import cases, claims, figures, measures, page, writing
 
 DURATION = 12.0  # s, in place of the long interval
 

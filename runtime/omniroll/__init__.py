@@ -5,9 +5,11 @@ run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=20)
 run.pose[-1]
 """
 
-from omniroll.batch import Batch
-from omniroll.dynamics import accelerations
 from omniroll.effects import Bearings, Controller, Motor, Slope, Torque, TorqueTable
+from omniroll.engine.batch import Batch
+from omniroll.engine.many import Many, simulate_many
+from omniroll.engine.simulate import simulate
+from omniroll.engine.switching import tau
 from omniroll.errors import (
     AccuracyWarning,
     InvalidValueError,
@@ -17,17 +19,15 @@ from omniroll.errors import (
     SimulationStopped,
     UnstableControllerWarning,
 )
-from omniroll.impulses import Impulses, impulses
-from omniroll.kernels import Kernel, kernel
-from omniroll.ledger import Ledger
-from omniroll.many import Many, simulate_many
-from omniroll.parts import cylinder
-from omniroll.reactions import Doubt, Reactions, reactions
-from omniroll.scene import Scene, SceneError, load_scene, run
-from omniroll.simulate import simulate
-from omniroll.switching import tau
-from omniroll.trajectory import Samples, Trajectory
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.dynamics import accelerations
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.impulses import Impulses, impulses
+from omniroll.results.ledger import Ledger
+from omniroll.results.reactions import Doubt, Reactions, reactions
+from omniroll.results.trajectory import Samples, Trajectory
+from omniroll.scenes import Scene, SceneError, load_scene, run
+from omniroll.vehicles.parts import cylinder
+from omniroll.vehicles.vehicle import Vehicle
 
 __version__ = "0.1.0"
 

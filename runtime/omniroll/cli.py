@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import omniroll
 from omniroll import commands
 from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
-from omniroll.scene import SceneError
+from omniroll.scenes import SceneError
 
 FAILED, BAD_CALL, STOPPED, INTERRUPTED = 1, 2, 3, 130
 EXIT_CODES = "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted."

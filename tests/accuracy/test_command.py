@@ -8,13 +8,13 @@ from dataclasses import replace
 import pytest
 
 from omniroll import cli
-from omniroll.accuracy.heyoka_peer import heyoka_peer
-from omniroll.accuracy.peers import PEERS
-from omniroll.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, study
-from omniroll.accuracy.tables import text
+from omniroll.engine.switching import SwitchingModel
 from omniroll.errors import SimulationStopped
-from omniroll.scene import load_scene
-from omniroll.switching import SwitchingModel
+from omniroll.scenes import load_scene
+from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
+from omniroll.studies.accuracy.peers import PEERS
+from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, study
+from omniroll.studies.accuracy.tables import text
 
 pytest.importorskip("flint")
 NAMES = [peer.name for peer in INTEGRATORS]
@@ -23,7 +23,7 @@ NAMES = [peer.name for peer in INTEGRATORS]
 @pytest.fixture(scope="module")
 def found():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("omniroll.accuracy.study.REPEATS", 2)
+        patch.setattr("omniroll.studies.accuracy.study.REPEATS", 2)
         return study(load_scene("scenes/motion-3.toml"), 1.0, wanted=1e-2)
 
 
@@ -115,7 +115,7 @@ def test_a_reference_that_stops_is_exit_code_3(monkeypatch, capsys):
     def stopped(*_, **__):
         raise SimulationStopped("switches without progress in time", t=0.5, wheel=1, state={}, trajectory=None)
 
-    monkeypatch.setattr("omniroll.accuracy.study.confirmed", stopped)
+    monkeypatch.setattr("omniroll.studies.accuracy.study.confirmed", stopped)
     assert cli.main(["accuracy", "scenes/motion-3.toml"]) == 3
     assert "switches without progress" in capsys.readouterr().err
 
@@ -126,7 +126,7 @@ def test_a_run_that_stops_is_exit_code_3_and_the_others_are_kept(monkeypatch, ca
     monkeypatch.setattr(
         SwitchingModel, "apply", lambda model, state, moves: replace(apply(model, state, moves), nu=-state.nu)
     )
-    monkeypatch.setattr("omniroll.accuracy.study.INTEGRATORS", PEERS[:2])
+    monkeypatch.setattr("omniroll.studies.accuracy.study.INTEGRATORS", PEERS[:2])
     monkeypatch.setattr(study, "__kwdefaults__", study.__kwdefaults__ | {"peers": PEERS[:2]})
     arguments = ["accuracy", "scenes/motion-3.toml", "--duration", "0.6", "--folder", str(tmp_path)]
     assert cli.main(arguments) == 3
@@ -149,7 +149,7 @@ def test_what_cannot_be_met_is_said_with_the_smallest_error(found):
 
 
 def test_files_and_tables(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("omniroll.accuracy.study.REPEATS", 1)
+    monkeypatch.setattr("omniroll.studies.accuracy.study.REPEATS", 1)
     arguments = ["accuracy", "scenes/motion-3-impact.toml", "--duration", "0.4", "--error", "1e-3"]
     arguments += ["--folder", str(tmp_path)]
     assert cli.main(arguments) == 0
@@ -172,7 +172,7 @@ def test_files_and_tables(tmp_path, capsys, monkeypatch):
 def test_figures_of_every_kind_of_scene(tmp_path):
     """With nothing to integrate on the left, and with models that have no colour of their own."""
     pytest.importorskip("matplotlib")
-    from omniroll.accuracy.figure import draw
+    from omniroll.studies.accuracy.figure import draw
 
     shown = study(load_scene("scenes/driven.toml"), 0.02, peers=PEERS[:1])
     assert not shown.points and all(path.stat().st_size > 10_000 for path in draw(shown, tmp_path))

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import compiled_engine
-from omniroll.many import STATE, simulate_many
-from omniroll.simulate import checked_task
-from omniroll.switching import SwitchingModel
+from omniroll.engine import compiled_engine
+from omniroll.engine.many import STATE, simulate_many
+from omniroll.engine.simulate import checked_task
+from omniroll.engine.switching import SwitchingModel
 
 PAPER = omniroll.Vehicle.paper()
 HEAVY = PAPER.replace(roller_inertia=3 * PAPER.roller_inertia)

@@ -6,10 +6,19 @@ from oracle import references
 from oracle.bridge import project_vehicle
 
 from omniroll import Vehicle
-from omniroll.accuracy.deviation import deviation
-from omniroll.accuracy.reference import Extrapolated, Mechanics, Reference, Taylor, confirmed, digits, extended, follow
+from omniroll.engine.simulate import checked_task
 from omniroll.errors import SimulationStopped
-from omniroll.simulate import checked_task
+from omniroll.studies.accuracy.deviation import deviation
+from omniroll.studies.accuracy.reference import (
+    Extrapolated,
+    Mechanics,
+    Reference,
+    Taylor,
+    confirmed,
+    digits,
+    extended,
+    follow,
+)
 
 flint = pytest.importorskip("flint")
 CASES = [c for c in references.load() if c["name"].startswith(("2 wheels", "paper 2")) and c["model"] != "massless"]
@@ -53,7 +62,7 @@ def test_the_second_solution_says_how_fine_the_first_is(monkeypatch):
     task, times = checked_task(Vehicle.paper(), **MOTION), np.linspace(0, 0.6, 5)
     found = confirmed(task, times)
     assert 0 < found.confirmed < 1e-16 and found.floor == 100 * found.confirmed
-    monkeypatch.setattr("omniroll.accuracy.reference.TAYLOR_ERROR", 1e-9)
+    monkeypatch.setattr("omniroll.studies.accuracy.reference.TAYLOR_ERROR", 1e-9)
     coarse = confirmed(task, times)
     assert 1e-14 < deviation(coarse, found, task)["trajectory"] < 2 * coarse.confirmed
 
@@ -91,7 +100,7 @@ def test_a_reference_that_makes_no_progress_stops(monkeypatch):
         return [*(-value for value in after[:3]), *after[3:]], axial
 
     monkeypatch.setattr(Mechanics, "switched", sent_back)
-    monkeypatch.setattr("omniroll.accuracy.reference.SWITCHES_WITHOUT_PROGRESS", 2)
+    monkeypatch.setattr("omniroll.studies.accuracy.reference.SWITCHES_WITHOUT_PROGRESS", 2)
     with pytest.raises(SimulationStopped, match="without progress") as raised:
         follow(Extrapolated(task), task, np.array([0.6]))
     assert 0 < raised.value.t < 0.6

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import omniroll
-from omniroll.kernels import CompiledKernel
+from omniroll.kernels.kernel import CompiledKernel
 
 from .common import (
     ROOT,

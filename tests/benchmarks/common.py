@@ -17,7 +17,7 @@ import numpy as np
 
 import omniroll
 from omniroll import generated_data
-from omniroll.kernels import VEHICLE_SCALARS, kernel
+from omniroll.kernels.kernel import VEHICLE_SCALARS, kernel
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILER = "gcc"

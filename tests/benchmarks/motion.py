@@ -10,8 +10,8 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 import omniroll
-from omniroll.compiled_engine import DONE, FULL, CompiledRun
-from omniroll.simulate import checked_task
+from omniroll.engine.compiled_engine import DONE, FULL, CompiledRun
+from omniroll.engine.simulate import checked_task
 
 from .common import ROOT, Answer, Target, numeric_model, reduced_form, repeated
 
@@ -106,7 +106,7 @@ class Heyoka:
     def _model(self, vehicle, form):
         if self.number is float:
             return numeric_model(vehicle, "locked")
-        scalars = {name: self.number(getattr(vehicle, name)) for name in omniroll.kernels.VEHICLE_SCALARS}
+        scalars = {name: self.number(getattr(vehicle, name)) for name in omniroll.kernels.kernel.VEHICLE_SCALARS}
         angles = [self.number(angle) for angle in vehicle.wheel_angles]
         plain = reduced_form("locked", np.sin, np.cos)
         return plain.prepare(vehicle.wheels, vehicle.rollers_per_wheel, wheel_angles=angles, **scalars)

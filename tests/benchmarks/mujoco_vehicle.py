@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 import omniroll
-from omniroll.kernels import kernel
-from omniroll.parts import cylinder
+from omniroll.kernels.kernel import kernel
+from omniroll.vehicles.parts import cylinder
 
 from .common import ROOT, Answer, Target, Times, repeated
 from .motion import NU, Engine, error_at_end

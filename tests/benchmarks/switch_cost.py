@@ -5,9 +5,9 @@ import time
 import numpy as np
 
 import omniroll
-from omniroll.compiled_engine import DONE, CompiledRun
-from omniroll.kernels import kernel
-from omniroll.simulate import checked_task
+from omniroll.engine.compiled_engine import DONE, CompiledRun
+from omniroll.engine.simulate import checked_task
+from omniroll.kernels.kernel import kernel
 
 from .common import Answer, Target, Times
 

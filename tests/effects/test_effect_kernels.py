@@ -14,7 +14,8 @@ from oracle import lagrange
 from oracle.balls import exact, working_precision
 from oracle.states import random_state, random_vehicle
 
-from omniroll import generated_data, specialised
+from omniroll import generated_data
+from omniroll.kernels import on_demand as specialised
 
 OPTIONAL = tuple(
     e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"

@@ -6,23 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from omniroll import (
-    Bearings,
-    Controller,
-    InvalidValueError,
-    Motor,
-    Slope,
-    Torque,
-    TorqueTable,
-    Vehicle,
-    simulate,
-    specialised,
-)
+from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects import KINDS
 from omniroll.effects.effect import Part, Process, Signal
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.numbers import Curve
 from omniroll.effects.torque import Drive
+from omniroll.kernels import on_demand as specialised
 
 PAPER = Vehicle.paper()
 MOTOR = {"voltage": 1.0, "torque_constant": 0.01, "resistance": 2.0}

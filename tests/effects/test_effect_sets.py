@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import generated_data, kernels, specialised
+from omniroll import generated_data
 from omniroll.codegen.on_demand import kernel_on_demand
 from omniroll.codegen.programs import ContractError
 from omniroll.errors import InvalidValueError
-from omniroll.kernels import CompiledKernel, PythonKernel, kernel
+from omniroll.kernels import kernel as kernels
+from omniroll.kernels import on_demand as specialised
+from omniroll.kernels.kernel import CompiledKernel, PythonKernel, kernel
 
 EFFECTS = {
     e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
@@ -170,7 +172,7 @@ def test_a_folder_that_cannot_be_written(fresh_cache, monkeypatch, tmp_path):
 def test_two_threads_and_two_processes_ask_at_once(fresh_cache):
     script = textwrap.dedent(f"""
         import omniroll
-        from omniroll.kernels import kernel
+        from omniroll.kernels.kernel import kernel
         k = kernel(omniroll.Vehicle.paper(), "free", effects=("slope",), constants={SLOPE!r})
         print(k.backend, k.reduced([1, 0.2, 0.3], [0.1, -0.2, 0.3], [[0, 0]]*3, 0.4).tolist())
     """)

@@ -19,8 +19,8 @@ from omniroll import (
     simulate,
     simulate_many,
 )
-from omniroll.comparison import difference
-from omniroll.kernels import kernel
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import difference
 
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5

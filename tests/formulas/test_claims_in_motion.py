@@ -7,7 +7,7 @@ import pytest
 from maxima_session import ROOT
 
 import omniroll
-from omniroll.motions import measures
+from omniroll.studies.motions import measures
 
 VERDICTS = {
     r["id"]: r["verdict"] for r in json.loads((ROOT / "generated/formulas/formulas.json").read_text())["formulas"]

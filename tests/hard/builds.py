@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from hard.sampling import Sample
-from omniroll import specialised
-from omniroll.kernels import VEHICLE_SCALARS, Argument, Signature, signatures
+from omniroll.kernels import on_demand as specialised
+from omniroll.kernels.kernel import VEHICLE_SCALARS, Argument, Signature, signatures
 
 ROOT = Path(__file__).resolve().parents[2]
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")

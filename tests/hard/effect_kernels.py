@@ -7,8 +7,8 @@ from hard.case import Case, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
-from omniroll import specialised
-from omniroll.kernels import SHARP, optional_effects, signatures
+from omniroll.kernels import on_demand as specialised
+from omniroll.kernels.kernel import SHARP, optional_effects, signatures
 
 
 def effect_sets(scale: Scale) -> list[str]:

@@ -11,7 +11,7 @@ from hard.builds import ROOT, ROUNDINGS, Build
 from hard.case import Case, Measurement, Scale
 from hard.compilers import FAST, FUSED, SECTION, SLOW
 from hard.setting import PAPER
-from omniroll.kernels import VEHICLE_SCALARS
+from omniroll.kernels.kernel import VEHICLE_SCALARS
 
 LANGUAGE = ("-std=c11", "-Wno-psabi")
 PACKAGE = Build("gcc", ("-O2", "-ffp-contract=off"))

@@ -19,7 +19,7 @@ from hard.setting import (
     settings,
     speeds_of_wheels,
 )
-from omniroll.runs import Task
+from omniroll.engine.runs import Task
 
 SECTION = "Switches"
 NOISE = 8 * EPS * JOINT  # a turn that is less than this beyond the joint may count as a touch

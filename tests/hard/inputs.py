@@ -16,7 +16,7 @@ import omniroll
 from hard.case import Case, Measurement
 from hard.setting import DOUBLE, ENGINES, LAWS, MODELS, PAPER, speeds_of_wheels
 from omniroll import AccuracyWarning, InvalidValueError, SimulationStopped, Trajectory, Vehicle, kernel
-from omniroll.scene import SceneError, load_scene
+from omniroll.scenes import SceneError, load_scene
 
 SECTION = "Input"
 SCENES = sorted((Path(__file__).resolve().parents[2] / "scenes").glob("*.toml"))

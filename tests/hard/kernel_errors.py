@@ -9,7 +9,7 @@ from hard import rounding
 from hard.builds import Build
 from hard.case import Measurement
 from hard.sampling import Sample
-from omniroll.kernels import SHARP
+from omniroll.kernels.kernel import SHARP
 
 PACKAGE = Build("cc", ("-O3", "-ffp-contract=off"))  # as runtime/build_kernels.py compiles
 BOUND, BULK_BOUND, BULK = rounding.NO_DIGIT, 8, 99  # ulp cond; of so many per cent of the states

@@ -12,8 +12,8 @@ from hard.case import Case, Measurement, Scale
 from hard.random_phases import random_task, random_vehicle
 from hard.setting import EPS, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import AccuracyWarning
-from omniroll.accuracy.reference import Mechanics, digits, flint_module
-from omniroll.runs import Task
+from omniroll.engine.runs import Task
+from omniroll.studies.accuracy.reference import Mechanics, digits, flint_module
 
 SECTION = "Magnitudes and time"
 SWITCHES_A_PIECE = 100_000

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from omniroll.effects.effect_set import EffectRun
-from omniroll.kernels import Kernel
-from omniroll.runs import Task
-from omniroll.switching import State, SwitchingModel
+from omniroll.engine.runs import Task
+from omniroll.engine.switching import SwitchingModel
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.state import State
 
 
 @dataclass

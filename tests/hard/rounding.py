@@ -17,8 +17,8 @@ import numpy as np
 from flint import acb, arb, ctx
 
 from hard.sampling import Sample
-from omniroll import specialised
-from omniroll.kernels import signatures
+from omniroll.kernels import on_demand as specialised
+from omniroll.kernels.kernel import signatures
 
 BITS = 160
 NO_DIGIT = 64  # ulp cond: the bound that is promised

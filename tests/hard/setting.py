@@ -9,9 +9,9 @@ import numpy as np
 import omniroll
 from hard.case import Measurement
 from omniroll import Trajectory, Vehicle
-from omniroll.kernels import Kernel
-from omniroll.runs import Task
-from omniroll.simulate import checked_task
+from omniroll.engine.runs import Task
+from omniroll.engine.simulate import checked_task
+from omniroll.kernels.kernel import Kernel
 
 EPS = 2.0**-52
 ENGINES = ("compiled", "python")

@@ -5,7 +5,7 @@ import numpy as np
 from hard import naive
 from hard.case import Case, Measurement, Scale
 from hard.setting import JOINT, PAPER, Setting, settings, speeds_of_wheels
-from omniroll.switching import tau
+from omniroll.engine.switching import tau
 
 SECTION = "Switches"
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.accuracy.reference import Taylor, digits, follow
-from omniroll.runs import Task
+from omniroll.engine.runs import Task
+from omniroll.studies.accuracy.reference import Taylor, digits, follow
 
 TRIALS = 60
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from omniroll import Vehicle, kernels, shared_kernels
+from omniroll import Vehicle
+from omniroll.kernels import kernel as kernels
+from omniroll.kernels import shared_kernels
 
 ROOT = Path(__file__).resolve().parents[2]
 MODEL_SETS = ("massless", "locked", "free")
@@ -33,7 +35,7 @@ def folder(tmp_path_factory) -> Path:
 @pytest.mark.parametrize("number_type", kernels.NUMBER_TYPES)
 def test_it_has_the_functions_and_numbers_of_the_modules(number_type, folder, monkeypatch):
     module = kernels.compiled_module(number_type)
-    monkeypatch.setattr(shared_kernels, "__file__", str(folder / "shared_kernels.py"))
+    monkeypatch.setattr(shared_kernels, "__file__", str(folder / "kernels" / "shared_kernels.py"))
     assert shared_kernels.has_shared_kernels(number_type)
     shared = shared_kernels.shared_kernels.__wrapped__(number_type)
     real = kernels.NUMBER_TYPES[number_type]

@@ -18,7 +18,7 @@ SOURCES = ("codegen", "generated", "runtime", "LICENSE", "MANIFEST.in", "README.
 STATE = {"nu": [0.3, -0.7, 1.1], "chi": [0.1, -0.5, 0.4], "seed": 5}
 PROGRAM = """
 import importlib.util, json, sys
-import numpy as np, omniroll, omniroll.kernels
+import numpy as np, omniroll
 assert importlib.util.find_spec("mpmath") is None
 vehicle = omniroll.Vehicle.paper()
 state = json.loads(sys.argv[1])
@@ -26,7 +26,7 @@ spins = np.random.default_rng(state["seed"]).normal(size=(vehicle.wheels, vehicl
 nu_dot, spins_dot = omniroll.accelerations(vehicle, state["nu"], state["chi"], spins)
 run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
 slope = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
-made = omniroll.kernels.kernel(vehicle, "locked", effects=("slope",), constants=slope)
+made = omniroll.kernel(vehicle, "locked", effects=("slope",), constants=slope)
 print(json.dumps([
     omniroll.__file__, nu_dot.tolist(), spins_dot.tolist(), run.nu[-1].tolist(),
     made.backend, made.reduced(state["nu"], state["chi"], 0.4).tolist(),
@@ -102,7 +102,7 @@ def test_the_wheel_runs_without_mpmath(python, tmp_path, backend):
     spins = np.random.default_rng(STATE["seed"]).normal(size=(vehicle.wheels, vehicle.rollers_per_wheel - 1))
     here = omniroll.accelerations(vehicle, STATE["nu"], STATE["chi"], spins)
     assert np.array_equal(nu_dot, here[0]) and np.array_equal(spins_dot, here[1])
-    own = omniroll.kernels.kernel(vehicle, "locked", effects=("slope",), constants=SLOPE)
+    own = omniroll.kernel(vehicle, "locked", effects=("slope",), constants=SLOPE)
     np.testing.assert_allclose(on_slope, own.reduced(STATE["nu"], STATE["chi"], 0.4), rtol=1e-13)
     there = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
     assert np.allclose(nu_end, there.nu[-1], rtol=0, atol=1e-8)

@@ -5,8 +5,9 @@ from functools import cache
 
 import pytest
 
-from omniroll import generated_data, specialised
+from omniroll import generated_data
 from omniroll.codegen.on_demand import kernel_on_demand
+from omniroll.kernels import on_demand as specialised
 
 MODELS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.kernels import ROLLER_MODELS, kernel
+from omniroll.kernels.kernel import ROLLER_MODELS, kernel
 
 PAPER = omniroll.Vehicle.paper()
 SHARP = dataclasses.replace(PAPER, roller_axis_radius=PAPER.wheel_radius * np.cos(np.pi / 5) * (1 - 1e-9))

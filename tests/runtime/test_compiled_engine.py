@@ -5,9 +5,10 @@ import importlib
 import numpy as np
 import pytest
 
-from omniroll import Vehicle, compiled_engine, simulate
-from omniroll.comparison import difference
-from omniroll.kernels import kernel
+from omniroll import Vehicle, simulate
+from omniroll.engine import compiled_engine
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import difference
 
 PAPER = Vehicle.paper()
 MODELS = ("massless", "locked", "free")
@@ -65,7 +66,7 @@ def test_buffers_do_not_matter(monkeypatch):
     """A run in many calls is the run in one call, to the bit."""
     task = {"nu": (1, 0, 1), "duration": 30, "roller_model": "free", "control": False}
     whole = simulate(PAPER, **task)
-    module = importlib.import_module("omniroll.compiled_engine")
+    module = importlib.import_module("omniroll.engine.compiled_engine")
     monkeypatch.setattr(module, "ROWS", 7)
     pieces = simulate(PAPER, **task)
     for name in ("t", "nu", "chi", "pose", "contact", "spins", "dense", "step_rows", "switches"):

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import DOP853
 from scipy.interpolate import BPoly, PPoly
 
-from omniroll.dense import bernstein_of_dop853, first_positive, value, values_at
+from omniroll.results.dense import bernstein_of_dop853, first_positive, value, values_at
 
 
 def bernstein(power_coefficients):

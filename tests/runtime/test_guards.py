@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from omniroll.guards import Guard, Guards
-from omniroll.integrate import PhaseIntegrator
-from omniroll.switching import tau
+from omniroll.effects.guards import Guard, Guards
+from omniroll.engine.integrate import PhaseIntegrator
+from omniroll.engine.switching import tau
 
 EPS = np.finfo(float).eps
 SIZE = 9  # three wheels: nu, chi, pose

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omniroll import Kernel, Vehicle, kernel
-from omniroll.kernels import ROLLER_MODELS
+from omniroll.kernels.kernel import ROLLER_MODELS
 
 VEHICLE = Vehicle.paper(4, 7).replace(wheel_angles=(0.0, 1.4, 3.3, 4.9))
 RANDOM = np.random.default_rng(11)

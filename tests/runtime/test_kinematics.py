@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omniroll import Vehicle
-from omniroll.kernels import kernel
+from omniroll.kernels.kernel import kernel
 
 
 @pytest.mark.parametrize("backend", ["compiled", "python"])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from omniroll.integrate import PhaseIntegrator, StepFailedError
-from omniroll.switching import tau
+from omniroll.engine.integrate import PhaseIntegrator, StepFailedError
+from omniroll.engine.switching import tau
 
 JOINT = np.pi / 5
 EPS = np.finfo(float).eps

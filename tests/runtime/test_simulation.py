@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import AccuracyWarning, SimulationStopped, Vehicle, compiled_engine, simulate
-from omniroll.comparison import difference
-from omniroll.switching import SwitchingModel
+from omniroll import AccuracyWarning, SimulationStopped, Vehicle, simulate
+from omniroll.engine import compiled_engine
+from omniroll.engine.switching import SwitchingModel
+from omniroll.results.comparison import difference
 
 PAPER = Vehicle.paper()
 JOINT = np.pi / 5

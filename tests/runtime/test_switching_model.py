@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from omniroll import Vehicle, kernel, switching
-from omniroll.switching import State, SwitchingModel, by_place, by_roller, physical_roller, place_of_roller
+from omniroll import Vehicle, kernel
+from omniroll.engine import switching
+from omniroll.engine.switching import SwitchingModel
+from omniroll.vehicles.state import State, by_place, by_roller, physical_roller, place_of_roller
 
 WHEELS, ROLLERS = 3, 5
 JOINT = np.pi / ROLLERS

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from omniroll.effects import Effect
-from omniroll.scene.page import page
+from omniroll.scenes.page import page
 
 
 def test_the_page_is_written_from_the_schema():
-    """Where this fails: python -m omniroll.scene.page docs/scenes.md"""
+    """Where this fails: python -m omniroll.scenes.page docs/scenes.md"""
     text = Path("docs/scenes.md").read_text(encoding="utf-8")
     assert page(text) == text
 

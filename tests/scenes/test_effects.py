@@ -11,8 +11,8 @@ import pytest
 import omniroll
 from omniroll import cli
 from omniroll.errors import RollingWarning
-from omniroll.scene import SceneError, load_scene
-from omniroll.scene.estimates import estimates
+from omniroll.scenes import SceneError, load_scene
+from omniroll.scenes.estimates import estimates
 
 GOOD = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\n"
 MOTOR = "[drive]\nvoltage = 2.0\ntorque_constant = 0.01\nresistance = 2.0\n"
@@ -101,7 +101,7 @@ def test_a_centre_of_mass_that_no_vehicle_has(tmp_path):
 
 
 def test_a_scene_without_effects_is_simulated_without_effects(tmp_path):
-    from omniroll.simulate import checked_task
+    from omniroll.engine.simulate import checked_task
 
     for more, effects in (("", ()), ("[slope]\nangle = 0.1\n", ("slope",))):
         scene = scene_of(tmp_path, more)
@@ -142,7 +142,7 @@ def test_distances_that_the_runs_cannot_tell_from_none_have_no_coefficient(tmp_p
 
 
 def test_estimates_do_not_take_for_ever(tmp_path, monkeypatch):
-    from omniroll.scene import estimates as module
+    from omniroll.scenes import estimates as module
 
     monkeypatch.setattr(module, "LONGEST", -1.0)
     assert estimates(scene_of(tmp_path, "")) == (1, [])
@@ -180,7 +180,7 @@ def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys
     ],
 )
 def test_events_of_a_scene(more, words, tmp_path):
-    from omniroll.scene.explanation import explained
+    from omniroll.scenes.explanation import explained
 
     said = explained(scene_of(tmp_path, more))
     assert len(said["events"]) == len(words)
@@ -225,7 +225,7 @@ def test_reactions_are_kept_and_doubts_are_said(tmp_path, capsys):
 
 def test_scenes_leave_the_warnings_of_the_process_alone(tmp_path, monkeypatch):
     """Threads share the filters of warnings: a scene that changed them would say what another one is warned of."""
-    from omniroll.scene.outcome import run_scene
+    from omniroll.scenes.outcome import run_scene
 
     monkeypatch.setattr(warnings, "catch_warnings", None)
     monkeypatch.setattr(warnings, "warn", None)

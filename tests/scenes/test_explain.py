@@ -8,9 +8,9 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.scene import load_scene
-from omniroll.scene.estimates import estimates
-from omniroll.scene.lints import lints, ring
+from omniroll.scenes import load_scene
+from omniroll.scenes.estimates import estimates
+from omniroll.scenes.lints import lints, ring
 
 PAPER = omniroll.Vehicle.paper()
 FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, (int, float))}
@@ -59,7 +59,7 @@ def test_text(capsys):
 def test_operations_add_up(tmp_path):
     """The paper's table of counts, on the kernel's own numbers: constant + per wheel N, nothing per roller."""
     few, many = (load_scene("scenes/motion-3.toml"), scene_of(tmp_path, {"preset": "paper", "rollers_per_wheel": 60}))
-    from omniroll.scene.explanation import explained
+    from omniroll.scenes.explanation import explained
 
     for scene in (few, many):
         said = explained(scene)

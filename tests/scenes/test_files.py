@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import omniroll
 from omniroll import cli
-from omniroll.scene import SceneError, load_scene
-from omniroll.scene.kinds import Choice, Whole
-from omniroll.scene.reading import lines_of
-from omniroll.scene.schema import SCENE, TABLES
+from omniroll.scenes import SceneError, load_scene
+from omniroll.scenes.kinds import Choice, Whole
+from omniroll.scenes.reading import lines_of
+from omniroll.scenes.schema import SCENE, TABLES
 
 START = "[start]\nnu = [1, 0, 0]\n[run]\nduration = 1\n"
 GOOD = "[vehicle]\npreset = 'paper'\n" + START

@@ -12,9 +12,9 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.scene import load_scene
-from omniroll.scene.progress import lines
-from omniroll.switching import SwitchingModel
+from omniroll.engine.switching import SwitchingModel
+from omniroll.scenes import load_scene
+from omniroll.scenes.progress import lines
 
 SCENES = sorted(Path("scenes").glob("*.toml"))
 
@@ -36,7 +36,7 @@ def test_every_shipped_scene_runs_and_closes_its_ledger(scene, shortened, tmp_pa
 
 def test_the_ledger_is_of_all_switches():
     """The switches' jumps are what remains where nothing else acts; broken if one of them were left out."""
-    from omniroll.scene.outcome import run_scene
+    from omniroll.scenes.outcome import run_scene
 
     outcome = run_scene(load_scene("scenes/motion-3-impact.toml"))
     energy = outcome.summary()["energy"]
@@ -108,7 +108,7 @@ def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypat
 
 
 def test_what_is_not_finite_is_null_in_json():
-    from omniroll.scene.outcome import as_json
+    from omniroll.scenes.outcome import as_json
 
     assert json.loads(as_json({"a": [1.0, float("inf")], "b": {"c": float("nan")}})) == {
         "a": [1.0, None],
@@ -132,7 +132,7 @@ def test_progress_without_tqdm_is_a_line_now_and_then(capsys):
 
 def test_progress_with_tqdm_is_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
     pytest.importorskip("tqdm")
-    from omniroll.scene import progress as module
+    from omniroll.scenes import progress as module
 
     with module.progress(2.0) as report:
         report(1.0, 2.0)

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omniroll.errors import InvalidValueError
-from omniroll.scene import load_scene
+from omniroll.scenes import load_scene
 
 if TYPE_CHECKING:
-    from omniroll.accuracy.study import Study
+    from omniroll.studies.accuracy.study import Study
 
 SUMMARY = "show what accuracy costs in time: every integrator and model of a scene against a reference solution"
 DURATION = 8.0  # s, where the scene runs longer
@@ -34,9 +34,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     Raises SceneError, InvalidValueError, and SimulationStopped where the reference solution stops.
     """
-    from omniroll.accuracy.study import study
-    from omniroll.accuracy.tables import text
     from omniroll.cli import STOPPED
+    from omniroll.studies.accuracy.study import study
+    from omniroll.studies.accuracy.tables import text
 
     scene = load_scene(arguments.scene)
     duration = _duration(arguments.duration, scene.options["duration"])
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _write(result: "Study", folder: Path) -> list[str]:
     """Write page, data and, where matplotlib is installed, pictures; what there is now."""
-    from omniroll.accuracy.tables import markdown
+    from omniroll.studies.accuracy.tables import markdown
 
     drawn = importlib.util.find_spec("matplotlib") is not None
     folder.mkdir(parents=True, exist_ok=True)
@@ -64,7 +64,7 @@ def _write(result: "Study", folder: Path) -> list[str]:
     (folder / "accuracy.csv").write_text(result.as_csv(), encoding="utf-8")
     if not drawn:
         return ["accuracy.md", ".csv", ".json (pictures: 'omniroll[plots]')"]
-    from omniroll.accuracy.figure import draw
+    from omniroll.studies.accuracy.figure import draw
 
     draw(result, folder)
     return ["accuracy.md", ".png", ".svg", ".csv", ".json"]

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from omniroll.scene import load_scene
+from omniroll.scenes import load_scene
 
 SUMMARY = "show what a scene simulates: state, effects, costs, how large what it leaves out would be, what looks wrong"
 
@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """0 where the scene was explained. Raises SceneError, SimulationStopped."""
-    from omniroll.scene.explanation import explained
+    from omniroll.scenes.explanation import explained
 
     said = explained(load_scene(arguments.scene))
     print(json.dumps(said, indent=1, allow_nan=False) if arguments.json else text(said))

@@ -17,7 +17,7 @@ def run(arguments: Namespace) -> int:
     """0 where all was written. Raises OmnirollError where matplotlib is missing."""
     if importlib.util.find_spec("matplotlib") is None:
         raise OmnirollError("motions draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
-    from omniroll.motions.writing import write_all
+    from omniroll.studies.motions.writing import write_all
 
     write_all(arguments.folder)
     return 0

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from omniroll.errors import OmnirollError
-from omniroll.scene import load_scene
-from omniroll.scene.outcome import Outcome, as_json, run_scene, write
-from omniroll.scene.progress import progress
+from omniroll.scenes import load_scene
+from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
+from omniroll.scenes.progress import progress
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 LEDGER = {

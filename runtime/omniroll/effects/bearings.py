@@ -18,8 +18,8 @@ from omniroll import validation
 from omniroll.effects.effect import Effect, Quantity
 from omniroll.effects.numbers import not_negative, spread
 from omniroll.errors import InvalidValueError
-from omniroll.kernels import Kernel
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.vehicle import Vehicle
 
 # Field of the effect, argument of the kernel's prepare, effect of the registry.
 COEFFICIENTS = (

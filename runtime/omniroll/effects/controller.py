@@ -16,9 +16,9 @@ from omniroll.effects.effect import Effect, Part, Process, Signal
 from omniroll.effects.numbers import Curve, not_negative, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
-from omniroll.kernels import Kernel, kernel
-from omniroll.switching import State
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 OUTPUTS = ("torque", "voltage")
 

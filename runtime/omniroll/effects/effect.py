@@ -22,10 +22,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from omniroll.guards import Guard
-from omniroll.kernels import Kernel
-from omniroll.switching import State
-from omniroll.vehicle import Vehicle
+from omniroll.effects.guards import Guard
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 
 @dataclass(frozen=True)

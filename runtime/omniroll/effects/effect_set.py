@@ -7,13 +7,13 @@ import numpy as np
 
 from omniroll import generated_data
 from omniroll.effects.effect import Effect, Quantity, Signal
+from omniroll.effects.guards import NO_GUARDS, Guards
 from omniroll.effects.layout import Layout
 from omniroll.effects.program import Program
 from omniroll.errors import InvalidValueError
-from omniroll.guards import NO_GUARDS, Guards
-from omniroll.kernels import Flow, Kernel, kernel
-from omniroll.switching import State
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.kernel import Flow, Kernel, kernel
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 DRIVES = ("torque", "damping")
 

@@ -6,7 +6,7 @@ from math import prod
 import numpy as np
 
 from omniroll.effects.effect import Quantity
-from omniroll.kernels import Kernel
+from omniroll.kernels.kernel import Kernel
 
 
 class Layout:

@@ -12,14 +12,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import parts, validation
+from omniroll import validation
 from omniroll.effects.effect import Effect, Part, Signal
+from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
 from omniroll.errors import InvalidValueError
-from omniroll.guards import Guard
-from omniroll.kernels import Kernel
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles import parts
+from omniroll.vehicles.vehicle import Vehicle
 
 LINEAR = 0  # the other modes are +1 and -1, the sign of the limit
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from omniroll.effects.effect import Signal
 from omniroll.effects.layout import Layout
-from omniroll.kernels import Flow, Kernel
+from omniroll.kernels.kernel import Flow, Kernel
 
 PLAIN = ("reduced", "wheel_speeds", "pose_rates")
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}

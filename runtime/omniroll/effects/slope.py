@@ -8,7 +8,7 @@ from typing import ClassVar
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
-from omniroll.vehicle import Vehicle
+from omniroll.vehicles.vehicle import Vehicle
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
 

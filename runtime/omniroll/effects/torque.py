@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 from omniroll.effects.effect import Effect, Part, Process, Quantity, Signal
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.errors import InvalidValueError
-from omniroll.kernels import Kernel
-from omniroll.switching import State
-from omniroll.vehicle import Vehicle
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 DRIVE_WORK = Quantity("drive_work", "drive_power", account=+1)
 

@@ -1,0 +1,334 @@
+"""One phase: the motion from one switch up to the next, by DOP853 steps with located switches.
+
+This is the readable reference. It knows the state only as y = (nu, chi, pose, ...) with y' = flow(time, y), where
+a wheel switches (|chi_i| passes pi/n), what else ends a phase (effects/guards.py) and how large each component is; the
+mechanics is in the kernel. Time is counted from the phase's start, so that it is fine near a switch whatever the clock
+shows.
+
+Each accepted step carries a polynomial. A wheel that leaves its roller inside the step shows in it, also one
+that comes back before the step's end; the step is then made anew, straight onto the first such moment, by
+Newton's rule on the full step (not on the polynomial, which is less exact).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from omniroll.effects.guards import NO_GUARDS, Guards
+from omniroll.engine.switching import EPS
+from omniroll.kernels.kernel import Flow
+from omniroll.results.dense import bernstein_of_dop853, first_positive
+
+OVERSHOOT = 1.05  # a step that would pass the joint aims this little beyond it,
+SHORTEST_AIM = 0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
+LANDING_TRIALS = 100
+
+
+class StepFailedError(ArithmeticError):
+    """No step from here meets the tolerance."""
+
+
+@dataclass
+class Phase:
+    """A piece of motion without a switch inside.
+
+    times       ends of the steps, counted from the phase's start
+    ends        y at these times
+    dense       Bernstein coefficients (8, d) of each step
+    y           the last state
+    directions  (N,) int: +1 or -1 for the wheels that switch at the end, all 0 at the end of the run
+    passed      (m,) bool: the guards that have ended it
+    """
+
+    y: np.ndarray
+    directions: np.ndarray
+    passed: np.ndarray
+    times: list[float] = field(default_factory=list)
+    ends: list[np.ndarray] = field(default_factory=list)
+    dense: list[np.ndarray] = field(default_factory=list)
+
+    @property
+    def duration(self) -> float:
+        return self.times[-1] if self.times else 0.0
+
+    def add_step(self, time: float, y: np.ndarray, dense: np.ndarray) -> None:
+        self.times.append(time)
+        self.ends.append(y)
+        self.dense.append(dense)
+        self.y = y
+
+
+@dataclass
+class Counts:
+    """What a run has cost."""
+
+    evaluations: int = 0
+    steps: int = 0
+    error: float = 0.0  # the sum of the steps' errors as the steps estimate them, in units of `scale`
+
+
+class PhaseIntegrator:
+    """Integrates phases with y' = flow(time, y).
+
+    wheels     N; chi is y[3 : 3 + N]
+    joint      pi/n in rad
+    scale      (d,) the size of each component, in which errors are measured
+    tolerance  the local error allowed in a step, in units of `scale`
+    """
+
+    def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float):
+        self.chi = slice(3, 3 + wheels)
+        self.wheels, self.joint, self.scale, self.tolerance = wheels, joint, scale, tolerance
+        self.counts = Counts()
+        self.next_step: float | None = None  # carried over a switch
+
+    def run(
+        self,
+        flow: Flow,
+        y: np.ndarray,
+        limit: float,
+        gap: Callable[[float], float],
+        guards: Guards = NO_GUARDS,
+    ) -> Phase:
+        """Integrate from y to the next switch or guard, at most for the time `limit`.
+
+        gap(h) is the time within which switches are one switch, where h is the phase's length.
+        Raises StepFailedError; its `phase` attribute is what was done until then.
+        """
+        phase = Phase(y, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
+        if len(guards) and guards.beyond(0.0, y).any():
+            phase.passed = guards.beyond(0.0, y)
+            return phase
+        with np.errstate(all="ignore"):  # a trial step may leave the number range; it is rejected
+            if self.next_step is None:
+                self.next_step = self._first_step(flow, y, limit)
+            while phase.duration < limit:
+                try:
+                    finished = self._advance(flow, phase, limit, gap, guards)
+                except StepFailedError as error:
+                    error.phase = phase  # type: ignore[attr-defined]
+                    raise
+                if finished:
+                    break
+        return phase
+
+    def _advance(self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards) -> bool:
+        """Add steps until a switch, a guard or the limit. False: a crossing proved to be none, so go on anew."""
+        start = phase.duration
+        solver = DOP853(
+            flow,
+            start,
+            phase.y,
+            limit,
+            first_step=min(self.next_step, limit - start),
+            atol=self.tolerance * self.scale,
+        )
+        solver.rtol = EPS  # SciPy refuses less than 100 eps as an argument, which is more than long runs can bear
+        try:
+            while True:
+                y0, time0 = solver.y, solver.t
+                dense = self._step(solver)
+                h = solver.t - time0
+                time, directions = self._first_crossing(dense)
+                guard_time, passed = self._first_guard(dense, time0, h, guards, time)
+                if guard_time is not None:
+                    self._land_on_guard(flow, phase, y0, time0, h, guard_time, gap, guards, passed)
+                    return True
+                if time is None:
+                    phase.add_step(solver.t, solver.y, dense)
+                    if solver.status == "finished":
+                        phase.directions = self._due(flow, solver.t, solver.y, gap(solver.t))
+                        phase.y = self._onto_joint(phase, phase.directions)
+                        return True
+                    continue
+                if time0 + time * h == time0:
+                    phase.directions = directions
+                    phase.y = self._onto_joint(phase, directions)
+                    return True
+                return self._land(flow, phase, y0, time0, h, time, gap)
+        finally:
+            self.counts.evaluations += solver.nfev
+
+    def _step(self, solver: DOP853) -> np.ndarray:
+        """One accepted step, short enough not to pass the next joint by far; its polynomial."""
+        waits, _ = self._waits(solver.f, solver.y)
+        wanted = self.next_step
+        asked = min(wanted, max(OVERSHOOT * waits.min(), SHORTEST_AIM * wanted))
+        solver.h_abs = asked
+        solver.step()
+        if solver.status == "failed" or not np.isfinite(solver.y).all():
+            raise StepFailedError("the step became too small")
+        # A step cut short by the joint says little about the length that the tolerance would allow.
+        accepted = solver.step_size >= 0.999 * asked
+        self.next_step = max(wanted, solver.h_abs) if accepted and asked < wanted else solver.h_abs
+        self.counts.steps += 1
+        self.counts.error += solver._estimate_error_norm(solver.K, solver.h_previous, self.scale)
+        return _polynomial(solver)
+
+    def _first_step(self, flow: Flow, y: np.ndarray, limit: float) -> float:
+        fastest = np.max(np.abs(flow(0.0, y)) / self.scale)
+        self.counts.evaluations += 1
+        return min(limit, 0.05 / fastest) if fastest > 0 else limit
+
+    def _waits(self, rates: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) times to each wheel's joint at its present speed, negative beyond it; and directions."""
+        chi, chi_dot = y[self.chi], rates[self.chi]
+        directions = np.sign(chi_dot)
+        way = self.joint - directions * chi
+        waits = np.where(chi_dot != 0, way / np.abs(chi_dot), np.inf)
+        return waits, directions.astype(int)
+
+    def _due(self, flow: Flow, time: float, y: np.ndarray, gap: float) -> np.ndarray:
+        """Directions of the wheels that reach their joint in less than `gap`, 0 for the others."""
+        waits, directions = self._waits(flow(time, y), y)
+        self.counts.evaluations += 1
+        return np.where(waits < gap, directions, 0)
+
+    def _first_crossing(self, dense: np.ndarray) -> tuple[float | None, np.ndarray]:
+        """Where in the step, 0..1, a wheel first leaves its roller, and the directions; None if none does."""
+        first, directions = None, np.zeros(self.wheels, int)
+        chi = dense[:, self.chi]
+        if np.abs(chi).max() <= self.joint:  # the polynomials lie in the hull of their coefficients
+            return first, directions
+        for wheel in range(self.wheels):
+            for direction in (1, -1):
+                found = first_positive((direction * chi[:, wheel] - self.joint).tolist())
+                if found is None or (first is not None and found > first):
+                    continue
+                if first is None or found < first:
+                    first, directions = found, np.zeros(self.wheels, int)
+                directions[wheel] = direction
+        return first, directions
+
+    def _first_guard(
+        self, dense: np.ndarray, start: float, h: float, guards: Guards, first: float | None
+    ) -> tuple[float | None, np.ndarray]:
+        """Where in the step, 0..1, guards are first passed, and which; None if none is, or not before `first`."""
+        passed, earliest = np.zeros(len(guards), bool), None
+        if not len(guards):
+            return earliest, passed
+        margins = guards.margins(dense, start, h)
+        for k in np.flatnonzero(margins.max(axis=0) > 0):
+            found = first_positive(margins[:, k].tolist())
+            if found is None or any(other is not None and found > other for other in (first, earliest)):
+                continue
+            if earliest is None or found < earliest:
+                earliest, passed = found, np.zeros(len(guards), bool)
+            passed[k] = True
+        return earliest, passed
+
+    def _land(
+        self,
+        flow: Flow,
+        phase: Phase,
+        y0: np.ndarray,
+        time0: float,
+        h_most: float,
+        guess: float,
+        gap: Callable[[float], float],
+    ) -> bool:
+        """Step from y0 onto the first joint, `guess` of the way of a step h_most that passes it.
+
+        Newton's rule between the last h inside and the first outside. False if no wheel passes after all.
+        """
+        low, high = (0.0, y0, None), (h_most, None)
+        h = guess * h_most
+        for _ in range(LANDING_TRIALS):
+            y, dense = self._single_step(flow, time0, y0, h)
+            rates = flow(time0 + h, y)
+            self.counts.evaluations += 1
+            waits, directions = self._waits(rates, y)
+            first = np.argmin(waits)
+            outside = not np.abs(y[self.chi]).max() <= self.joint
+            if outside:
+                high = (h, y)
+            else:
+                low = (h, y, dense)
+            noise = 2 * EPS * (h + self.joint / max(abs(rates[self.chi][first]), np.finfo(float).tiny))
+            if abs(waits[first]) <= noise or (not outside and h == h_most):
+                break
+            following = h + waits[first]
+            if not low[0] < following < high[0]:
+                following = (low[0] + high[0]) / 2 if high[1] is not None else h_most
+            if following in (low[0], high[0]) and high[1] is not None:  # nothing between: the joint is here
+                h, y, dense = low
+                waits, directions = self._waits(flow(time0 + h, y), y)
+                beyond = np.abs(high[1][self.chi]) > self.joint
+                directions = np.where(beyond, np.sign(high[1][self.chi]).astype(int), directions)
+                waits = np.where(beyond, 0.0, waits)
+                break
+            h = following
+        else:
+            raise StepFailedError("no landing on the joint")
+        if dense is not None:
+            phase.add_step(time0 + h, y, dense)
+        phase.directions = np.where(waits < gap(phase.duration), directions, 0)
+        phase.y = self._onto_joint(phase, phase.directions)
+        return bool(phase.directions.any())
+
+    def _land_on_guard(
+        self,
+        flow: Flow,
+        phase: Phase,
+        y0: np.ndarray,
+        time0: float,
+        h_most: float,
+        guess: float,
+        gap: Callable[[float], float],
+        guards: Guards,
+        passed: np.ndarray,
+    ) -> None:
+        """Step from y0 onto the first of the passed guards, `guess` of the way of a step h_most that passes them.
+
+        Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
+        """
+        low, high, h = 0.0, h_most, guess * h_most
+        if (guards.values(time0, y0)[passed] >= 0).any() or time0 + h == time0:
+            phase.passed = passed
+            return
+        for _ in range(LANDING_TRIALS):
+            y, dense = self._single_step(flow, time0, y0, h)
+            waits, noise = guards.waits(time0 + h, y, flow(time0 + h, y))
+            self.counts.evaluations += 1
+            waits[~passed] = np.inf
+            first = np.argmin(waits)
+            if abs(waits[first]) <= noise[first] + EPS * h:
+                break
+            beyond = (guards.values(time0 + h, y)[passed] > 0).any()
+            low, high = (low, h) if beyond else (h, high)
+            following = h + waits[first]
+            if not low < following < high:
+                following = (low + high) / 2
+            if following in (low, high):
+                break
+            h = following
+        phase.add_step(time0 + h, y, dense)
+        phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + gap(phase.duration))
+        phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
+        phase.y = self._onto_joint(phase, phase.directions)
+
+    def _single_step(self, flow: Flow, time0: float, y0: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """One step of exactly h, whatever its error estimate: it is part of a step that was accepted."""
+        solver = DOP853(lambda time, y: flow(time0 + time, y), 0.0, y0, h, first_step=h, rtol=1.0, atol=np.inf)
+        solver.step()
+        self.counts.evaluations += solver.nfev
+        if solver.t != h:
+            raise StepFailedError("a step onto the joint is not finite")
+        return solver.y, _polynomial(solver)
+
+    def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:
+        """The last state with the switching wheels exactly on their joints, the others not beyond theirs."""
+        y = phase.y.copy()
+        y[self.chi] = np.where(directions != 0, directions * self.joint, np.clip(y[self.chi], -self.joint, self.joint))
+        if phase.times:
+            phase.ends[-1] = y
+            phase.dense[-1][-1] = y
+        return y
+
+
+def _polynomial(solver: DOP853) -> np.ndarray:
+    """The Bernstein coefficients (8, d) of the last step."""
+    nested = solver.dense_output()
+    return bernstein_of_dop853(nested.y_old, solver.y, nested.F)

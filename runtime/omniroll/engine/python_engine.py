@@ -1,0 +1,251 @@
+"""The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from omniroll.effects.effect_set import EffectRun
+from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
+from omniroll.engine.switching import SwitchingModel, outward, tau
+from omniroll.errors import SimulationStopped
+from omniroll.results.trajectory import Trajectory
+
+SAFETY = 0.5  # local errors may add up to this part of the accuracy
+STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
+CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
+
+
+@dataclass
+class Record:
+    """What is collected during a run."""
+
+    elapsed: list[float] = field(default_factory=list)
+    y: list[np.ndarray] = field(default_factory=list)
+    contact: list[np.ndarray] = field(default_factory=list)
+    axial: list[np.ndarray | None] = field(default_factory=list)
+    drive: list[np.ndarray | None] = field(default_factory=list)  # None until the phase that follows begins
+    dense: list[np.ndarray] = field(default_factory=list)
+    step_rows: list[int] = field(default_factory=list)
+    directions: list[np.ndarray] = field(default_factory=list)
+    switch_rows: list[int] = field(default_factory=list)
+
+    def add(
+        self,
+        elapsed: float,
+        y: np.ndarray,
+        contact: np.ndarray,
+        axial: np.ndarray | None,
+        drive: np.ndarray | None = None,
+    ) -> None:
+        self.elapsed.append(elapsed)
+        self.y.append(y)
+        self.contact.append(contact)
+        self.axial.append(axial)
+        self.drive.append(drive)
+
+
+class Run:
+    """One simulation with one tolerance."""
+
+    def __init__(self, task: Task, tolerance: float):
+        self.task, self.kernel, self.state = task, task.kernel, task.state
+        vehicle = self.kernel.vehicle
+        self.model = SwitchingModel(self.kernel, task.switching)
+        self.tolerance = tolerance
+        self.acting = EffectRun(task.effects, self.kernel, task.start_time)
+        self.added = np.zeros(self.acting.layout.size - self.acting.layout.plain)  # what the effects integrate
+        self._start_added()
+        scale = np.concatenate(
+            [
+                np.full(3, self._speed_scale()),
+                np.full(vehicle.wheels, self.model.joint),
+                [vehicle.platform_radius, vehicle.platform_radius, 1.0],
+                self.acting.layout.scale_of_added(self.kernel, self._speed_scale()),
+            ]
+        )
+        self.integrator = PhaseIntegrator(
+            vehicle.wheels, self.model.joint, scale, SAFETY * tolerance / self._steps_expected()
+        )
+        self.rows = Record()
+        self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
+        self.phases = 0
+        self.anchor, self.idle_switches, self.turned = 0.0, 0, 0.0
+
+    def trajectory(self) -> Trajectory:
+        """Simulate, and return the result. Raises SimulationStopped."""
+        self._add_row()
+        directions = self._due_at_once()
+        while True:
+            if directions.any():
+                self._switch(directions)
+                directions = self._due_at_once()
+            elif self.elapsed >= self.task.duration:
+                return self._result()
+            elif self.elapsed >= self.acting.next_time():
+                self.acting.pass_time(self.elapsed, self.state)
+            else:
+                directions = self._phase()
+
+    def _y(self) -> np.ndarray:
+        return np.concatenate([self.state.nu, self.state.chi, self.state.pose, self.added])
+
+    def _add_row(self) -> None:
+        self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial())
+
+    def _complete_rows(self) -> None:
+        """Rows that were made before their phase, at its start, take the drives' inputs from that phase."""
+        row = len(self.rows.drive) - 1
+        while row >= 0 and self.rows.drive[row] is None:
+            self.rows.drive[row] = self.acting.drive(0.0)
+            row -= 1
+
+    def _start_added(self) -> None:
+        """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
+        y = self._y()
+        self.acting.layout.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
+        self.added = y[self.acting.layout.plain :]
+
+    def _speed_scale(self) -> float:
+        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration; with effects at least that."""
+        least = 1 / self.task.duration if self.task.duration > 0 else 1.0
+        for speeds in (self.task.state.nu, self.task.state.axial):
+            if speeds is not None and speeds.any():
+                norm = float(np.linalg.norm(speeds))
+                return max(norm, least) if self.task.effects else norm
+        return least
+
+    def _steps_expected(self) -> float:
+        """How many local errors will add up, if the vehicle goes on as it starts."""
+        speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
+        return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
+
+    def _time(self) -> float:
+        return self.task.start_time + self.elapsed
+
+    def _due_at_once(self) -> np.ndarray:
+        """Directions of the wheels that stand at their joints and move outwards, 0 for the others."""
+        chi_dot = self.kernel.wheel_speeds(self.state.nu)
+        return outward(self.state.chi, chi_dot, self.kernel.rollers_per_wheel)
+
+    def _phase(self) -> np.ndarray:
+        """Integrate up to the next switch, event or the end; the directions of the wheels that switch then."""
+        start, end = self.elapsed, min(self.task.duration, self.acting.next_time())
+        flow, guards = self.acting.phase(start, self.state.free_axial())
+        self._complete_rows()
+        limit = (end - start) - self.carry
+        try:
+            phase = self.integrator.run(
+                flow, self._y(), limit, lambda h: tau(self.task.start_time + start + h, h), guards
+            )
+        except StepFailedError as error:
+            self._record(error.phase)  # type: ignore[attr-defined]
+            self._stop(str(error), None)
+        self._record(phase)
+        ended = phase.directions.any() or phase.passed.any()
+        if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
+            self.elapsed, self.carry = end, 0.0
+            self.rows.elapsed[-1] = self.elapsed
+        if phase.passed.any():
+            self._watch(None)
+            self.acting.pass_guards(phase.passed)
+        self.phases += 1
+        if self.task.progress is not None:
+            self.task.progress(self.elapsed, self.task.duration)
+        return phase.directions
+
+    def _record(self, phase: Phase) -> None:
+        """Rows and polynomials of a phase; the state and the time at its end."""
+        start, carry = self.elapsed, self.carry
+        axial = self._axial_during(phase)
+        for k, (h, y, dense) in enumerate(zip(phase.times, phase.ends, phase.dense, strict=True)):
+            self.rows.step_rows.append(len(self.rows.y) - 1)
+            self.rows.dense.append(dense)
+            self.elapsed, self.carry = _compensated_sum(start, carry, h)
+            drive = self.acting.drive(h)
+            self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
+        self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
+        end, plain = 3 + self.kernel.wheels, self.acting.layout.plain
+        if phase.dense:
+            chi = np.array(phase.dense)[:, :, self.integrator.chi]
+            self.turned += float(np.ptp(chi, axis=(0, 1)).max())
+        self.state = replace(self.state, nu=phase.y[:3], chi=phase.y[3:end], pose=phase.y[end:plain])
+        self.added = phase.y[plain:]
+        if phase.times and axial is not None:
+            self.state = self.state.with_free_axial(axial[-1])
+
+    def _axial_during(self, phase: Phase) -> np.ndarray | None:
+        """Axial speeds of the free rollers (K, N, n-1) at the ends of a phase's steps."""
+        axial, layout = self.state.free_axial(), self.acting.layout
+        if axial is None or not phase.times:
+            return None
+        before, after = layout.views(self._y()), layout.views(np.array(phase.ends))
+        times = np.array(phase.times)
+        later = self.task.effects.axial_later(self.kernel, axial, before, after, times)
+        return np.broadcast_to(later, times.shape + axial.shape)
+
+    def _switch(self, directions: np.ndarray) -> None:
+        self._watch(int(np.flatnonzero(directions)[0]))
+        self.state = self.model.apply(self.state, directions)
+        if not np.isfinite(self.state.nu).all():
+            self._stop("the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0]))
+        self._start_added()
+        self.rows.switch_rows.append(len(self.rows.y))
+        self.rows.directions.append(directions)
+        self._add_row()
+
+    def _watch(self, wheel: int | None) -> None:
+        """The watchdog (rule 9 of the switching model): stop a run that switches without progress.
+
+        Progress takes time, and at a switch also that some wheel has turned: a wheel that a force holds at its joint
+        goes to and fro there, in less and less time. `wheel` is None where a guard was passed.
+        """
+        moved = wheel is None or self.turned > CHATTER * self.model.joint
+        if moved and self.elapsed - self.anchor > tau(self._time(), self.elapsed - self.anchor):
+            self.anchor, self.idle_switches, self.turned = self.elapsed, 0, 0.0
+        self.idle_switches += 1
+        if self.idle_switches > SWITCHES_WITHOUT_PROGRESS * self.kernel.wheels:
+            self._stop(f"{self.idle_switches} switches without progress in time", wheel)
+
+    def _stop(self, reason: str, wheel: int | None) -> None:
+        state = {
+            "nu": self.state.nu.tolist(),
+            "chi": self.state.chi.tolist(),
+            "pose": self.state.pose.tolist(),
+            "contact": self.state.contact.tolist(),
+        }
+        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
+
+    def _result(self) -> Trajectory:
+        if self.rows.drive[-1] is None:
+            self.acting.phase(self.elapsed, self.state.free_axial())
+            self._complete_rows()
+        record, counts = self.rows, self.integrator.counts
+        y, directions = np.array(record.y), np.array(record.directions, int)
+        rows = Rows(
+            elapsed=np.array(record.elapsed),
+            y=y,
+            contact=np.array(record.contact),
+            axial=np.array(record.axial) if self.kernel.has_spins else None,
+            dense=np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
+            step_rows=np.array(record.step_rows, int),
+            directions=directions.reshape(len(directions), self.kernel.wheels),
+            switch_rows=np.array(record.switch_rows, int),
+            drive=np.array(record.drive) if self.acting.drives else None,
+        )
+        stats = {
+            "steps": counts.steps,
+            "evaluations": counts.evaluations,
+            "phases": self.phases,
+            "tolerance": self.tolerance,
+            "local_errors": float(counts.error),
+        }
+        return assembled(self.task, rows, stats)
+
+
+def _compensated_sum(start: float, carry: float, h: float) -> tuple[float, float]:
+    """start + carry + h rounded, and the rounding error (Knuth's two-sum)."""
+    h = h + carry
+    total = start + h
+    part = total - start
+    return total, (start - (total - part)) + (h - part)

@@ -1,0 +1,119 @@
+"""What the engines share: the task of one run, and the trajectory that its rows make."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from omniroll.effects.effect_set import EffectSet
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.trajectory import SWITCH_FIELDS, Trajectory
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
+
+Progress = Callable[[float, float], Any]
+SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be simulated, checked."""
+
+    vehicle: Vehicle
+    kernel: Kernel  # of the vehicle with what its effects bring
+    state: State
+    duration: float
+    start_time: float
+    switching: str
+    accuracy: float
+    engine: str
+    progress: Progress | None
+    effects: EffectSet = EffectSet()
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What a run leaves: T rows, S steps that take time, K switches of a vehicle with N wheels of n rollers.
+
+    elapsed      (T,) time since the start of the run
+    y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
+    contact      (T, N) physical roller in contact
+    axial        (T, N, n-1) axial speeds of the free rollers by place, or None
+    dense        (S, d + 1, 6 + N + E) Bernstein coefficients of y on each step, or None
+    step_rows    (S,) the row at which a step starts
+    directions   (K, N) +1, -1, or 0 for a wheel that did not switch
+    switch_rows  (K,) the row after a switch
+    drive        (T, D, N) inputs of the drives, or None
+    """
+
+    elapsed: np.ndarray
+    y: np.ndarray
+    contact: np.ndarray
+    axial: np.ndarray | None
+    dense: np.ndarray | None
+    step_rows: np.ndarray
+    directions: np.ndarray
+    switch_rows: np.ndarray
+    drive: np.ndarray | None = None
+
+
+def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
+    """The trajectory of a run."""
+    bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
+    end = 3 + task.vehicle.wheels
+    parts = (slice(3), slice(3, end), slice(end, end + 3), slice(end + 3, None))
+    nu, chi, pose, added = (rows.y[:, part].copy() for part in parts)
+    _, contact_spin = bound.wheel_rates(nu, chi)
+    spins = None if rows.axial is None else bound.spins_from_axial(nu, chi, rows.axial)
+    energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+    switches = _switches(task, rows, energy)
+    trajectory = Trajectory(
+        vehicle=task.vehicle,
+        roller_model=task.kernel.roller_model,
+        switching=task.switching,
+        accuracy=task.accuracy,
+        engine=task.engine,
+        start_time=task.start_time,
+        t=task.start_time + rows.elapsed,
+        elapsed=rows.elapsed,
+        nu=nu,
+        chi=chi,
+        contact=rows.contact,
+        contact_spin=contact_spin,
+        spins=spins,
+        pose=pose,
+        energy=energy,
+        switches=switches,
+        dense=rows.dense,
+        step_rows=rows.step_rows,
+        stats=stats | {"switches": len(switches), "error_estimate": None, "sensitivity": None},
+        effects=task.effects,
+        added=added if task.effects else None,
+        drive=rows.drive,
+    )
+    trajectory.stats["phase_energy_drift"] = _phase_drift(trajectory, rows.switch_rows)
+    return trajectory
+
+
+def _switches(task: Task, rows: Rows, energy: np.ndarray) -> np.recarray:
+    """A record for each wheel that switched; the energy jump of a joint switch is shared equally among its wheels."""
+    switch, wheel = np.nonzero(rows.directions)
+    after = rows.switch_rows[switch]
+    together = np.count_nonzero(rows.directions, axis=1)[switch]
+    records = np.empty(len(switch), SWITCH_FIELDS)
+    records["t"] = task.start_time + rows.elapsed[after]
+    records["wheel"], records["direction"] = wheel, rows.directions[switch, wheel]
+    records["energy_jump"] = (energy[after] - energy[after - 1]) / together
+    return records.view(np.recarray)
+
+
+def _phase_drift(trajectory: Trajectory, switch_rows: np.ndarray) -> float:
+    """The largest relative change, between two switches, of the energy less what effects have done."""
+    starts = np.append(0, switch_rows)
+    balance = trajectory.energy - trajectory.gained()
+    change = np.maximum.reduceat(balance, starts) - np.minimum.reduceat(balance, starts)
+    first = trajectory.energy[starts]
+    if trajectory.effects:  # which may start from rest
+        first = np.maximum.reduceat(trajectory.energy, starts)
+    return float((change[first > 0] / first[first > 0]).max(initial=0.0))

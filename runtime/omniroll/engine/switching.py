@@ -1,0 +1,101 @@
+"""The switching model: how the contact passes from one roller to its neighbour (section 4 of the paper).
+
+The contract, numbered:
+
+ 1. Between switches |chi_i| <= pi/n on every wheel. Which roller is in contact is an integer, `contact`: the
+    physical number, 0..n-1, fixed to the roller. An angle never grows beyond its roller.
+ 2. The roller j = 1..n of wheel i (j = 1 in contact, at kappa_j = 2 pi (j-1)/n from it) is the physical
+    roller (contact_i + j - 1) mod n. Every run starts with contact = 0 on all wheels.
+ 3. A wheel switches when it stands at its joint, chi_i = +-pi/n, and moves outwards, or rests there and
+    accelerates outwards. Turning back at the joint is not a switch.
+ 4. At +pi/n (direction +1): chi_i becomes -pi/n exactly, the roller that was j = n is the new contact roller,
+    the old one becomes j = 2; contact_i falls by 1 mod n. At -pi/n (direction -1) the mirror image: chi_i
+    becomes +pi/n, j = 2 becomes the contact roller, the old one becomes j = n; contact_i grows by 1 mod n.
+ 5. Wheels whose located times are less than tau(t, h) = 100 eps (|t| + |h|) after the first are one switch,
+    of all of them together; t is the time of the first and h the length of the phase that it ends. A wheel
+    that is as close to its joint when the run ends switches at the end.
+ 6. Pose and the absolute axial speeds of rollers that are free before and after stay. The law gives the rest:
+    smooth   nu stays. The entering roller takes at once the spin that (2.1) demands.
+    impact   nu is projected (kernel function `impact`): the constraints after the switch are imposed
+             perfectly inelastically, those of all switching wheels jointly.
+ 7. The rollers that enter and leave, by roller model:
+    free      the entering roller comes with the spin that its axial speed gives it, and forgets it. The
+              leaving roller keeps its absolute axial speed: under smooth also its spin, since theta' and its
+              angle stay; under impact its spin changes with theta', as does any free roller's.
+    locked    the entering roller comes with spin 0 relative to its disk, the leaving roller stops there.
+    massless  rollers have no inertia, so both laws change nothing but the bookkeeping.
+ 8. The energy after minus before is reported; in a joint switch it is shared equally among its wheels, so
+    that the reported jumps add up. Under impact it is never positive but for rounding.
+ 9. After a switch the rules apply anew at the same instant: a wheel that an impact has sent back stands at
+    its joint and moves outwards, and switches again. A watchdog (omniroll.simulate) stops a run that switches
+    without progress in time.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.checks import joint_angle
+from omniroll.vehicles.state import State, by_roller
+
+LAWS = ("smooth", "impact")
+EPS = float(np.finfo(float).eps)
+
+
+def tau(t: float, h: float) -> float:
+    """100 eps (|t| + |h|), t the time, h the phase's length: switches closer than this are one switch."""
+    return 100 * EPS * (abs(t) + abs(h))
+
+
+def outward(chi: np.ndarray, chi_dot: np.ndarray, rollers_per_wheel: int) -> np.ndarray:
+    """(N,) int: +1 or -1 for a wheel that stands at that joint and moves outwards, else 0 (rule 3)."""
+    at_joint = np.abs(chi) >= joint_angle(rollers_per_wheel)
+    return np.where(at_joint & (np.sign(chi) * chi_dot > 0), np.sign(chi), 0).astype(int)
+
+
+class SwitchingModel:
+    """Rules 4, 6 and 7 for one kernel and one law."""
+
+    def __init__(self, kernel: Kernel, law: str):
+        self.kernel, self.law = kernel, law
+        self.joint = joint_angle(kernel.rollers_per_wheel)
+
+    def apply(self, state: State, directions: np.ndarray) -> State:
+        """The state after the wheels with directions +1 or -1 (N,) have switched together; 0 is no switch."""
+        switching = directions != 0
+        after = replace(
+            state,
+            chi=np.where(switching, -directions * self.joint, state.chi),
+            contact=(state.contact - directions) % self.kernel.rollers_per_wheel,
+        )
+        if self.kernel.roller_model == "massless":
+            return after
+        if self.kernel.roller_model == "locked":
+            return replace(after, nu=self._nu_after(state, after, np.zeros(self.kernel.wheels), switching))
+        return self._apply_to_free_rollers(state, after, switching)
+
+    def _apply_to_free_rollers(self, state: State, after: State, switching: np.ndarray) -> State:
+        wheels = np.flatnonzero(switching)
+        spins = self._spins_by_roller(state)
+        entering = np.zeros(self.kernel.wheels)
+        entering[wheels] = spins[wheels, after.contact[wheels]]
+        axial = state.axial.copy()
+        axial[wheels, state.contact[wheels]] = self.kernel.contact_axial(state.nu, state.chi)[wheels]
+        return replace(after, nu=self._nu_after(state, after, entering, switching), axial=axial)
+
+    def _nu_after(self, state: State, after: State, entering: np.ndarray, switching: np.ndarray) -> np.ndarray:
+        """nu after the switch, where `entering` are the spins with which the entering rollers come."""
+        if self.law == "smooth":
+            return state.nu
+        _, demanded = self.kernel.wheel_rates(state.nu, after.chi)
+        _, left_with = self.kernel.wheel_rates(state.nu, state.chi)
+        excess = np.where(switching, entering - demanded, 0.0)
+        stopped = np.where(switching, left_with, 0.0) if self.kernel.roller_model == "locked" else 0.0 * excess
+        return self.kernel.impact(state.nu, after.chi, excess, stopped)
+
+    def _spins_by_roller(self, state: State) -> np.ndarray:
+        """Spins relative to the disk (N, n) of all rollers, by physical number."""
+        _, contact_spin = self.kernel.wheel_rates(state.nu, state.chi)
+        spins = self.kernel.spins_from_axial(state.nu, state.chi, state.free_axial())
+        return by_roller(np.column_stack([contact_spin, spins]), state.contact)

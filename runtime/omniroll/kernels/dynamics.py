@@ -1,0 +1,55 @@
+"""Accelerations of a vehicle in a given state, equation (3.4) solved for nu'."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import ROLLER_MODELS, best_backend, kernel
+from omniroll.validation import choice
+from omniroll.vehicles import checks as states
+from omniroll.vehicles.vehicle import Vehicle
+
+
+def accelerations(
+    vehicle: Vehicle,
+    nu: ArrayLike,
+    chi: ArrayLike,
+    spins: ArrayLike | None = None,
+    *,
+    roller_model: str = "free",
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """nu' and the free rollers' spins', equation (3.4).
+
+    vehicle       Vehicle with N wheels of n rollers
+    nu            (..., 3) in 1/s
+    chi           (..., N) in rad, |chi| <= pi/n, or one angle for all wheels
+    spins         (..., N, n-1) in rad/s, free rollers j = 2..n relative to their disks; None: at rest
+    roller_model  "free", "locked" or "massless"; the last two have no spins
+
+    Leading axes broadcast. Returns nu_dot (..., 3) in 1/s^2 and spins_dot (..., N, n-1) in rad/s^2, which is
+    None but for free rollers.
+
+    Raises InvalidValueError (a ValueError) with the field, its value and the bound.
+    """
+    if not isinstance(vehicle, Vehicle):
+        raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
+    choice("roller_model", roller_model, ROLLER_MODELS)
+    nu = states.speeds(nu)
+    chi = states.wheel_angles_in_contact(chi, vehicle)
+    spins = states.free_spins(spins, vehicle, roller_model)
+    _check_leading_axes(nu, chi, spins)
+    bound = kernel(vehicle, roller_model, best_backend())
+    found = bound.accelerations(nu, chi, *bound.spins_or_nothing(spins))
+    nu_dot, spins_dot = found if spins is not None else (found, None)
+    states.refuse_unless_finite("accelerations", nu, nu_dot, *(() if spins_dot is None else (spins_dot,)))
+    return nu_dot, spins_dot
+
+
+def _check_leading_axes(nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> None:
+    lead = nu.shape[:-1]
+    others = {"chi": chi.shape[:-1]} | ({} if spins is None else {"spins": spins.shape[:-2]})
+    for field, other in others.items():
+        try:
+            lead = np.broadcast_shapes(lead, other)
+        except ValueError:
+            raise InvalidValueError(field, other, f"leading axes must broadcast with {lead}") from None

@@ -1,0 +1,558 @@
+"""Generated kernels bound to a vehicle and a roller model.
+
+`kernel(vehicle, roller_model)` gives a Kernel; its methods are the generated functions of the set, on NumPy
+arrays whose leading axes broadcast. Two backends have the same methods:
+
+  compiled   the C kernels, through the cffi modules omniroll._kernels_double, _float, _long_double
+  python     the Python kernels omniroll.generated.python.<set>
+
+What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
+code here beyond its method. A kernel has the effects that it is asked for and no others; sets that were not
+generated beforehand are made by omniroll.kernels.on_demand. N is the number of wheels, n of rollers per wheel; units
+as in omniroll.vehicles.vehicle.
+"""
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import generated_data
+from omniroll.errors import KernelsMissingError
+from omniroll.kernels import on_demand as specialised
+from omniroll.kernels.shared_kernels import has_shared_kernels, shared_kernels
+from omniroll.validation import choice
+from omniroll.vehicles.vehicle import Vehicle
+
+ROLLER_MODELS = ("massless", "locked", "free")
+BACKENDS = ("compiled", "python")
+NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
+C_TYPES = {"double": "double", "float": "float", "long_double": "long double"}
+VEHICLE_SCALARS = (
+    "mass",
+    "yaw_inertia",
+    "wheel_inertia",
+    "roller_inertia",
+    "yaw_scale",
+    "platform_radius",
+    "wheel_radius",
+    "roller_axis_radius",
+)
+
+SHARP = 1e2  # beyond this the sharp kernels are the more accurate ones
+
+Flow = Callable[[float, np.ndarray], np.ndarray]
+Constants = tuple[tuple[str, float | tuple], ...]  # arguments of `prepare` by name, in a form that can be hashed
+
+
+@dataclass(frozen=True)
+class Argument:
+    """An argument of a generated function; `shape` for one vehicle, without leading axes."""
+
+    name: str
+    shape: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Signature:
+    """The inputs and outputs of a generated function, for given N and n."""
+
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+
+
+@cache
+def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_wheel: int) -> dict[str, Signature]:
+    """The signature of every function of a set, by name."""
+    sizes = {"N": wheels, "n": rollers_per_wheel, "n-1": rollers_per_wheel - 1}
+
+    def arguments(function: dict, role: str) -> tuple[Argument, ...]:
+        return tuple(
+            Argument(entry["name"], tuple(sizes.get(size, size) for size in entry["shape"]))
+            for entry in function["arguments"]
+            if entry["role"] == role
+        )
+
+    return {
+        function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
+        for function in specialised.functions(base, effects)
+    }
+
+
+def kernel_base(vehicle: Vehicle, roller_model: str) -> str:
+    """The programs for a vehicle: those of its roller model, or their twin for rollers with sharp tips.
+
+    Both compute the same; where the contact rollers' inertia B/rho^2 outgrows all other inertia at the joint,
+    only the twin is accurate.
+    """
+    twin = f"{roller_model}_sharp"
+    sharp = vehicle.sharpness() > SHARP and twin in specialised.set_names()
+    return twin if sharp else roller_model
+
+
+@cache
+def optional_effects() -> tuple[str, ...]:
+    """The effects that a kernel may have beside its roller model, in the registry's order."""
+    return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["neutral"])
+
+
+def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
+    """The effects in the registry's order, with those that the vehicle itself brings."""
+    for effect in effects:
+        choice("effects", effect, optional_effects())
+    present = {*effects, *(["layout"] if vehicle.has_layout else [])}
+    return tuple(effect for effect in optional_effects() if effect in present)
+
+
+def _constants_of(vehicle: Vehicle, constants: Constants) -> dict[str, ArrayLike]:
+    """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
+    own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
+    if vehicle.has_layout:
+        own |= {"wheel_places": _wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
+    return own | dict(constants)
+
+
+def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> list[np.ndarray]:
+    """The arguments of `prepare` in its order. One number stands for all wheels."""
+    wanted = [argument.name for argument in signature.inputs]
+    if set(wanted) != set(given):
+        raise TypeError(f"constants {sorted(given)}; these effects need {wanted}")
+    return [
+        np.array(np.broadcast_to(np.asarray(given[argument.name], float), argument.shape), order="C")
+        for argument in signature.inputs
+    ]
+
+
+def _wheel_places(vehicle: Vehicle) -> ArrayLike:
+    if vehicle.wheel_places is not None:
+        return vehicle.wheel_places
+    parts = importlib.import_module("omniroll.generated.python.parts")
+    return parts.places_on_rays(
+        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, list(vehicle.wheel_angles)
+    )
+
+
+class Kernel:
+    """The generated functions of one set, for one vehicle. Made by `kernel`.
+
+    effects   names of the effects beside the roller model, in the registry's order
+    set_name  of the set of effects
+    """
+
+    backend: str
+
+    def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
+        self.vehicle, self.roller_model = vehicle, roller_model
+        self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
+        self.base, self.effects = kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)
+        self.set_name = specialised.set_name(self.base, self.effects)
+        self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
+        self.constants = _prepare_arguments(self.signatures.pop("prepare"), _constants_of(vehicle, constants))
+        self.has_spins = roller_model == "free"
+
+    def call(self, name: str, *values: ArrayLike):
+        """The generated function `name`: its output or a tuple of its outputs; leading axes broadcast."""
+        raise NotImplementedError
+
+    def flow(self, momenta: np.ndarray | None) -> Flow:
+        """The right-hand side f(time, y) -> y' with y = (nu, chi, pose), length 6 + N.
+
+        `momenta` are the two constants of each wheel's free rollers, (N, 2); None but for free rollers.
+        """
+        raise NotImplementedError
+
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        """The generated function `name` as a call without arguments on named arrays of doubles.
+
+        It reads its inputs from `buffers` and writes its outputs there; each has the shape of its argument.
+        """
+        raise NotImplementedError
+
+    def wheel_speeds(self, nu: ArrayLike) -> np.ndarray:
+        """chi' (..., N), (2.2)."""
+        return self.call("wheel_speeds", nu)
+
+    def wheel_rates(self, nu: ArrayLike, chi: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """chi' (..., N) and the contact rollers' spins (..., N), (2.2) and (2.1)."""
+        return self.call("wheel_rates", nu, chi)
+
+    def nu_from_wheels(self, chi_dot: ArrayLike) -> np.ndarray:
+        """nu (..., 3) from the wheels' speeds (..., N) by least squares; N at least 3."""
+        return self.call("nu_from_wheels", chi_dot)
+
+    def nu_from_contacts(self, chi: ArrayLike, chi_dot: ArrayLike, contact_spin: ArrayLike) -> np.ndarray:
+        """nu (..., 3) from the wheels' speeds and the contact spins (..., N) by least squares; N at least 2."""
+        return self.call("nu_from_contacts", chi, chi_dot, contact_spin)
+
+    def pose_rates(self, nu: ArrayLike, theta: ArrayLike) -> np.ndarray:
+        """x', y', theta' (..., 3)."""
+        return self.call("pose_rates", nu, theta)
+
+    def mass_matrix(self, chi: ArrayLike) -> np.ndarray:
+        """M* (..., 3, 3); of the reduced form where rollers are free."""
+        return self.call("mass_matrix", chi)
+
+    def bias(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """The force f (..., 3) of M* nu' = f, (3.4). Further inputs as of `reduced`."""
+        return self.call("bias", nu, chi, *inputs)
+
+    def reduced(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """nu' (..., 3).
+
+        Further inputs, those that the set has, in this order: momenta (..., N, 2) of free rollers; the heading
+        (...,) on a slope; torque (..., N) of drives; damping (..., N) of motors; roller_drag (..., N) of free
+        rollers with Coulomb's friction.
+        """
+        return self.call("reduced", nu, chi, *inputs)
+
+    def accelerations(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike):
+        """nu' (..., 3); with free rollers, whose spins are (..., N, n-1), also spins' of that shape.
+
+        Further inputs: spins of free rollers, then heading, torque and damping as of `reduced`.
+        """
+        return self.call("accelerations", nu, chi, *inputs)
+
+    def inverse_dynamics(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """The generalised force (..., 3) that gives nu_dot; inputs as of `reduced`, and nu_dot (..., 3) last."""
+        return self.call("inverse_dynamics", nu, chi, *inputs)
+
+    def wheel_torques(self, force: ArrayLike) -> np.ndarray:
+        """Torques (..., N) of least norm that make a generalised force; N at least 3."""
+        return self.call("wheel_torques", force)
+
+    def energy(self, nu: ArrayLike, chi: ArrayLike, *spins: ArrayLike) -> np.ndarray:
+        """Kinetic energy (...,), (3.2). Free rollers: spins (..., N, n-1)."""
+        return self.call("energy", nu, chi, *spins)
+
+    def impact(self, nu: ArrayLike, chi: ArrayLike, entering: ArrayLike, leaving: ArrayLike) -> np.ndarray:
+        """nu (..., 3) after the impact; chi is that after the switch, entering and leaving are (..., N)."""
+        return self.call("impact", nu, chi, entering, leaving)
+
+    def contact_axial(self, nu: ArrayLike, chi: ArrayLike) -> np.ndarray:
+        """Absolute speeds about their axes (..., N) of the rollers in contact; of free rollers only."""
+        return self.call("contact_axial", nu, chi)
+
+    def axial_speeds(self, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike) -> np.ndarray:
+        """Free rollers' absolute speeds about their axes (..., N, n-1), constant between switches."""
+        return self.call("axial_speeds", nu, chi, spins)
+
+    def spins_from_axial(self, nu: ArrayLike, chi: ArrayLike, axial: ArrayLike) -> np.ndarray:
+        """The inverse of axial_speeds."""
+        return self.call("spins_from_axial", nu, chi, axial)
+
+    def momenta(self, axial: ArrayLike) -> np.ndarray:
+        """The two constants (..., N, 2) of each wheel's free rollers."""
+        return self.call("momenta", axial)
+
+    # Functions of sets with further effects
+
+    def potential(self, pose: ArrayLike) -> np.ndarray:
+        """Potential energy (...,) on a slope."""
+        return self.call("potential", pose)
+
+    def drive_power(self, nu: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """Power (...,) of drives: torque (..., N), and damping (..., N) of motors."""
+        return self.call("drive_power", nu, *inputs)
+
+    def axle_loss(self, nu: ArrayLike) -> np.ndarray:
+        """Power (...,) lost in the axles' bearings."""
+        return self.call("axle_loss", nu)
+
+    def contact_loss(self, nu: ArrayLike, chi: ArrayLike) -> np.ndarray:
+        """Power (...,) lost in the bearings of the rollers in contact; of massless and locked rollers."""
+        return self.call("contact_loss", nu, chi)
+
+    def roller_energy(self, axial: ArrayLike) -> np.ndarray:
+        """Energy (..., N) of the free rollers' axial spins; with viscous friction alone."""
+        return self.call("roller_energy", axial)
+
+    def momenta_rates(
+        self, nu: ArrayLike, chi: ArrayLike, momenta: ArrayLike, roller_energy: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates of momenta (..., N, 2) and roller_energy (..., N), and the power lost in all rollers' bearings;
+        of free rollers with viscous friction alone."""
+        return self.call("momenta_rates", nu, chi, momenta, roller_energy)
+
+    def axial_after(
+        self, axial: ArrayLike, momenta: ArrayLike, momenta_after: ArrayLike, elapsed: ArrayLike
+    ) -> np.ndarray:
+        """Axial speeds (..., N, n-1) after the time `elapsed`; of free rollers with viscous friction alone."""
+        return self.call("axial_after", axial, momenta, momenta_after, elapsed)
+
+    def roller_rates(
+        self, nu: ArrayLike, chi: ArrayLike, axial: ArrayLike
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rates of the axial speeds (..., N, n-1), roller_drag (..., N), and the power lost in all rollers'
+        bearings; of free rollers with Coulomb's friction."""
+        return self.call("roller_rates", nu, chi, axial)
+
+    def spins_or_nothing(self, spins: np.ndarray | None) -> tuple[np.ndarray, ...]:
+        """The arguments after nu and chi of accelerations and energy: spins where rollers are free."""
+        return (spins,) if self.has_spins else ()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.roller_model}: N={self.wheels}, n={self.rollers_per_wheel}>"
+
+    def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
+        """Leading shape, and the inputs with it: contiguous arrays of one number type."""
+        inputs = self.signatures[name].inputs
+        if len(values) != len(inputs):
+            raise TypeError(f"{name} takes {', '.join(argument.name for argument in inputs)}")
+        arrays = [np.asarray(value, dtype) for value in values]
+        for argument, array in zip(inputs, arrays, strict=True):
+            if array.shape[array.ndim - len(argument.shape) :] != argument.shape:
+                raise ValueError(f"{argument.name}: shape {array.shape} does not end with {argument.shape}")
+        leads = [
+            array.shape[: array.ndim - len(argument.shape)] for argument, array in zip(inputs, arrays, strict=True)
+        ]
+        lead = np.broadcast_shapes(*leads)
+        return lead, [
+            np.array(np.broadcast_to(array, lead + argument.shape), order="C")
+            for argument, array in zip(inputs, arrays, strict=True)
+        ]
+
+
+class PythonKernel(Kernel):
+    """The generated Python kernels: each component is a NumPy array, so that all leading axes run at once."""
+
+    backend = "python"
+
+    def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
+        super().__init__(vehicle, roller_model, effects, constants)
+        self._module = specialised.python_module(self.base, self.effects)
+        self._model = self._module.prepare(
+            vehicle.wheels, vehicle.rollers_per_wheel, *(value.tolist() for value in self.constants)
+        )
+
+    def call(self, name: str, *values: ArrayLike):
+        signature = self.signatures[name]
+        lead, arrays = self._broadcast(name, values, np.float64)
+        # Components come first in the generated code; without leading axes they are floats, which are fast.
+        inputs = [np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim)) for array in arrays]
+        if not lead:
+            inputs = [array.tolist() for array in inputs]
+        try:
+            with np.errstate(all="ignore"):
+                found = getattr(self._module, name)(self._model, *inputs)
+        except (ZeroDivisionError, OverflowError):  # Python's floats raise where arrays and C give inf or nan
+            found = tuple(np.full(argument.shape, np.nan) for argument in signature.outputs)
+            found = found if len(signature.outputs) > 1 else found[0]
+        found = found if len(signature.outputs) > 1 else (found,)
+        outputs = tuple(
+            _components_last(output, argument.shape, lead)
+            for output, argument in zip(found, signature.outputs, strict=True)
+        )
+        return outputs if len(outputs) > 1 else outputs[0]
+
+    def flow(self, momenta: np.ndarray | None) -> Flow:
+        module, model, chi_end = self._module, self._model, 3 + self.wheels
+        constants = () if momenta is None else (momenta.tolist(),)
+
+        def rates(_: float, y: np.ndarray) -> np.ndarray:
+            state = y.tolist()
+            nu, chi, theta = state[:3], state[3:chi_end], state[-1]
+            try:
+                nu_dot = module.reduced(model, nu, chi, *constants)
+                chi_dot = module.wheel_speeds(model, nu)
+                return np.array([*nu_dot, *chi_dot, *module.pose_rates(model, nu, theta)], float)
+            except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
+                return np.full(len(state), np.nan)
+
+        return rates
+
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        function, model, signature = getattr(self._module, name), self._model, self.signatures[name]
+        inputs = [buffers[argument.name] for argument in signature.inputs]
+        outputs = [buffers[argument.name] for argument in signature.outputs]
+
+        def call() -> None:
+            try:
+                found = function(model, *(values.tolist() for values in inputs))
+            except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
+                found = (np.nan,) * len(outputs) if len(outputs) > 1 else np.nan
+            for output, values in zip(outputs, found if len(outputs) > 1 else (found,), strict=True):
+                output[...] = values
+
+        return call
+
+
+def _components_last(output, shape: tuple[int, ...], lead: tuple[int, ...]) -> np.ndarray:
+    """A nested list of components, each a number or an array of shape `lead`, as one array lead + shape."""
+    result = np.empty(shape + lead)
+    for place in np.ndindex(shape):
+        component = output
+        for index in place:
+            component = component[index]
+        result[place] = component
+    return np.array(np.moveaxis(result, range(len(shape)), range(len(lead), result.ndim)), order="C")
+
+
+class CompiledKernel(Kernel):
+    """The generated C kernels, called state by state."""
+
+    backend = "compiled"
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        roller_model: str,
+        number_type: str = "double",
+        effects: tuple[str, ...] = (),
+        constants: Constants = (),
+    ):
+        super().__init__(vehicle, roller_model, effects, constants)
+        self.number_type, self.dtype = number_type, NUMBER_TYPES[number_type]
+        module = (
+            compiled_module(number_type)
+            if self.set_name in specialised.set_names()
+            else specialised.compiled_library(self.base, self.effects, number_type)
+        )
+        self._ffi, self._lib = module.ffi, module.lib
+        self._array = self._ffi.typeof(f"{C_TYPES[number_type]}[]")
+        self._prefix = f"omniroll_{self.set_name}_"
+        self._model = self._prepare()
+        self._head = (self.wheels, self.rollers_per_wheel, self._pointer(self._model))
+
+    @property
+    def model(self) -> np.ndarray:
+        """The constants of the vehicle, in the layout of the generated header."""
+        return self._model
+
+    def _function(self, name: str):
+        return getattr(self._lib, self._prefix + name)
+
+    def _pointer(self, array: np.ndarray):
+        """A pointer to the first number of a contiguous array; keeps the array alive."""
+        return self._ffi.from_buffer(self._array, array)
+
+    def _prepare(self) -> np.ndarray:
+        size = self._function("model_size")(self.wheels, self.rollers_per_wheel)
+        model = np.zeros(size, self.dtype)
+        arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
+        self._function("prepare")(
+            self.wheels,
+            self.rollers_per_wheel,
+            *(self._pointer(array) if array.ndim else float(array) for array in arrays),
+            self._pointer(model),
+        )
+        return model
+
+    def call(self, name: str, *values: ArrayLike):
+        signature, function = self.signatures[name], self._function(name)
+        lead, arrays = self._broadcast(name, values, self.dtype)
+        outputs = tuple(np.empty(lead + argument.shape, self.dtype) for argument in signature.outputs)
+        arguments = [
+            (self._pointer(array), int(np.prod(argument.shape)), not argument.shape)
+            for argument, array in zip(signature.inputs, arrays, strict=True)
+        ]
+        results = [
+            (self._pointer(output), int(np.prod(argument.shape)), False)
+            for argument, output in zip(signature.outputs, outputs, strict=True)
+        ]
+        places = arguments + results
+        for k in range(int(np.prod(lead))):
+            # A scalar input goes by value, everything else by pointer.
+            function(
+                *self._head,
+                *(pointer[k] if by_value else pointer + k * size for pointer, size, by_value in places),
+            )
+        return outputs if len(outputs) > 1 else outputs[0]
+
+    def flow(self, momenta: np.ndarray | None) -> Flow:
+        wheels = self.wheels
+        # The buffers belong to the closure, which lives as long as its pointers do.
+        state, rates = np.zeros(6 + wheels, self.dtype), np.zeros(6 + wheels, self.dtype)
+        y, dy = self._pointer(state) + 0, self._pointer(rates) + 0
+        constants = () if momenta is None else (self._pointer(np.ascontiguousarray(momenta, self.dtype)),)
+        reduced, wheel_speeds, pose_rates = map(self._function, ("reduced", "wheel_speeds", "pose_rates"))
+        head, nu, chi = self._head, y, y + 3
+        nu_dot, chi_dot, pose_dot = dy, dy + 3, dy + 3 + wheels
+
+        def flow(_: float, values: np.ndarray) -> np.ndarray:
+            state[:] = values
+            reduced(*head, nu, chi, *constants, nu_dot)
+            wheel_speeds(*head, nu, chi_dot)
+            pose_rates(*head, nu, state[-1], pose_dot)
+            return rates.astype(float)
+
+        return flow
+
+    def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
+        function, signature = self._function(name), self.signatures[name]
+        arrays = [buffers[argument.name] for argument in (*signature.inputs, *signature.outputs)]
+        pointers = [self._pointer(array) for array in arrays]
+        scalars = [k for k, argument in enumerate(signature.inputs) if not argument.shape]
+        if not scalars:
+            return partial(function, *self._head, *pointers)
+
+        def call() -> None:
+            for k in scalars:  # a scalar input goes by value
+                pointers[k] = arrays[k].item()
+            function(*self._head, *pointers)
+
+        return call
+
+
+@cache
+def compiled_module(number_type: str = "double") -> ModuleType | SimpleNamespace:
+    """The cffi module of a number type, or what stands in for it; KernelsMissingError where there is none."""
+    choice("number_type", number_type, tuple(NUMBER_TYPES))
+    name = f"omniroll._kernels_{number_type}"
+    if importlib.util.find_spec(name) is None and has_shared_kernels(number_type):
+        return shared_kernels(number_type)
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise KernelsMissingError(
+            f"{name} is not there ({error}): install omniroll with a C compiler, or choose the Python engine"
+        ) from error
+
+
+def best_backend() -> str:
+    """ "compiled" where the C kernels were built, else "python"."""
+    try:
+        compiled_module()
+    except KernelsMissingError:
+        return "python"
+    return "compiled"
+
+
+@lru_cache(maxsize=64)
+def kernel(
+    vehicle: Vehicle,
+    roller_model: str = "free",
+    backend: str = "compiled",
+    number_type: str = "double",
+    effects: tuple[str, ...] = (),
+    constants: Constants = (),
+) -> Kernel:
+    """The kernel of a vehicle, a roller model ("massless", "locked" or "free") and further effects.
+
+    backend      "compiled" or "python"
+    number_type  of the compiled kernels: "double", "float" or "long_double"
+    effects      names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
+    constants    (name, value) of the arguments of `prepare` that belong to the effects
+
+    A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
+    no C compiler. Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were
+    not built.
+    """
+    choice("roller_model", roller_model, ROLLER_MODELS)
+    choice("backend", backend, BACKENDS)
+    choice("number_type", number_type, tuple(NUMBER_TYPES))
+    if backend == "python":
+        return PythonKernel(vehicle, roller_model, effects, constants)
+    try:
+        return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
+    except KernelsMissingError:
+        if (
+            specialised.set_name(kernel_base(vehicle, roller_model), _effects_of(vehicle, effects))
+            in specialised.set_names()
+        ):
+            raise
+        return PythonKernel(vehicle, roller_model, effects, constants)

@@ -1,0 +1,1 @@
+"""Results: what a run leaves, how it is stored, and what is read off it."""

@@ -1,0 +1,284 @@
+"""Reactions: what the ground did to the wheels during a run, and whether it could have."""
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.effects import Motor, Slope
+from omniroll.effects.effect_set import DRIVES
+from omniroll.errors import InvalidValueError, RollingWarning
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.loads import SupportPolygon, contact_loads, refuse_collinear
+from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles import parts
+from omniroll.vehicles.vehicle import Vehicle
+
+STANDARD_GRAVITY = 9.80665
+CENTRED = 1e-12  # distance, per R, within which the wheels' centroid is the centre of mass
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Rows in a row in which a wheel could not have rolled without slip.
+
+    wheel            number of the wheel
+    reason           "load": the ground would have to pull; "slip": the force is beyond friction
+    t_first, t_last  times of the rows
+    worst            smallest load in N, or largest coefficient of friction that rolling needs
+    """
+
+    wheel: int
+    reason: str
+    t_first: float
+    t_last: float
+    worst: float
+
+    def __str__(self) -> str:
+        at = f"t = {self.t_first:.6g}" + (f" to {self.t_last:.6g}" if self.t_last > self.t_first else "")
+        needs = "a load of {:.4g} N, and the ground only pushes" if self.reason == "load" else "friction {:.4g}"
+        return f"{at}, wheel {self.wheel}: rolling needs {needs.format(self.worst)}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reactions:
+    """Reactions in the T rows of a trajectory; N wheels, numbered from 0. Arrays are read-only.
+
+    t                (T,) time
+    contact_force    (T, N, 2) in N, of the ground on a wheel: along its axle, and along its rolling direction,
+                     which is the axle turned by a right angle against the clock seen from above
+    load             (T, N) in N, positive where the ground pushes
+    load_rule        "determinate" (three wheels), or "least norm": of the loads >= 0 that balance, those with the
+                     least sum of squares; rigid bodies do not determine the loads of more than three wheels. Where no
+                     loads >= 0 balance, the vehicle tips, and the loads are the least of any sign
+    needed_friction  (T, N) coefficient of friction that rolling needs, |force|/load; infinite where the load is not
+                     positive
+    slip_margin      (T, N) in N, friction * load - |force|: negative where rolling needs more; None without friction
+    contact_places   (N, 2) in m, places of the contacts in the platform's axes
+    pressure_point   (T, 2) in m, where the resultant load acts, in the platform's axes
+    tip_margin       (T,) in m, distance of the pressure point to the edge of the polygon of the contacts; negative
+                     outside, where the vehicle tips
+    doubts           every Doubt, in the order of time
+
+    At a switch the rows before and after it have the forces of the motion there; the impulse of an impact is not a
+    force, and is not in them.
+    """
+
+    t: np.ndarray
+    contact_force: np.ndarray
+    load: np.ndarray
+    load_rule: str
+    needed_friction: np.ndarray
+    slip_margin: np.ndarray | None
+    contact_places: np.ndarray
+    pressure_point: np.ndarray
+    tip_margin: np.ndarray
+    doubts: tuple[Doubt, ...]
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def warnings(self) -> tuple[RollingWarning, ...]:
+        """What reactions() warns of."""
+        if not self.doubts:
+            return ()
+        more = f" (and {len(self.doubts) - 1} more, in Reactions.doubts)" if len(self.doubts) > 1 else ""
+        return (RollingWarning(f"rolling without slip could not have held: {self.doubts[0]}{more}"),)
+
+    def __repr__(self) -> str:
+        wheels = self.load.shape[1]
+        return f"<Reactions: N={wheels}, {len(self.t)} rows, {self.load_rule} loads, {len(self.doubts)} doubts>"
+
+
+def reactions(
+    trajectory: Trajectory,
+    *,
+    height: float,
+    friction: float | None = None,
+    gravity: float | None = None,
+    wheel_mass: float | None = None,
+    platform_products: ArrayLike = (0.0, 0.0),
+    spin_inertia: ArrayLike | None = None,
+) -> Reactions:
+    """Contact forces, loads, and the margins to slipping and tipping, for every row of a trajectory.
+
+    trajectory         what simulate() gave
+    height             in m, centre of mass of the whole vehicle above the ground
+    friction           coefficient of friction between rollers and ground; None: no margin to slipping
+    gravity            in m/s^2; by default that of the run's slope, or 9.80665
+    wheel_mass         in kg, of one wheel with its rollers. Needed only where the wheels' centroid is not below the
+                       centre of mass; elsewhere it has no influence
+    platform_products  in kg m^2, the integrals of z x and of z y over the mass of what is not wheels, about its own
+                       centre of mass. (0, 0) is exact where that has a vertical axis or a horizontal plane of symmetry
+    spin_inertia       in kg m^2, angular momentum about an axle per rate of the wheel, one number or (N,). By default
+                       wheel_inertia, with the rotors of the run's motors; that is exact unless wheel_inertia itself
+                       holds a rotor behind a gear: then wheel_inertia - gear (gear - 1) rotor inertia
+
+    Warns with RollingWarning where rolling without slip could not have held. Raises InvalidValueError for fewer
+    than three wheels, for contacts on one line, and for numbers that make no sense.
+    """
+    if not isinstance(trajectory, Trajectory):
+        raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
+    found = judged_reactions(
+        trajectory, height=height, friction=friction, gravity=gravity, wheel_mass=wheel_mass,
+        platform_products=platform_products, spin_inertia=spin_inertia,
+    )  # fmt: skip
+    for warning in found.warnings():
+        warnings.warn(warning, stacklevel=2)
+    return found
+
+
+def judged_reactions(
+    trajectory: Trajectory,
+    *,
+    height: float,
+    friction: float | None = None,
+    gravity: float | None = None,
+    wheel_mass: float | None = None,
+    platform_products: ArrayLike = (0.0, 0.0),
+    spin_inertia: ArrayLike | None = None,
+) -> Reactions:
+    """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
+    vehicle = trajectory.vehicle
+    friction = None if friction is None else validation.positive("friction", friction)
+    numbers = {
+        "height": validation.positive("height", height),
+        "platform_products": validation.real_array("platform_products", platform_products, (2,)),
+        "normal_gravity": _normal_gravity(trajectory, gravity),
+        "spin_inertia": _spin_inertia(trajectory, spin_inertia),
+        "wheel_mass": 0.0 if wheel_mass is None else _wheel_mass(vehicle, wheel_mass),
+    }
+    if vehicle.wheels < 3:
+        refuse_collinear(np.zeros((vehicle.wheels, 2)))
+    contact_force, sums, places = _forces_and_sums(trajectory, numbers)
+    refuse_collinear(places)
+    if wheel_mass is None:
+        _refuse_unless_centred(vehicle, places)
+    return _judged(trajectory.t, contact_force, sums, places, friction)
+
+
+def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: np.ndarray, friction: float | None):
+    """Loads and margins from the forces (T, N, 2) and the sums of the loads and their moments (T, 3)."""
+    load = contact_loads(places, sums)
+    size = np.linalg.norm(contact_force, axis=-1)
+    needed = np.divide(size, load, out=np.full_like(load, np.inf), where=load > 0)
+    pressure = sums[:, 1:] / sums[:, :1]
+    doubts = _doubts(t, load <= 0, "load", load, np.min)
+    if friction is not None:
+        doubts += _doubts(t, (load > 0) & (needed > friction), "slip", needed, np.max)
+    doubts.sort(key=lambda doubt: (doubt.t_first, doubt.wheel))
+    return Reactions(
+        t=t,
+        contact_force=contact_force,
+        load=load,
+        load_rule="determinate" if len(places) == 3 else "least norm",
+        needed_friction=needed,
+        slip_margin=None if friction is None else friction * load - size,
+        contact_places=places,
+        pressure_point=pressure,
+        tip_margin=SupportPolygon.of(places).margin(pressure),
+        doubts=tuple(doubts),
+    )
+
+
+def _doubts(t: np.ndarray, found: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
+    """One Doubt for each run of rows in which `found` (T, N) holds for a wheel."""
+    doubts = []
+    for wheel in range(found.shape[1]):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], found[:, wheel], [False]])))
+        for first, end in edges.reshape(-1, 2):
+            extreme = float(worst(values[first:end, wheel]))
+            doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme))
+    return doubts
+
+
+def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Contact forces (T, N, 2), sums of the loads and their moments (T, 3), places of the contacts (N, 2)."""
+    bound = _kernel(trajectory)
+    values = numbers | _drives(trajectory)
+    values |= {"nu": trajectory.nu, "chi": trajectory.chi, "heading": trajectory.pose[:, 2], "spins": trajectory.spins}
+    if trajectory.spins is not None:
+        values["axial"] = _call(bound, "axial_speeds", values)
+        values["momenta"] = _call(bound, "momenta", values)
+    if "coulomb_momenta" in bound.signatures:
+        values["coulomb_momenta_dot"] = _call(bound, "coulomb_momenta", values)
+    found = _call(bound, "accelerations", values)
+    values["nu_dot"] = found[0] if bound.has_spins else found
+    sums, places = _call(bound, "load_balance", values)
+    return _call(bound, "contact_forces", values), sums, places[0]
+
+
+def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """The drives' inputs of the kernel in every row, by name."""
+    if trajectory.drive is None:
+        return {}
+    return {name: trajectory.drive[:, k] for k, name in enumerate(DRIVES[: trajectory.drive.shape[1]])}
+
+
+def _call(bound: Kernel, name: str, values: dict[str, Any]) -> Any:
+    """A generated function on the values of the names of its inputs."""
+    return bound.call(name, *(values[argument.name] for argument in bound.signatures[name].inputs))
+
+
+def _kernel(trajectory: Trajectory) -> Kernel:
+    """The kernel of the run with reactions; the Python one works on all rows at once."""
+    acting = trajectory.effects
+    vehicle = acting.equipped(trajectory.vehicle)
+    names = (name for effect in acting.effects for name in effect.kernel_effects())
+    constants = tuple(acting.constants(vehicle).items())
+    return kernel(vehicle, trajectory.roller_model, "python", effects=(*names, "reactions"), constants=constants)
+
+
+def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:
+    """Gravity across the plane of the run."""
+    slope = next((effect for effect in trajectory.effects.effects if isinstance(effect, Slope)), None)
+    if gravity is None:
+        gravity = STANDARD_GRAVITY if slope is None else slope.gravity
+    gravity = validation.positive("gravity", gravity)
+    if slope is None:
+        return gravity
+    if gravity != slope.gravity:
+        raise InvalidValueError("gravity", gravity, f"must be that of the run's slope, {slope.gravity!r}")
+    return _part(trajectory.vehicle, "across_plane", gravity_strength=gravity, plane_angle=slope.angle)
+
+
+def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.ndarray:
+    """(N,) angular momentum about the axles per rate of the wheels."""
+    wheels = trajectory.vehicle.wheels
+    if spin_inertia is not None:
+        shape = () if np.ndim(spin_inertia) == 0 else (wheels,)
+        given = validation.real_array("spin_inertia", spin_inertia, shape)
+        if (given <= 0).any():
+            raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
+        return np.broadcast_to(given, (wheels,))
+    vehicle = trajectory.effects.equipped(trajectory.vehicle)
+    found = vehicle.wheel_inertia
+    for motor in trajectory.effects.effects:
+        if isinstance(motor, Motor):
+            rotor = {"gear_ratio": motor.gear_ratio, "rotor_axial_inertia": motor.rotor_inertia}
+            found = _part(vehicle, "spin_inertia", wheel_inertia=found, **rotor)
+    return np.full(wheels, found)
+
+
+def _part(vehicle: Vehicle, name: str, **values: float) -> float:
+    return parts.evaluate(name, vehicle.wheels, vehicle.rollers_per_wheel, **values)[0]
+
+
+def _wheel_mass(vehicle: Vehicle, wheel_mass: float) -> float:
+    wheel_mass = validation.positive("wheel_mass", wheel_mass)
+    if vehicle.wheels * wheel_mass >= vehicle.mass:
+        bound = f"wheels must be lighter than the whole vehicle, {vehicle.mass!r} kg"
+        raise InvalidValueError("wheel_mass", wheel_mass, bound)
+    return wheel_mass
+
+
+def _refuse_unless_centred(vehicle: Vehicle, places: np.ndarray) -> None:
+    beside = np.abs(places.mean(axis=0) - vehicle.center_of_mass).max()
+    if beside > CENTRED * vehicle.platform_radius:
+        bound = "must be given: the wheels' centroid is not below the centre of mass, so that their height matters"
+        raise InvalidValueError("wheel_mass", None, bound)

@@ -1,0 +1,263 @@
+"""A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.layout import Layout
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.results.dense import values_at
+from omniroll.results.ledger import Ledger
+from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
+from omniroll.vehicles.vehicle import Vehicle
+
+SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
+
+
+@dataclass(frozen=True)
+class Samples:
+    """A motion at given times; the fields of Trajectory of the same names."""
+
+    t: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    contact: np.ndarray
+    contact_spin: np.ndarray
+    spins: np.ndarray | None
+    pose: np.ndarray
+    energy: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """A motion of a vehicle with N wheels of n rollers; T rows.
+
+    t             (T,) time; never decreasing. A switch has two rows of one time, before and after
+    nu            (T, 3) in 1/s
+    chi           (T, N) in rad, |chi| <= pi/n
+    contact       (T, N) int, the physical roller in contact, 0..n-1
+    contact_spin  (T, N) in rad/s, the spin of the roller in contact, (2.1)
+    spins         (T, N, n-1) in rad/s, spins of the free rollers j = 2..n relative to their disks; None but
+                  for the roller model "free"
+    pose          (T, 3) x, y in m, theta in rad
+    energy        (T,) in J, (3.2)
+    switches      records (t, wheel, direction, energy_jump), one for each wheel that switched, also as
+                  switches.t, ...; the jump of a joint switch is shared equally among its wheels
+    stats         dict: steps, evaluations, switches, phases, error_estimate, ...
+    elapsed       (T,) time since start_time, not rounded to the clock
+    dense         (S, d + 1, 6 + N + E) Bernstein coefficients of (nu, chi, pose, added) on each of the S steps, or None
+    step_rows     (S,) the row at which each step starts
+    added         (T, E) what the effects integrate, see `quantity`; None without effects
+    drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
+                  takes damping * chi' from it; None without drives. At a row that ends a phase, the values before
+    vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
+    """
+
+    vehicle: Vehicle
+    roller_model: str
+    switching: str
+    accuracy: float
+    engine: str
+    start_time: float
+    t: np.ndarray
+    elapsed: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    contact: np.ndarray
+    contact_spin: np.ndarray
+    spins: np.ndarray | None
+    pose: np.ndarray
+    energy: np.ndarray
+    switches: np.ndarray
+    dense: np.ndarray | None
+    step_rows: np.ndarray
+    stats: dict[str, Any] = field(default_factory=dict)
+    effects: EffectSet = EffectSet()
+    added: np.ndarray | None = None
+    drive: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Trajectory: {self.roller_model}, {self.switching}, N={self.vehicle.wheels}, "
+            f"n={self.vehicle.rollers_per_wheel}, t = {self.t[0]:g} ... {self.t[-1]:g}, {len(self)} rows, "
+            f"{len(self.switches)} switches>"
+        )
+
+    # Rollers by place and by number
+
+    def physical_roller(self, j: ArrayLike) -> np.ndarray:
+        """(T, N) the physical number 0..n-1 of roller j = 1..n (1 is in contact) in every row."""
+        rollers = self.vehicle.rollers_per_wheel
+        return physical_roller(self.contact, self._whole("j", j, 1, rollers), rollers)
+
+    def place_of_roller(self, roller: ArrayLike) -> np.ndarray:
+        """(T, N) the place j = 1..n of a physical roller 0..n-1 in every row."""
+        rollers = self.vehicle.rollers_per_wheel
+        return place_of_roller(self.contact, self._whole("roller", roller, 0, rollers - 1), rollers)
+
+    def spins_by_roller(self) -> np.ndarray:
+        """(T, N, n) spins of all rollers relative to their disks, by physical number; 0 for locked ones."""
+        shape = self.chi.shape + (self.vehicle.rollers_per_wheel - 1,)
+        spins = np.zeros(shape) if self.spins is None else self.spins
+        return by_roller(np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact)
+
+    @staticmethod
+    def _whole(name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
+        array = np.asarray(value)
+        if array.dtype.kind not in "iu" or ((array < least) | (array > most)).any():
+            raise InvalidValueError(name, value, f"must be a whole number from {least} to {most}")
+        return array
+
+    # Sampling
+
+    def sample(self, t: ArrayLike) -> Samples:
+        """The motion at any times within the run; at a switch that after it (right-continuous).
+
+        t may be a number or an array (...,); the fields have its shape in front. At a row's time they are
+        that row. Raises InvalidValueError for times outside the run, or where the dense output was not saved.
+        """
+        times = validation.real_array("t", t)
+        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
+            raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
+        y, row = self._state_and_row(times)
+        return self._complete(times, y, row)
+
+    def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
+        y, row = self._state_and_row(times)
+        return y[..., : 6 + self.vehicle.wheels], self.contact[row]
+
+    def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
+        # A clock late in its life is coarse: a time that is some row's t is that row's time.
+        row = np.searchsorted(self.t, times, side="right") - 1
+        on_row = self.t[row] == times
+        y = self._rows(row)
+        between = ~on_row
+        if between.any():
+            y[between] = self._polynomials((times - self.start_time)[between])
+        return y, row
+
+    def _rows(self, row: np.ndarray) -> np.ndarray:
+        """y (..., 6 + N + E) of some rows."""
+        added = () if self.added is None else (self.added[row],)
+        return np.concatenate([self.nu[row], self.chi[row], self.pose[row], *added], axis=-1)
+
+    def _polynomials(self, elapsed: np.ndarray) -> np.ndarray:
+        """y (..., 6 + N + E) from the steps' polynomials, at times since the start."""
+        if self.dense is None:
+            raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
+        starts, lengths = self._steps
+        step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # the clock may not see the shortest steps
+            x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
+        return values_at(self.dense[step], x)
+
+    @cached_property
+    def _steps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Starts and lengths (S,) of the steps."""
+        starts = self.elapsed[self.step_rows]
+        return starts, np.append(starts[1:], self.elapsed[-1]) - starts
+
+    def _complete(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> Samples:
+        """All fields from y = (nu, chi, pose), where `row` is the last row at or before each time."""
+        bound, end = self.kernel, 3 + self.vehicle.wheels
+        joint = np.pi / self.vehicle.rollers_per_wheel
+        nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
+        _, contact_spin = bound.wheel_rates(nu, chi)
+        spins = None
+        if self.spins is not None:
+            axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
+            if self.effects:
+                before, after = self._layout.views(self._rows(row)), self._layout.views(y)
+                elapsed = (times - self.start_time) - self.elapsed[row]
+                axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
+            spins = bound.spins_from_axial(nu, chi, axial)
+        energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+        at_row = times == self.t[row]
+        for values, rows in ((contact_spin, self.contact_spin), (spins, self.spins), (energy, self.energy)):
+            if values is not None:
+                values[at_row] = rows[row[at_row]]
+        return Samples(times, nu, chi, self.contact[row], contact_spin, spins, pose, energy)
+
+    @property
+    def kernel(self) -> Kernel:
+        """The kernel of this vehicle and roller model without effects, compiled where that is there."""
+        return kernel(self.effects.equipped(self.vehicle), self.roller_model, self._backend)
+
+    @property
+    def _backend(self) -> str:
+        return "python" if self.engine == "python" else best_backend()
+
+    @property
+    def _effect_kernel(self) -> Kernel:
+        return self.effects.kernel(self.vehicle, self.roller_model, self._backend)
+
+    @cached_property
+    def _layout(self) -> Layout:
+        return self.effects.layout(self._effect_kernel)
+
+    # Energy
+
+    def quantity(self, name: str) -> np.ndarray:
+        """(T, ...) what an effect has integrated, by name: drive_work, axle_loss, roller_loss in J, ..."""
+        names = [quantity.name for quantity in self.effects.quantities(self.roller_model)]
+        validation.choice("name", name, names)
+        return self._layout.view(self._rows(np.arange(len(self))), name)
+
+    def contributions(self) -> dict[str, np.ndarray]:
+        """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
+        accounts = {
+            quantity.name: quantity.account * self.quantity(quantity.name)
+            for quantity in self.effects.quantities(self.roller_model)
+            if quantity.account
+        }
+        for entry, name in self.effects.potentials().items():
+            potential = self._effect_kernel.call(name, self.pose)
+            accounts[entry] = potential[0] - potential
+        return accounts
+
+    def gained(self) -> np.ndarray:
+        """(T,) their sum."""
+        return sum(self.contributions().values(), np.zeros(len(self)))
+
+    @property
+    def ledger(self) -> Ledger:
+        """The account of the energy of the whole run."""
+        found = {name: float(values[-1]) for name, values in self.contributions().items()}
+        found["switches"] = float(self.switches["energy_jump"].sum())
+        return Ledger(float(self.energy[0]), float(self.energy[-1]), found, float(self.energy.max()))
+
+    # Files
+
+    def save(self, path: str | PathLike, *, dense: bool = True) -> None:
+        """Write to a .npz or .csv file, by the name's ending; `load` gives the same trajectory, bit by bit.
+
+        dense=False leaves the polynomials out: a smaller file, a table to look at; it can then be sampled at
+        its rows only.
+        """
+        from omniroll.results import trajectory_files
+
+        trajectory_files.save(self, path, dense=dense)
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "Trajectory":
+        """Read what `save` wrote. Raises InvalidValueError for a file that is not a trajectory."""
+        from omniroll.results import trajectory_files
+
+        return trajectory_files.load(path)

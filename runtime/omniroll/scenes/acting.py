@@ -1,0 +1,80 @@
+"""The effects of a scene, as the objects that omniroll.simulate takes."""
+
+from collections.abc import Callable
+from typing import Any
+
+from omniroll.effects import Bearings, Controller, Effect, Motor, Slope, Torque, TorqueTable
+from omniroll.errors import InvalidValueError
+from omniroll.scenes.checking import Findings
+from omniroll.scenes.problems import shown
+from omniroll.scenes.schema import MOTOR, TABLES
+from omniroll.vehicles.vehicle import Vehicle
+
+MOTOR_NAMES = tuple(key.name for key in MOTOR)
+MOTOR_NEEDS = ("torque_constant", "resistance")
+
+
+def effects_of(tables: dict[str, dict[str, Any]], found: Findings) -> dict[str, Effect]:
+    """The effect of each table that has one and is good; what is wrong goes into `found`."""
+    if "drive" in tables:
+        _say_what_does_not_fit(tables["drive"], found)
+    effects = {}
+    for table, make in MAKERS.items():
+        if table in tables and not found.keys_in(table):
+            try:
+                effects[table] = make(tables[table])
+            except InvalidValueError as error:
+                found.add(table, error.field, error.bound, shown(error.value))
+    return effects
+
+
+def check_together(effects: dict[str, Effect], vehicle: Vehicle, found: Findings) -> None:
+    """What an effect needs of the vehicle and of the others."""
+    for table, effect in effects.items():
+        try:
+            effect.check(vehicle, tuple(effects.values()))
+        except InvalidValueError as error:
+            found.add(table, error.field, error.bound, shown(error.value))
+
+
+def with_layout(vehicle: Vehicle, tables: dict[str, dict[str, Any]], found: Findings) -> Vehicle:
+    """The vehicle with its wheels and its centre of mass where [layout] says."""
+    layout = tables.get("layout", {})
+    if "wheel_angles" in layout and "wheel_angles" in tables["vehicle"]:
+        found.add("layout", "wheel_angles", "cannot stand beside [vehicle] wheel_angles", shown(layout["wheel_angles"]))
+    try:
+        return vehicle.replace(**layout) if layout else vehicle
+    except InvalidValueError as error:
+        known = {key.name for key in TABLES["layout"].keys}
+        found.add("layout" if error.field in known else "vehicle", error.field, error.bound, shown(error.value))
+        return vehicle
+
+
+def _say_what_does_not_fit(drive: dict[str, Any], found: Findings) -> None:
+    already = found.keys_in("drive")
+    if "torque" in drive:
+        for name in MOTOR_NAMES:
+            if name in drive:
+                found.add("drive", name, "cannot stand beside torque", shown(drive[name]))
+    elif "voltage" in drive:
+        for name in MOTOR_NEEDS:
+            if name not in drive and name not in already:
+                found.add("drive", name, "is missing; a motor's voltage needs it")
+    elif not already & {"torque", "voltage"}:
+        found.add("drive", None, "needs torque or voltage")
+    if "interpolation" in drive and "times" not in drive and "times" not in already:
+        found.add("drive", "interpolation", "needs times", shown(drive["interpolation"]))
+
+
+def _drive(said: dict[str, Any]) -> Effect:
+    if "voltage" in said:
+        return Motor(**said)
+    return TorqueTable(**said) if "times" in said else Torque(**said)
+
+
+MAKERS: dict[str, Callable[[dict[str, Any]], Effect]] = {
+    "drive": _drive,
+    "controller": lambda said: Controller(**said),
+    "bearings": lambda said: Bearings(**said),
+    "slope": lambda said: Slope(**said),
+}

@@ -1,0 +1,114 @@
+"""Checks of a scene's tables against the schema: every key by itself, all of them before anybody complains."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from omniroll.scenes.kinds import Sizes
+from omniroll.scenes.problems import Problem, nearest, shown
+from omniroll.scenes.reading import Lines
+from omniroll.scenes.schema import PRESET, SCENE, TABLES, Table, keys
+
+PRESET_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
+
+
+class Findings:
+    """The problems that were found so far, each with its line."""
+
+    def __init__(self, lines: Lines):
+        self._lines = lines
+        self.problems: list[Problem] = []
+
+    def add(self, table: str, key: str | None, expected: str, value: str | None = None) -> None:
+        line = self._lines.get((table, key), self._lines.get((table, None)))
+        self.problems.append(Problem(table, key, value, expected, line))
+
+    def add_stray(self, name: str, value: Any, expected: str) -> None:
+        """Something that stands where only tables do."""
+        self.problems.append(Problem(None, name, shown(value), expected, self._lines.get((name, None))))
+
+    def keys_in(self, table: str) -> set[str | None]:
+        """The keys of this table that have problems; None stands for the table as a whole."""
+        return {problem.key for problem in self.problems if problem.table == table}
+
+
+def checked_tables(tables: dict[str, Any], found: Findings) -> dict[str, dict[str, Any]]:
+    """The tables with the keys that are known and good; what is not goes into `found`."""
+    contents = {}
+    for name, content in tables.items():
+        if name not in TABLES:
+            _unknown_table(name, content, found)
+        elif not isinstance(content, dict):
+            found.add_stray(name, content, f"must be a table, [{name}]")
+        else:
+            contents[name] = content
+    for table in SCENE:
+        if table.needed and table.name not in tables:
+            found.add(table.name, None, "is missing" + _that_needs(table))
+    known = sizes(contents.get("vehicle", {}))
+    return {name: _good_keys(TABLES[name], content, known, found) for name, content in contents.items()}
+
+
+def sizes(vehicle: dict[str, Any]) -> Sizes:
+    """N and n - 1 as far as [vehicle] says them."""
+    preset = _is_preset(vehicle)
+    said = {key: vehicle.get(key, default if preset else None) for key, default in PRESET_SIZES.items()}
+    good = {key: value for key, value in said.items() if TABLES["vehicle"].key(key).kind.complaint(value, {}) is None}
+    result = {"N": good["wheels"]} if "wheels" in good else {}
+    return result | ({"n-1": good["rollers_per_wheel"] - 1} if "rollers_per_wheel" in good else {})
+
+
+def _is_preset(vehicle: dict[str, Any]) -> bool:
+    return any(key.name in vehicle for key in PRESET)
+
+
+def _good_keys(table: Table, content: dict[str, Any], known: Sizes, found: Findings) -> dict[str, Any]:
+    names = {key.name for key in table.keys}
+    for name, value in content.items():
+        if name not in names:
+            found.add(table.name, name, f"no such key{_hint(name, names, table.name)}", shown(value))
+    good = {}
+    for key in table.keys:
+        if key.name not in content:
+            if key.needed:
+                found.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
+            continue
+        complaint = key.kind.complaint(content[key.name], known)
+        if complaint is None:
+            good[key.name] = content[key.name]
+        else:
+            found.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
+    return good
+
+
+def _unit(unit: str) -> str:
+    return f", in {unit}" if unit not in ("", "1") else ""
+
+
+def _that_needs(table: Table) -> str:
+    needed = [key.name for key in table.keys if key.needed]
+    return f"; it needs {', '.join(needed)}" if needed else ""
+
+
+def _unknown_table(name: str, content: Any, found: Findings) -> None:
+    if not isinstance(content, dict):
+        elsewhere = _elsewhere(name)
+        found.add_stray(name, content, "stands in no table" + (f"; did you mean {elsewhere}?" if elsewhere else ""))
+        return
+    close = nearest(name, TABLES)
+    found.add(name, None, "no such table" + (f"; did you mean [{close}]?" if close else _all(TABLES)))
+
+
+def _hint(name: str, known: Iterable[str], table: str) -> str:
+    """What may have been meant: a key of this table, or one of another."""
+    close, elsewhere = nearest(name, known), _elsewhere(name)
+    if elsewhere:
+        return f"; did you mean {elsewhere}?"
+    return f"; did you mean {close}?" if close else _all(key.name for key in TABLES[table].keys)
+
+
+def _elsewhere(name: str) -> str | None:
+    return next((f"[{table.name}] {name}" for table, key in keys() if key.name == name), None)
+
+
+def _all(names: Iterable[str]) -> str:
+    return f"; there are {', '.join(names)}"

@@ -1,0 +1,161 @@
+"""Scene files read, checked and run."""
+
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from omniroll.engine.simulate import checked_task, one_run, simulate
+from omniroll.errors import InvalidValueError
+from omniroll.results.reactions import Reactions, judged_reactions
+from omniroll.results.trajectory import Trajectory
+from omniroll.scenes.acting import check_together, effects_of, with_layout
+from omniroll.scenes.checking import Findings, checked_tables, sizes
+from omniroll.scenes.problems import SceneError, shown
+from omniroll.scenes.reading import read
+from omniroll.scenes.schema import keys
+from omniroll.scenes.vehicles import vehicle_of
+from omniroll.vehicles.vehicle import Vehicle
+
+OPTIONS = {  # argument of simulate: the table and key that it comes from
+    "nu": ("start", "nu"),
+    "chi": ("start", "chi"),
+    "spins": ("start", "spins"),
+    "pose": ("start", "pose"),
+    "duration": ("run", "duration"),
+    "accuracy": ("run", "accuracy"),
+    "engine": ("run", "engine"),
+    "start_time": ("run", "start_time"),
+    "roller_model": ("rollers", "model"),
+    "switching": ("switching", "law"),
+}
+MOST_SAMPLES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene that has been read.
+
+    name     the file's name without its ending
+    vehicle  the vehicle
+    options  the other arguments of omniroll.simulate
+    tables   the file's tables, checked, as plain data
+    """
+
+    name: str
+    vehicle: Vehicle
+    options: dict[str, Any] = field(default_factory=dict)
+    tables: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def doubts(self) -> list[UserWarning]:
+        """What is allowed in its effects and yet looks wrong."""
+        return [doubt for effect in self.options.get("effects", ()) for doubt in effect.doubts(self.vehicle)]
+
+    def sample_times(self, end: float) -> np.ndarray | None:
+        """The times up to `end` at which samples are wanted, (K,) in s; None where none are."""
+        said = self.tables.get("run", {})
+        if "times" in said:
+            times = np.array(said["times"], float)
+        elif "step" in said:
+            start = said.get("start_time", 0)
+            times = start + said["step"] * np.arange(_steps(said) + 1)
+        else:
+            return None
+        return times[times <= end]
+
+
+def load_scene(path: str | PathLike) -> Scene:
+    """Read a scene file; docs/scenes.md says what it holds. Raises SceneError, which names all that is wrong."""
+    tables, lines = read(path)
+    found = Findings(lines)
+    tables = checked_tables(tables, found)
+    vehicle = vehicle_of(tables["vehicle"], found) if "vehicle" in tables else None
+    options = {
+        argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
+    }
+    _check_samples(tables.get("run", {}), found)
+    effects = effects_of(tables, found)
+    if vehicle is not None:
+        vehicle = with_layout(vehicle, tables, found)
+    stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
+    if stand_in is not None:
+        check_together(effects, stand_in, found)
+        _check_options(stand_in, options, found)
+    if effects:
+        options["effects"] = tuple(effects.values())
+    if not found.problems:
+        _check_whole(vehicle, options, tables, found)
+    if found.problems:
+        raise SceneError(path, found.problems)
+    return Scene(Path(path).stem, vehicle, options, tables)
+
+
+def run(scene: Scene, **changes: Any) -> Trajectory:
+    """Simulate a scene; `changes` are arguments of omniroll.simulate that replace the scene's."""
+    return simulate(scene.vehicle, **scene.options | changes)
+
+
+def reactions_of(trajectory: Trajectory, said: dict[str, Any]) -> tuple[Reactions, list[str]]:
+    """The reactions that [reactions] asks for, and the warnings that come with them."""
+    found = judged_reactions(trajectory, **said)
+    return found, [str(warning) for warning in found.warnings()]
+
+
+def _steps(said: dict[str, Any]) -> int:
+    return int(np.floor(said["duration"] / said["step"] * (1 + 1e-12)))
+
+
+def _check_samples(said: dict[str, Any], found: Findings) -> None:
+    if "step" in said and "times" in said:
+        found.add("run", "step", "cannot stand beside times", shown(said["step"]))
+    if "duration" not in said:
+        return
+    start = said.get("start_time", 0)
+    end = start + said["duration"]
+    if "times" in said and not start <= said["times"][0] <= said["times"][-1] <= end:
+        found.add("run", "times", f"must lie within the run, {start!r} to {end!r} s", shown(said["times"]))
+    if "step" in said and said["duration"] / said["step"] > MOST_SAMPLES:
+        found.add("run", "step", f"must leave at most {MOST_SAMPLES} samples of the run", shown(said["step"]))
+
+
+def _stand_in(said: dict[str, Any]) -> Vehicle | None:
+    """A vehicle of as many wheels and rollers as the one that could not be made, to check the start with."""
+    known = sizes(said)
+    if "N" not in known or known.get("n-1", 0) < 3:
+        return None
+    return Vehicle.paper(known["N"], known["n-1"] + 1)
+
+
+def _check_options(vehicle: Vehicle, options: dict[str, Any], found: Findings) -> None:
+    """What simulate would refuse of each argument by itself, so that all are named at once."""
+    harmless = {"nu": (0, 0, 0), "duration": 0}
+    for name, value in options.items():
+        alone = harmless | {name: value}
+        if name == "spins":
+            alone |= {"roller_model": "free"}
+        try:
+            checked_task(vehicle, **alone)
+        except InvalidValueError as error:
+            found.add(*OPTIONS[name], error.bound, shown(error.value))
+
+
+def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], found: Findings) -> None:
+    """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
+    try:
+        task = checked_task(vehicle, **options)
+        if "reactions" in tables:
+            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables["reactions"])
+    except InvalidValueError as error:
+        found.add(*_place(error.field, tables), error.bound, shown(error.value))
+
+
+def _place(name: str, tables: dict[str, Any]) -> tuple[str, str]:
+    """The table and key that an argument comes from."""
+    if name in OPTIONS:
+        return OPTIONS[name]
+    written = (table for table, content in tables.items() if name in content)
+    known = (table.name for table, key in keys() if key.name == name and table.name in tables)
+    return next(chain(written, known), "vehicle"), name

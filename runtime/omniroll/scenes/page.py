@@ -1,0 +1,54 @@
+"""The tables of docs/scenes.md, written from the schema: python -m omniroll.scenes.page docs/scenes.md"""
+
+import sys
+from pathlib import Path
+
+from omniroll.scenes.kinds import Choice, Whole
+from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SIZES, Key, Table
+
+BEGIN, END = "<!-- written from the schema -->", "<!-- up to here -->"
+WAYS = (
+    ("with every vehicle", SIZES + SHARED),
+    ("a preset", PRESET),
+    ("or numbers", NUMBERS),
+    ("or parts", PARTS),
+)
+
+
+def tables() -> str:
+    """Every table of a scene as Markdown."""
+    return "\n\n".join(_table(table) for table in SCENE)
+
+
+def page(text: str) -> str:
+    """The page's text with its tables written anew."""
+    before, rest = text.split(BEGIN)
+    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{rest.split(END)[1]}"
+
+
+def _table(table: Table) -> str:
+    needed = " Needed." if table.needed else ""
+    lines = [f"### [{table.name}]", "", table.meaning + needed]
+    for title, keys in WAYS if table.name == "vehicle" else ((None, table.keys),):
+        lines += ["", f"*{title}*"] if title else []
+        lines += ["", "| key | unit | value | default | |", "| --- | --- | --- | --- | --- |", *map(_row, keys)]
+    return "\n".join(lines)
+
+
+def _row(key: Key) -> str:
+    default = "**needed**" if key.needed else key.default or "-"
+    return f"| `{key.name}` | {key.unit or '-'} | {_value(key)} | {default} | {key.meaning} |"
+
+
+def _value(key: Key) -> str:
+    if isinstance(key.kind, Choice):
+        return ", ".join(f"`{name}`" for name in key.kind.names)
+    if isinstance(key.kind, Whole):
+        return f"whole, {key.kind.least} to {key.kind.most}"
+    shapes = " or ".join("number" if not shape else " x ".join(map(str, shape)) for shape in key.kind.shapes)
+    return shapes + (f", {key.kind.bound}" if key.kind.bound else "")
+
+
+if __name__ == "__main__":
+    file = Path(sys.argv[1])
+    file.write_text(page(file.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,122 @@
+"""The vehicle of a scene: from a preset, from numbers, or from parts."""
+
+from collections.abc import Callable
+from typing import Any
+
+from omniroll.errors import InvalidValueError
+from omniroll.scenes.checking import Findings
+from omniroll.scenes.problems import shown
+from omniroll.scenes.schema import NUMBERS, PARTS, SHARED, SIZES
+from omniroll.vehicles.parts import cylinder
+from omniroll.vehicles.vehicle import Vehicle
+
+ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
+NUMBER_NAMES = tuple(key.name for key in NUMBERS)
+PART_NAMES = tuple(key.name for key in PARTS)
+BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from where they are not given
+    "platform_mass": (("platform_inertia",), ("platform_disk_radius",)),
+    "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
+    "roller_mass": (("roller_axial_inertia", "roller_transverse_inertia"), ("roller_radius", "roller_length")),
+}
+# Numbers that break no bound, in place of those that are missing or wrong: the others are then judged by themselves.
+LENIENT = {
+    "wheels": 1, "platform_radius": 1.0, "wheel_radius": 1e100, "roller_axis_radius": 1e-100, "mass": 1e-100,
+    "yaw_inertia": 1e100, "wheel_inertia": 1.0, "roller_inertia": 1e-100,
+}  # fmt: skip
+MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # lenient only together
+REPAIRS = (1e-9, 1e9)  # a number that breaks a bound keeps it when it is this much smaller or larger
+
+
+def vehicle_of(content: dict[str, Any], found: Findings) -> Vehicle | None:
+    """The vehicle; None where [vehicle] has problems, which go into `found`.
+
+    `content` has the keys that are good by themselves.
+    """
+    make, needed, strangers, beside = _way(content)
+    for name in strangers:
+        if name in content:
+            found.add("vehicle", name, f"cannot stand beside {beside}", shown(content[name]))
+    if "preset" not in found.keys_in("vehicle"):
+        _say_what_is_missing(content, needed, found)
+    wrong = found.keys_in("vehicle")
+    try:
+        if wrong:
+            make, content = _make_numbers, _judged_alone(content, wrong)
+        vehicle = make(content)
+    except InvalidValueError as error:
+        _say_all_bounds(make, content, error, found)
+        return None
+    return None if wrong else vehicle
+
+
+def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, Any]:
+    """The numbers of a vehicle as far as they are good, of its preset too; lenient ones in place of the rest."""
+    numbers = {key.name for key in SIZES + SHARED + NUMBERS} - {"wheel_angles"}
+    good = {name: value for name, value in content.items() if name in numbers}
+    if "preset" in content and not wrong & {"wheels", "rollers_per_wheel"}:
+        preset = _make_preset(
+            {name: content[name] for name in ("preset", "wheels", "rollers_per_wheel") if name in content}
+        )
+        good = {name: value for name, value in preset.as_dict().items() if name in numbers - wrong} | good
+    return LENIENT | good | ({} if "rollers_per_wheel" in good else MANY_ROLLERS)
+
+
+def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
+    """How the vehicle is said: what makes it, the keys that it needs, those that it excludes, and why."""
+    if "preset" in content:
+        return _make_preset, (), PART_NAMES, "a preset"
+    if any(name in content for name in PART_NAMES):
+        return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES, "parts, which give it"
+    return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
+
+
+def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], found: Findings) -> None:
+    already = found.keys_in("vehicle")
+    for name in needed:
+        if name not in content and name not in already:
+            found.add("vehicle", name, "is missing" + ("; give it, a preset, or parts" if name in NUMBER_NAMES else ""))
+    for mass, (inertias, sizes) in BODIES.items():
+        for name in inertias if mass in needed else ():
+            if not (name in content or set(sizes) <= set(content) or already & {name, *sizes}):
+                found.add("vehicle", name, f"is missing; give it, or {' and '.join(sizes)}")
+
+
+def _make_preset(content: dict[str, Any]) -> Vehicle:
+    sizes = {key: content[key] for key in ("wheels", "rollers_per_wheel") if key in content}
+    numbers = {key: value for key, value in content.items() if key not in ("preset", *sizes)}
+    vehicle = Vehicle.paper(**sizes)
+    return vehicle.replace(**numbers) if numbers else vehicle
+
+
+def _make_numbers(content: dict[str, Any]) -> Vehicle:
+    return Vehicle(**content)
+
+
+def _make_parts(content: dict[str, Any]) -> Vehicle:
+    parts = dict(content)
+    for mass, (inertias, sizes) in BODIES.items():
+        size = [parts.pop(name) for name in sizes if name in parts]
+        if len(size) == len(sizes):
+            # A disk's thickness does not enter its axial inertia.
+            solid = cylinder(content[mass], size[0], size[-1]) if content[mass] else (0.0, 0.0)
+            parts = dict(zip(inertias, solid, strict=False)) | parts
+    return Vehicle.from_parts(**parts)
+
+
+def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValueError, found: Findings) -> None:
+    """Every bound that the numbers break together: each is said, then mended to see the next."""
+    while True:
+        found.add("vehicle", error.field, error.bound, shown(error.value))
+        if not isinstance(content.get(error.field), (int, float)):
+            return
+        for factor in REPAIRS:
+            mended = content | {error.field: content[error.field] * factor}
+            try:
+                make(mended)
+                return
+            except InvalidValueError as other:
+                if other.field != error.field:
+                    content, error = mended, other
+                    break
+        else:
+            return

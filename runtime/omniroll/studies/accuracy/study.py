@@ -1,0 +1,214 @@
+"""The study of one motion: reference, errors and times of every integrator, the ladder of models, advice."""
+
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from omniroll.engine.runs import Task
+from omniroll.engine.simulate import checked_task
+from omniroll.errors import SimulationStopped
+from omniroll.scenes import Scene
+from omniroll.studies.accuracy.deviation import deviation
+from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
+from omniroll.studies.accuracy.models import ladder
+from omniroll.studies.accuracy.peers import PEERS, Peer, quietly
+from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
+
+SAMPLES = 41  # times at which motions are compared
+ENOUGH = 0.2  # s that a setting is repeated for, at most REPEATS times
+REPEATS = 5
+INTEGRATORS = (*PEERS, *heyoka_peer())
+
+
+@dataclass(frozen=True)
+class Point:
+    """One integrator (or model) at one setting.
+
+    setting, unit  what was asked: a tolerance, or steps a sample
+    microseconds  per simulated second, the least of some repeats
+    end, trajectory  errors in the norm of `accuracy`, at the end and at all samples; nan where the motion blew up
+    switch_times  s, nan where the switches are others than the reference's; energy relative
+    """
+
+    series: str
+    setting: float
+    microseconds: float
+    evaluations: int
+    end: float
+    trajectory: float
+    switch_times: float
+    energy: float
+    unit: str = "tolerance"
+
+
+@dataclass
+class Study:
+    """All that `omniroll accuracy` shows. `laws` are {integrator: (C, E)} of error = C tol^E.
+
+    confirmed  how far the second reference solution is from the first; models_confirmed of the fullest model's
+    floor      smaller errors are shown as this; models_floor likewise
+    effects    of the scene; the integrators are compared without them, the models with them
+    points     of the integrators; none where without its effects the vehicle stands still
+    stopped    why a run could not go on, or None
+    """
+
+    scene: str
+    duration: float
+    model: str
+    law: str
+    confirmed: float
+    floor: float
+    points: list[Point] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
+    laws: dict[str, tuple[float, float]] = field(default_factory=dict)
+    models: list[Point] = field(default_factory=list)
+    advice: dict[str, Any] | None = None
+    effects: list[str] = field(default_factory=list)
+    models_confirmed: float = math.inf
+    stopped: str | None = None
+
+    @property
+    def models_floor(self) -> float:
+        return FINER * self.models_confirmed
+
+    def as_json(self) -> str:
+        def plain(value: Any) -> Any:
+            if isinstance(value, float) and not math.isfinite(value):
+                return None
+            if isinstance(value, dict):
+                return {key: plain(item) for key, item in value.items()}
+            return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
+
+        return json.dumps(plain(asdict(self)), indent=1, allow_nan=False)
+
+    def as_csv(self) -> str:
+        names = list(Point.__dataclass_fields__)
+        lines = [",".join(["part", *names])]
+        for part, points in (("integrator", self.points), ("model", self.models)):
+            lines += [",".join([part, *(_cell(getattr(point, name)) for name in names)]) for point in points]
+        return "\n".join(lines) + "\n"
+
+
+def _cell(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def study(
+    scene: Scene, duration: float, *, wanted: float | None = None, peers: tuple[Peer, ...] = INTEGRATORS,
+    report: Callable[[str], Any] = lambda line: None,
+) -> Study:  # fmt: skip
+    """Measure everything for the first `duration` seconds of a scene.
+
+    A run that stops is noted, and the others go on. Raises SimulationStopped where the reference solution stops.
+    """
+    options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
+    plain = {k: v for k, v in options.items() if k != "effects"}
+    task = checked_task(scene.vehicle, **plain, duration=duration)
+    times = np.linspace(0.0, duration, SAMPLES)
+    report("reference: Taylor series in 28 digits, confirmed by extrapolation in long double")
+    reference = confirmed(task, times)
+    result = Study(
+        scene.name, duration, task.kernel.roller_model, task.switching, reference.confirmed, reference.floor,
+        effects=[type(effect).__name__ for effect in options.get("effects", ())],
+    )  # fmt: skip
+    moves = np.ptp(reference.y, axis=0).any()
+    for peer in peers if moves else ():
+        report(peer.name)
+        _measure_all(result, peer, task, reference)
+    report("models")
+    known = reference if task.kernel.roller_model == "free" and not result.effects else None
+    rungs = ladder(scene, options, duration, times, _measured, known)
+    result.models, result.models_confirmed = rungs.points, rungs.confirmed
+    result.failed += rungs.failed
+    result.stopped = result.stopped or (str(rungs.stopped) if rungs.stopped else None)
+    if wanted is not None:
+        result.advice = advice(result, wanted)
+    return result
+
+
+def _measure_all(result: Study, peer: Peer, task: Task, reference: Reference) -> None:
+    """One integrator at all of its settings, and its law."""
+    own = []
+    for setting in peer.settings:
+        try:
+            own.append(_measured(peer, setting, task, reference))
+        except (ArithmeticError, ValueError, SimulationStopped) as error:
+            result.failed.append(f"{peer.name} at {setting:g}: {error}")
+            if isinstance(error, SimulationStopped):
+                result.stopped = result.stopped or str(error)
+    result.points += own
+    result.laws |= _law(peer, own, result.floor)
+
+
+def _measured(peer: Peer, setting: float, task: Task, reference: Reference) -> Point:
+    least, spent, outcome = math.inf, 0.0, None
+    peer.prepare(task, setting)
+    for _ in range(REPEATS):
+        start = time.perf_counter()
+        outcome = quietly(peer, task, reference.times, setting)
+        took = time.perf_counter() - start
+        least, spent = min(least, took), spent + took
+        if spent > ENOUGH:
+            break
+    errors = deviation(outcome, reference, task)
+    shown = {name: max(value, reference.floor) for name, value in errors.items()}
+    return Point(peer.name, setting, 1e6 * least / task.duration, outcome.evaluations, **shown, unit=peer.setting)
+
+
+def _law(peer: Peer, points: list[Point], floor: float) -> dict[str, tuple[float, float]]:
+    """error = C tol^E by least squares of logarithms; E = 1 keeps what is asked.
+
+    Errors within ten times the smallest are left out: there rounding may play a part. No law where the rest are fewer
+    than three, or do not fall by a digit.
+    """
+    if peer.setting != "tolerance" or not points:
+        return {}
+    lower = 10 * max(floor, min(p.trajectory for p in points))
+    kept = [p for p in points if p.trajectory > lower]
+    if len(kept) < 3 or kept[0].trajectory < 10 * kept[-1].trajectory:
+        return {}
+    slope, height = np.polyfit([math.log(p.setting) for p in kept], [math.log(p.trajectory) for p in kept], 1)
+    return {peer.name: (math.exp(height), float(slope))}
+
+
+def advice(result: Study, wanted: float) -> dict[str, Any]:
+    """The cheapest setting whose error over the trajectory, the model's included, is at most `wanted`.
+
+    next_digit  the cheapest for a digit more, and `times` the time that it takes; finest  the smallest error measured.
+    Each is None where there is none.
+    """
+    offers = _offers(result)
+
+    def cheapest(limit: float) -> dict[str, Any] | None:
+        enough = [offer for offer in offers if offer["error"] <= limit]
+        return min(enough, key=lambda offer: offer["microseconds"], default=None)
+
+    now, then = cheapest(wanted), cheapest(wanted / 10)
+    return {
+        "wanted": wanted,
+        "cheapest": now,
+        "next_digit": then,
+        "times": then["microseconds"] / now["microseconds"] if now and then else None,
+        "finest": min(offers, key=lambda offer: offer["error"], default=None),
+    }
+
+
+def _offers(result: Study) -> list[dict[str, Any]]:
+    """What was measured, as (model, integrator, setting) with error and time; errors of models and numbers add up."""
+    engine = "Python engine over the compiled kernel" if result.effects else "compiled"
+    offers = [(point, point.series, engine, 0.0) for point in result.models]
+    finest = [point.trajectory for point in result.models if point.series == result.model][-1:]
+    if finest and not result.effects:  # which the integrators were compared without
+        model_error = 0.0 if result.model == "free" else finest[0]
+        offers += [(point, result.model, point.series, model_error) for point in result.points]
+    return [
+        {"model": model, "integrator": integrator, "setting": point.setting, "unit": point.unit,
+         "error": point.trajectory + more, "microseconds": point.microseconds}
+        for point, model, integrator, more in offers
+        if math.isfinite(point.trajectory)
+    ]  # fmt: skip

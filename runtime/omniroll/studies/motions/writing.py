@@ -1,0 +1,92 @@
+"""Pictures, data and the page of the paper's motions, written into a folder."""
+
+import csv
+import time
+from pathlib import Path
+
+import omniroll
+from omniroll.studies.motions import figures
+from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, SHORT, Runs, run_all
+from omniroll.studies.motions.claims import Finding, judge
+from omniroll.studies.motions.page import data_name, page
+
+
+def progress(total: int):
+    """A reporter for run_all that prints one line a run."""
+    start, done = time.monotonic(), 0
+
+    def report(motion, setting, trajectory) -> None:
+        nonlocal done
+        done += 1
+        print(
+            f"  [{done:2d}/{total}] motion {motion.number}, {setting.label}: "
+            f"{len(trajectory.switches)} switches, {time.monotonic() - start:.1f} s so far",
+            flush=True,
+        )
+
+    return report
+
+
+def write_figures(folder: Path, runs: Runs) -> list[Path]:
+    """Every picture of the page; returns their paths."""
+    smooth = [setting for setting in SETTINGS if setting.switching == "smooth"]
+    massive = [setting for setting in SETTINGS if setting != MASSLESS]
+    twist = MOTIONS[2]
+    written = []
+
+    def put(figure, name: str) -> None:
+        written.append(figures.save(figure, folder / name))
+
+    with figures.plt.rc_context(figures.STYLE):
+        for name, setting, end, title in (
+            ("figure-5", MASSLESS, LONG, "Figure 5: motion 3 without rollers"),
+            ("figure-6", PAPER, LONG, "Figure 6: motion 3 with rollers"),
+            ("figure-7", PAPER, SHORT, "Figure 7: motion 3 with rollers, short interval"),
+        ):
+            put(figures.sheet(twist, [setting], runs, end, title), f"{name}.png")
+        for motion in MOTIONS:
+            title = f"Motion {motion.number}: {motion.title}"
+            stem = f"motion-{motion.number}"
+            print(f"  pictures of motion {motion.number}", flush=True)
+            put(figures.sheet(motion, smooth, runs, LONG, title), f"{stem}-long.png")
+            put(figures.sheet(motion, smooth, runs, SHORT, f"{title}, short interval"), f"{stem}-short.png")
+            put(figures.laws_sheet(motion, massive, runs), f"{stem}-laws.png")
+    return written
+
+
+def write_data(folder: Path, runs: Runs) -> list[Path]:
+    """One CSV file a run; returns their paths."""
+    written = []
+    for motion in MOTIONS:
+        for setting in SETTINGS:
+            path = folder / data_name(motion, setting)
+            runs[motion.number, setting.key].save(path, dense=False)
+            written.append(path)
+    return written
+
+
+def write_findings(path: Path, findings: list[Finding]) -> Path:
+    """The numbers of the page's tables, one claim and setting a row."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(["claim", "motion", "setting", "statement", "quantity", "value", "kind", "holds"])
+        for found in findings:
+            claim = found.claim
+            rows.writerow([claim.id, claim.motion, found.setting.key, claim.text, claim.quantity,
+                           repr(found.value), claim.kind, found.holds])  # fmt: skip
+    return path
+
+
+def write_all(folder: Path) -> Path:
+    """Run every motion under every setting and write all of it; the page's path. Prints its progress."""
+    folder.mkdir(parents=True, exist_ok=True)
+    runs = run_all(progress(len(MOTIONS) * len(SETTINGS)))
+    findings = judge(runs)
+    pictures = write_figures(folder, runs)
+    data = [*write_data(folder, runs), write_findings(folder / "findings.csv", findings)]
+    index = folder / "index.html"
+    index.write_text(page(omniroll.Vehicle.paper(), runs, findings), encoding="utf-8")
+    held = sum(found.holds for found in findings)
+    print(f"  {held} of {len(findings)} statements of the paper hold; the others are listed on the page")
+    print(f"wrote {len(pictures)} pictures (PNG), {len(data)} tables (CSV) and the page with both:\n{index}")
+    return index

@@ -1,0 +1,62 @@
+"""The state of a vehicle between switches, and the two ways of counting the rollers of a wheel.
+
+By place: j = 1..n, where j = 1 is the roller in contact. By physical roller: 0..n-1, numbers that are fixed to the
+rollers. `contact`, the physical number of the roller in contact, ties the two (rule 2 of omniroll.engine.switching).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class State:
+    """State of a vehicle between switches.
+
+    nu       (3,) in 1/s
+    chi      (N,) in rad
+    pose     (3,) x, y, theta
+    contact  (N,) int, the physical roller in contact
+    axial    (N, n) in rad/s by physical roller: the absolute axial speeds of free rollers, constant between
+             switches. What it holds for the roller in contact has no meaning. None but for the roller model
+             "free".
+    """
+
+    nu: np.ndarray
+    chi: np.ndarray
+    pose: np.ndarray
+    contact: np.ndarray
+    axial: np.ndarray | None = None
+
+    def free_axial(self) -> np.ndarray | None:
+        """The axial speeds of the rollers j = 2..n, (N, n-1)."""
+        return None if self.axial is None else by_place(self.axial, self.contact)[:, 1:]
+
+    def with_free_axial(self, free: np.ndarray) -> "State":
+        """The state with other axial speeds of the rollers j = 2..n, (N, n-1)."""
+        places = np.column_stack([np.zeros(len(free)), free])
+        return replace(self, axial=by_roller(places, self.contact))
+
+
+def physical_roller(contact: np.ndarray, j: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:
+    """The physical number of roller j = 1..n where `contact` is the one in contact (rule 2)."""
+    return (np.asarray(contact) + j - 1) % rollers_per_wheel
+
+
+def place_of_roller(contact: np.ndarray, roller: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:
+    """j = 1..n of a physical roller; the inverse of physical_roller."""
+    return (np.asarray(roller) - contact) % rollers_per_wheel + 1
+
+
+def by_place(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Reorder the last axis (n) from physical rollers to j = 1..n; `contact` has the axes before it."""
+    rollers = values.shape[-1]
+    places = physical_roller(np.asarray(contact)[..., None], np.arange(1, rollers + 1), rollers)
+    return np.take_along_axis(values, places, axis=-1)
+
+
+def by_roller(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Reorder the last axis (n) from j = 1..n to physical rollers; the inverse of by_place."""
+    rollers = values.shape[-1]
+    places = place_of_roller(np.asarray(contact)[..., None], np.arange(rollers), rollers)
+    return np.take_along_axis(values, places - 1, axis=-1)
