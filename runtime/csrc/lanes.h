@@ -84,6 +84,21 @@ ALWAYS_INLINE reduced_angle_t lanes_reduce(lanes_t x)
         .quarter = (lane_mask_t)shifted};
 }
 
+/* Sine and cosine of any angle up to 1e5. */
+ALWAYS_INLINE lanes_t lanes_long_sin(lanes_t x)
+{
+    const reduced_angle_t reduced = lanes_reduce(x);
+    const lane_mask_t odd = (reduced.quarter & 1) != 0, flip = (reduced.quarter & 2) << 62;
+    return (lanes_t)((lane_mask_t)lanes_select(odd, lanes_cos(reduced.rest), lanes_sin(reduced.rest)) ^ flip);
+}
+
+ALWAYS_INLINE lanes_t lanes_long_cos(lanes_t x)
+{
+    const reduced_angle_t reduced = lanes_reduce(x);
+    const lane_mask_t odd = (reduced.quarter & 1) != 0, flip = ((reduced.quarter + 1) & 2) << 62;
+    return (lanes_t)((lane_mask_t)lanes_select(odd, lanes_sin(reduced.rest), lanes_cos(reduced.rest)) ^ flip);
+}
+
 /* The vector (x, y) turned by an angle. */
 ALWAYS_INLINE void lanes_turn(lanes_t angle, lanes_t *x, lanes_t *y)
 {

@@ -7,7 +7,7 @@
  *
  * The file knows no mechanics: the generated kernel, included with lanes as its numbers, is all that it evaluates. The rules that it
  * keeps are numbered in runtime/omniroll/switching.py. */
-#include "kernel_in_lanes.h"
+#include "set_in_lanes.h"
 
 #include "gauss.h"
 #include "engine.h"
@@ -21,8 +21,8 @@
 
 /* What a step works on. */
 typedef struct {
-    int wheels, rollers;
-    const lanes_t *model;
+    int wheels;
+    const lanes_model *model;
     const lanes_t *momenta;
     double joint;
     double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
@@ -80,12 +80,13 @@ ALWAYS_INLINE double largest3(const double *v)
 /* nu and chi at the nodes from the derivatives of nu. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
+    WITH_WHEELS(s->model, wheels);
     for (int k = 0; k < 3; k++)
         integrate_to_nodes(s->nu[k], s->h, &s->rate_nu[k], &s->at_nu[k]);
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t chi_dot[MOST_WHEELS];
-        KERNEL(wheel_speeds)(wheels, s->rollers, s->model, nu, chi_dot);
+        lanes_wheel_speeds(s->model, nu, chi_dot);
         for (int i = 0; i < wheels; i++)
             s->rate_chi[i].lanes[b] = chi_dot[i];
     }
@@ -97,6 +98,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
  * kernel is not asked. */
 ALWAYS_INLINE double sweep(step_t *s, const int wheels)
 {
+    WITH_WHEELS(s->model, wheels);
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
@@ -104,7 +106,7 @@ ALWAYS_INLINE double sweep(step_t *s, const int wheels)
         lanes_t chi[MOST_WHEELS], nu_dot[3];
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        KERNEL(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
+        lanes_reduced(s->model, nu, chi MOMENTA(s->momenta), nu_dot);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
@@ -222,7 +224,7 @@ ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, 
 }
 
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost, or 1. */
-static EACH_LEVEL double turn_outside(const step_t *s, int wheel)
+static double turn_outside(const step_t *s, int wheel)
 {
     const nodes_t *rate = &s->rate_chi[wheel];
     double left = 0, slope_left = weighted(rate, &gauss_start), area;
@@ -248,13 +250,13 @@ static EACH_LEVEL double turn_outside(const step_t *s, int wheel)
 
 /* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the heading 0,
  * turned here: a heading may be any angle. */
-static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
+static void integrate_pose(step_t *s, const double *pose)
 {
     nodes_t theta;
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t rate[3];
-        KERNEL(pose_rates)(s->wheels, s->rollers, s->model, nu, lanes_of(0), rate);
+        lanes_pose_rates(s->model, nu, lanes_of(0), rate);
         for (int k = 0; k < 3; k++)
             s->rate_pose[k].lanes[b] = rate[k];
     }
@@ -269,13 +271,14 @@ static EACH_LEVEL void integrate_pose(step_t *s, const double *pose)
  * at constant rates. */
 ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const omniroll_run_t *run)
 {
+    WITH_WHEELS(s->model, wheels);
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3], chi_dot[MOST_WHEELS];
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(s->nu[k]);
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_of(s->chi[i]);
-    KERNEL(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
-    KERNEL(wheel_speeds)(wheels, s->rollers, s->model, nu, chi_dot);
+    lanes_reduced(s->model, nu, chi MOMENTA(s->momenta), nu_dot);
+    lanes_wheel_speeds(s->model, nu, chi_dot);
     s->h = most;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
@@ -305,7 +308,7 @@ static void put_row(omniroll_run_t *run)
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
 }
 
-static EACH_LEVEL void put_step(omniroll_run_t *run, const step_t *s)
+static void put_step(omniroll_run_t *run, const step_t *s)
 {
     if (!run->steps)
         return;
@@ -321,21 +324,21 @@ static EACH_LEVEL void put_step(omniroll_run_t *run, const step_t *s)
     }
 }
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 /* The two numbers of each wheel's free rollers. */
-static void wheel_momenta(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta)
+static void wheel_momenta(const omniroll_run_t *run, const lanes_model *model, lanes_t *momenta)
 {
     lanes_t *axial = momenta + 2*run->wheels;
     const int size = run->wheels*(run->rollers_per_wheel - 1);
     for (int k = 0; k < size; k++)
         axial[k] = lanes_of(run->axial[k]);
-    KERNEL(momenta)(run->wheels, run->rollers_per_wheel, model, axial, momenta);
+    lanes_momenta(model, axial, momenta);
 }
 #endif
 
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 /* The free rollers of a wheel change places: the leaving roller gets its place, the entering one loses it. */
 static double exchange_places(double *axial, int places, int direction, double leaving)
 {
@@ -350,7 +353,7 @@ static double exchange_places(double *axial, int places, int direction, double l
 }
 #endif
 
-static EACH_LEVEL void apply_switch(omniroll_run_t *run, const lanes_t *model, const int *directions)
+static void apply_switch(omniroll_run_t *run, const lanes_model *model, const int *directions)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
@@ -364,20 +367,20 @@ static EACH_LEVEL void apply_switch(omniroll_run_t *run, const lanes_t *model, c
         }
         after[i] = lanes_of(run->chi[i]);
     }
-#ifndef OMNIROLL_MASSLESS
+#ifdef LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
-#ifdef OMNIROLL_FREE_ROLLERS
-    KERNEL(contact_axial)(wheels, rollers, model, nu, before, left);
-    KERNEL(contact_axial)(wheels, rollers, model, nu, after, demanded);
+#ifdef LANES_HAS_MOMENTA
+    lanes_contact_axial(model, nu, before, left);
+    lanes_contact_axial(model, nu, after, demanded);
 #else
     lanes_t chi_dot[MOST_WHEELS];
-    KERNEL(wheel_rates)(wheels, rollers, model, nu, before, chi_dot, left);
-    KERNEL(wheel_rates)(wheels, rollers, model, nu, after, chi_dot, demanded);
+    lanes_wheel_rates(model, nu, before, chi_dot, left);
+    lanes_wheel_rates(model, nu, after, chi_dot, demanded);
 #endif
     for (int i = 0; i < wheels; i++) {
         double came_with = 0, stopped = 0;
         if (directions[i]) {
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
             came_with = exchange_places(run->axial + i*(rollers - 1), rollers - 1, directions[i], left[i][0]);
 #else
             stopped = left[i][0];
@@ -387,7 +390,7 @@ static EACH_LEVEL void apply_switch(omniroll_run_t *run, const lanes_t *model, c
         leaving[i] = lanes_of(stopped);
     }
     if (run->impact) {
-        KERNEL(impact)(wheels, rollers, model, nu, after, entering, leaving, nu_after);
+        lanes_impact(model, nu, after, entering, leaving, nu_after);
         for (int k = 0; k < 3; k++)
             run->nu[k] = nu_after[k][0];
     }
@@ -403,24 +406,24 @@ static double tau(const omniroll_run_t *run, double phase_length)
 }
 
 /* The second derivatives of chi. */
-static void wheel_accelerations(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, const lanes_t *nu,
+static void wheel_accelerations(const omniroll_run_t *run, const lanes_model *model, lanes_t *momenta, const lanes_t *nu,
                                 lanes_t *chi_ddot)
 {
     lanes_t chi[MOST_WHEELS], nu_dot[3];
     for (int i = 0; i < run->wheels; i++)
         chi[i] = lanes_of(run->chi[i]);
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, model, momenta);
 #else
     (void)momenta;
 #endif
-    KERNEL(reduced)(run->wheels, run->rollers_per_wheel, model, nu, chi MOMENTA(momenta), nu_dot);
-    KERNEL(wheel_speeds)(run->wheels, run->rollers_per_wheel, model, nu_dot, chi_ddot);
+    lanes_reduced(model, nu, chi MOMENTA(momenta), nu_dot);
+    lanes_wheel_speeds(model, nu_dot, chi_ddot);
 }
 
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
  * time than tau (rule 5), be it to a switch or to the end of the run. Returns how many. */
-static EACH_LEVEL int switching_wheels(const omniroll_run_t *run, const lanes_t *model, lanes_t *momenta, double phase_length,
+static int switching_wheels(const omniroll_run_t *run, const lanes_model *model, lanes_t *momenta, double phase_length,
                             int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
@@ -429,7 +432,7 @@ static EACH_LEVEL int switching_wheels(const omniroll_run_t *run, const lanes_t 
     int at_joint = 0, resting = 0, count = 0;
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
-    KERNEL(wheel_speeds)(run->wheels, run->rollers_per_wheel, model, nu, chi_dot);
+    lanes_wheel_speeds(model, nu, chi_dot);
     for (int i = 0; i < run->wheels; i++)
         resting += chi_dot[i][0] == 0 && fabs(run->chi[i]) >= run->joint;
     if (resting)
@@ -450,18 +453,18 @@ static EACH_LEVEL int switching_wheels(const omniroll_run_t *run, const lanes_t 
 }
 
 /* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a status. */
-static int switch_all(omniroll_run_t *run, const lanes_t *model, lanes_t *momenta)
+static int switch_all(omniroll_run_t *run, const lanes_model *model, lanes_t *momenta)
 {
     int directions[MOST_WHEELS];
     while (switching_wheels(run, model, momenta, run->elapsed - run->phase_start, directions)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
-            return OMNIROLL_FULL;
+            return OMNIROLL_RUN_FULL;
         if (run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
             run->anchor = run->elapsed;
             run->idle_switches = 0;
         }
         if (++run->idle_switches > run->patience)
-            return OMNIROLL_STUCK;
+            return OMNIROLL_RUN_STUCK;
         apply_switch(run, model, directions);
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
@@ -469,7 +472,7 @@ static int switch_all(omniroll_run_t *run, const lanes_t *model, lanes_t *moment
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = directions[i];
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];
@@ -477,7 +480,7 @@ static int switch_all(omniroll_run_t *run, const lanes_t *model, lanes_t *moment
         run->switch_count++;
         put_row(run);
     }
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
 /* One accepted step from the state of the run, of the length `most` or to the next joint. Returns a status. */
@@ -522,9 +525,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, step_t *s, const int wheels)
          * too long costs more than a step that is too short. */
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
-        return OMNIROLL_DONE;
+        return OMNIROLL_RUN_DONE;
     }
-    return OMNIROLL_NO_STEP;
+    return OMNIROLL_RUN_NO_STEP;
 }
 
 /* a + b rounded, and what the rounding leaves over (Knuth). */
@@ -557,30 +560,32 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const step_t *s)
     put_row(run);
 }
 
-ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int model_size, const int wheels)
+ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
 {
-    lanes_t *const model = (lanes_t *)run->work, *const momenta = model + model_size;
+    lanes_t *const arrays = (lanes_t *)run->work;
+    lanes_t *const momenta = arrays + LANES_MODEL_SIZE(wheels, run->rollers_per_wheel);
+    lanes_model in_lanes;
+    const lanes_model *const model = &in_lanes;
     step_t s;
-    for (int k = 0; k < model_size; k++)
-        model[k] = lanes_of(model_[k]);
-    s.wheels = wheels, s.rollers = run->rollers_per_wheel, s.model = model, s.momenta = momenta, s.joint = run->joint;
+    lanes_spread(constants, arrays, &in_lanes);
+    s.wheels = wheels, s.model = model, s.momenta = momenta, s.joint = run->joint;
     s.sweeps = 0;
-    int status = OMNIROLL_DONE;
+    int status = OMNIROLL_RUN_DONE;
     if (run->row_count == 0)
         put_row(run);
     for (;;) {
         status = switch_all(run, model, momenta);
-        if (status != OMNIROLL_DONE || run->elapsed >= run->duration)
+        if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
         if (run->row_count == run->row_capacity) {
-            status = OMNIROLL_FULL;
+            status = OMNIROLL_RUN_FULL;
             break;
         }
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         wheel_momenta(run, model, momenta);
 #endif
         status = advance(run, &s, wheels);
-        if (status != OMNIROLL_DONE)
+        if (status != OMNIROLL_RUN_DONE)
             break;
         take(run, &s);
     }
@@ -589,20 +594,21 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
 }
 
 /* Doubles that run->work needs, aligned to 64 bytes: the model and the rollers' momenta in lanes. */
-long long KERNEL(run_work_size)(int wheels, int rollers_per_wheel, int model_size)
+long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
 {
-    return (long long)LANES*(model_size + 2*wheels + (long long)wheels*(rollers_per_wheel - 1));
+    return (long long)LANES*(LANES_MODEL_SIZE((long long)wheels, (long long)rollers_per_wheel) + 2*wheels
+                             + (long long)wheels*(rollers_per_wheel - 1));
 }
 
 /* Phases and switches until the duration is over or there is no more room. The usual numbers of wheels are compiled with
  * their loops unrolled. */
-EACH_LEVEL int KERNEL(run)(omniroll_run_t *run, const double *model, int model_size)
+int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
 {
     if (run->wheels > MOST_WHEELS)
-        return OMNIROLL_NO_STEP;
+        return OMNIROLL_RUN_NO_STEP;
     switch (run->wheels) {
-    case 3: return run_phases(run, model, model_size, 3);
-    case 4: return run_phases(run, model, model_size, 4);
-    default: return run_phases(run, model, model_size, run->wheels);
+    case 3: return run_phases(run, model, 3);
+    case 4: return run_phases(run, model, 4);
+    default: return run_phases(run, model, run->wheels);
     }
 }

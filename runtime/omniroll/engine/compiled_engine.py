@@ -3,9 +3,7 @@
 A call runs until a buffer is full. Between calls progress is reported and the rows are copied out.
 """
 
-import importlib
-import importlib.util
-from functools import cache, lru_cache
+from functools import lru_cache
 from math import comb
 from typing import Any
 
@@ -13,12 +11,11 @@ import numpy as np
 
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
 from omniroll.errors import SimulationStopped
-from omniroll.kernels.kernel import KernelsMissingError
-from omniroll.kernels.shared_kernels import has_shared_engine, shared_engine
+from omniroll.kernels import sets
 from omniroll.results.trajectory import Trajectory
 
 NODES = 16  # of a step; phase.c
-MOST_WHEELS = 64  # kernel_in_lanes.h
+MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # a buffer's length
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
@@ -41,37 +38,22 @@ def can_run(task: Task) -> bool:
     return task.kernel.wheels <= MOST_WHEELS and task.kernel.backend == "compiled" and not task.kernel.effects
 
 
-@cache
-def engine_module() -> Any:
-    """The module of the engine, `ffi` and `lib`. Raises KernelsMissingError where it was not built."""
-    if importlib.util.find_spec("omniroll._engine") is None and has_shared_engine():
-        return shared_engine()
-    try:
-        return importlib.import_module("omniroll._engine")
-    except ImportError as error:
-        raise KernelsMissingError(
-            f"omniroll._engine is not there ({error}): install omniroll with a C compiler, or choose the Python engine"
-        ) from error
-
-
 class CompiledRun:
     """One simulation with one tolerance."""
 
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
-        self.module = engine_module()
+        self.module = sets.library(self.kernel.base, self.kernel.effects, "double")
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self._allocate()
         self._fill()
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        step = getattr(self.module.lib, f"omniroll_{self.kernel.set_name}_run")
-        model = self.kernel.model
         parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
-            status = step(self.struct, self._pointer(model), len(model))
+            status = self.module.lib.omniroll_run(self.struct, self.kernel.model)
             parts.append(self._copied())
             size += sum(array.nbytes for array in parts[-1].values())
             if status == FULL and size > MOST_BYTES:
@@ -96,8 +78,7 @@ class CompiledRun:
         self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
         self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
         self.contact = state.contact.astype(np.int64)
-        size = getattr(self.module.lib, f"omniroll_{self.kernel.set_name}_run_work_size")
-        self.work = aligned(size(wheels, self.kernel.rollers_per_wheel, len(self.kernel.model)))
+        self.work = aligned(self.module.lib.omniroll_run_work_size(wheels, self.kernel.rollers_per_wheel))
 
     def _fill(self) -> None:
         task, step = self.task, max(self.tolerance, FINEST_STEP)
