@@ -13,12 +13,12 @@ import numpy as np
 
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
+from omniroll.progress import Report
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.reactions import Reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
-from omniroll.scenes.progress import Report
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
 FILES = (
