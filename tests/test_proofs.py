@@ -126,7 +126,9 @@ def questions() -> list[tuple[str, list[str]]]:
 def test_every_proof_fails_under_one_changed_sign(tmp_path):
     asked = questions()
     assert len(asked) > 60
-    lines = [f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in chapters() if chapter not in ("machinery/write_data",)]
+    lines = [
+        f'load("{ROOT}/maxima/{chapter}.mac")$' for chapter in chapters() if chapter not in ("machinery/write_data",)
+    ]
     lines = [line for line in lines if "brute_force" not in line]
     brute = (ROOT / "maxima/paper/brute_force.mac").read_text()
     (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))

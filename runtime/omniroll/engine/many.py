@@ -3,9 +3,9 @@
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,14 +17,13 @@ from omniroll.effects import Effect
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task, controlled_run, one_run
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
+from omniroll.progress import Report, reporting
 from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles.vehicle import Vehicle
 
 TASKS_PER_WORKER = 8  # enough for a progress bar, and for workers of unequal speed
 STATE = ("t", "nu", "chi", "contact", "contact_spin", "spins", "pose", "energy")
 COUNTS = ("switches", "steps", "evaluations")
-
-Counted = Callable[[int, int], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,7 +85,7 @@ def simulate_many(
     effects: Sequence[Effect] = (),
     times: ArrayLike | None = None,
     executor: Executor | None = None,
-    progress: bool | Counted | None = None,
+    progress: bool | Report | None = None,
 ) -> Many:
     """Simulate many vehicles from many starts; each run is what `simulate` makes of its numbers.
 
@@ -97,7 +96,8 @@ def simulate_many(
     executor    any concurrent.futures.Executor: processes, or a Dask cluster's Client.get_executor(). It is not
                 shut down. By default threads, one for each core: the compiled engine runs without the lock of
                 the interpreter
-    progress    True: a bar, where tqdm is installed; or a function, called as progress(runs done, of how many)
+    progress    True: a bar, or lines where tqdm is not installed; or a function, called as
+                progress(runs done, of how many)
 
     The other arguments are those of `simulate`, the same for all runs. Raises InvalidValueError before the first
     run starts. A run that stops does not end the others: see Many.stopped. Warns once with AccuracyWarning where
@@ -190,14 +190,14 @@ def _scattered(
     times: np.ndarray | None,
     control: bool,
     executor: Executor | None,
-    progress: bool | Counted | None,
+    progress: bool | Report | None,
 ) -> list[dict[str, Any]]:
     """The results of the runs, in their order."""
     cores = os.cpu_count() or 1
     size = max(1, math.ceil(len(runs) / (TASKS_PER_WORKER * cores)))
     own = ThreadPoolExecutor(cores) if executor is None else nullcontext(executor)
     found: list[Any] = [None] * len(runs)
-    with own as pool, _reporting(progress, len(runs)) as report:
+    with own as pool, reporting(progress or False, len(runs), "runs") as report:
         starts = {
             pool.submit(run_chunk, Chunk(tuple(runs[k : k + size]), times, control)): k
             for k in range(0, len(runs), size)
@@ -214,22 +214,6 @@ def _scattered(
                 future.cancel()
             raise
     return found
-
-
-@contextmanager
-def _reporting(progress: bool | Counted | None, total: int) -> Iterator[Counted]:
-    if callable(progress):
-        yield progress
-        return
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        progress = None
-    if not progress:
-        yield lambda done, total: None
-        return
-    with tqdm(total=total, unit="run") as bar:
-        yield lambda done, total: bar.update(done - bar.n)
 
 
 def run_chunk(chunk: Chunk) -> list[dict[str, Any]]:

@@ -10,9 +10,8 @@ A set has a folder with its files:
     engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions
 
 The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
-Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date:
-
-  $OMNIROLL_CACHE, or omniroll/ in $XDG_CACHE_HOME or ~/.cache; a folder of this process where that cannot be written
+Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
+omniroll.codegen.cache says where.
 
 Where there is no C compiler ($CC or cc) only the Python kernel can be made.
 """
@@ -33,9 +32,9 @@ from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING
 
 import cffi
-from filelock import FileLock
 
 from omniroll import generated_data
+from omniroll.codegen import cache as cache_folder
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
@@ -140,7 +139,7 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
             return built, file
     with MAKING:
         place = _for_this_compiler(folder(base, effects))
-        with FileLock(place / ".lock"):
+        with cache_folder.lock(place / "libraries"):
             if not (place / files[0]).exists():
                 try:
                     build(place)
@@ -203,25 +202,7 @@ def folder(base: str, effects: tuple[str, ...]) -> Path:
     name = set_name(base, effects)
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
-        place = _cache() / key
+        place = cache_folder.folder() / key
         if not place.is_dir():
             _put_in_place(place, programs().kernel(base, effects).files())
     return place
-
-
-@cache
-def _cache() -> Path:
-    """The folder of all kept sets, which can be written."""
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path("~/.cache").expanduser())
-    wanted = Path(os.environ.get("OMNIROLL_CACHE") or Path(home, "omniroll"))
-    try:
-        wanted.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=wanted):
-            return wanted
-    except OSError:
-        return Path(_scratch().name)
-
-
-@cache
-def _scratch() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="omniroll-")

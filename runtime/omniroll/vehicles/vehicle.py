@@ -9,6 +9,7 @@ import numpy as np
 
 from omniroll import generated_data, validation
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles import parts
 
 POSITIVE_FIELDS = (
     "platform_radius",
@@ -84,9 +85,7 @@ class Vehicle:
         put("wheel_angles", _wheel_angles(self.wheel_angles, self.wheels))
         put("wheel_radius", validation.positive("wheel_radius", self.wheel_radius))
         if self.roller_axis_radius is None:
-            from omniroll.vehicles.parts import truncated_axis_radius
-
-            put("roller_axis_radius", truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
+            put("roller_axis_radius", parts.truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
         for field in POSITIVE_FIELDS:
             put(field, validation.positive(field, getattr(self, field)))
         if self.wheel_places is not None:
@@ -101,17 +100,87 @@ class Vehicle:
 
     @classmethod
     def paper(cls, wheels: int = 3, rollers_per_wheel: int = 5) -> "Vehicle":
-        """The paper's vehicle; omniroll.vehicles.parts.paper_vehicle names the numbers, which the paper leaves out."""
-        from omniroll.vehicles.parts import paper_vehicle
+        """The vehicle of the paper, with other numbers of wheels and rollers if they are wanted.
 
-        return paper_vehicle(wheels, rollers_per_wheel)
+        The paper leaves its numbers out; omniroll.vehicles.parts.paper_numbers says where these come from.
+
+        wheels             N, at least 1
+        rollers_per_wheel  n, at least 4
+
+        Raises InvalidValueError for smaller numbers.
+        """
+        return cls(**parts.paper_numbers(wheels, rollers_per_wheel))
 
     @classmethod
-    def from_parts(cls, **parts: Any) -> "Vehicle":
-        """A vehicle from its parts' masses and sizes; omniroll.parts.vehicle_from_parts has the arguments."""
-        from omniroll.vehicles.parts import vehicle_from_parts
+    def from_parts(
+        cls,
+        *,
+        wheels: int,
+        rollers_per_wheel: int,
+        wheel_angles: Sequence[float] | None = None,
+        platform_radius: float,
+        wheel_radius: float,
+        roller_axis_radius: float | None = None,
+        yaw_scale: float = 1.0,
+        platform_mass: float,
+        platform_inertia: float,
+        hub_mass: float,
+        hub_axial_inertia: float,
+        hub_transverse_inertia: float,
+        roller_mass: float,
+        roller_axial_inertia: float,
+        roller_transverse_inertia: float,
+        rotor_mass: float = 0.0,
+        rotor_axial_inertia: float = 0.0,
+        rotor_transverse_inertia: float = 0.0,
+        rotor_distance: float = 0.0,
+        gear_ratio: float = 1.0,
+    ) -> "Vehicle":
+        """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
-        return vehicle_from_parts(**parts)
+        platform_mass, platform_inertia    yaw inertia about S
+        hub_mass, hub_axial_inertia, hub_transverse_inertia    about the axle and across it
+        roller_mass, roller_axial_inertia, roller_transverse_inertia    about the roller's axis and across it
+        rotor_mass, rotor_axial_inertia, rotor_transverse_inertia    about the rotor's axis, parallel to the axle
+        rotor_distance    from S to the rotor's centre
+        gear_ratio        turns of the rotor per turn of the wheel, negative where it turns the other way
+
+        The other arguments are fields of Vehicle. Raises InvalidValueError: the roller's numbers must be
+        positive, the others not negative, and the vehicle that comes out must be a vehicle.
+        """
+        wheels = validation.integer("wheels", wheels, 1)
+        rollers_per_wheel = validation.integer("rollers_per_wheel", rollers_per_wheel, 3)
+        if roller_axis_radius is None:
+            roller_axis_radius = parts.truncated_axis_radius(wheel_radius, rollers_per_wheel)
+        whole = parts.inertias(
+            wheels,
+            rollers_per_wheel,
+            platform_radius=platform_radius,
+            roller_axis_radius=roller_axis_radius,
+            gear_ratio=gear_ratio,
+            platform_mass=platform_mass,
+            platform_inertia=platform_inertia,
+            hub_mass=hub_mass,
+            hub_axial_inertia=hub_axial_inertia,
+            hub_transverse_inertia=hub_transverse_inertia,
+            roller_mass=roller_mass,
+            roller_axial_inertia=roller_axial_inertia,
+            roller_transverse_inertia=roller_transverse_inertia,
+            rotor_mass=rotor_mass,
+            rotor_axial_inertia=rotor_axial_inertia,
+            rotor_transverse_inertia=rotor_transverse_inertia,
+            rotor_distance=rotor_distance,
+        )
+        return cls(
+            wheels=wheels,
+            rollers_per_wheel=rollers_per_wheel,
+            wheel_angles=wheel_angles,
+            platform_radius=platform_radius,
+            wheel_radius=wheel_radius,
+            roller_axis_radius=roller_axis_radius,
+            yaw_scale=yaw_scale,
+            **whole,
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, in plain Python types."""
