@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import ROLLER_MODELS, best_backend, kernel
+from omniroll.kernels.kernel import best_backend, kernel
 from omniroll.validation import choice
 from omniroll.vehicles import checks as states
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
 
 def accelerations(

@@ -28,8 +28,8 @@ from omniroll.kernels import on_demand as specialised
 from omniroll.kernels.shared_kernels import has_shared_kernels, shared_kernels
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
-ROLLER_MODELS = ("massless", "locked", "free")
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
 C_TYPES = {"double": "double", "float": "float", "long_double": "long double"}
