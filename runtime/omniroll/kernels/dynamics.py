@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import ROLLER_MODELS, best_backend, kernel
+from omniroll.kernels.kernel import best_backend, kernel
 from omniroll.validation import choice
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
 
 def accelerations(

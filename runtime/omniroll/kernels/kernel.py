@@ -25,8 +25,8 @@ from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
-ROLLER_MODELS = ("massless", "locked", "free")
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
 C_TYPES = {"double": "double", "float": "float", "long_double": "long double"}
