@@ -22,7 +22,7 @@ def operations(set_name, name):
     (found,) = [
         function["operations"]
         for function in generated_data.load("kernels")["functions"]
-        if (function["set"], function["name"]) == (set_name, name)
+        if set_name in function["sets"] and function["name"] == name
     ]
     return found
 

@@ -227,7 +227,7 @@ class Run:
             y=y,
             contact=np.array(record.contact),
             axial=np.array(record.axial) if self.kernel.has_spins else None,
-            dense=np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
+            dense=lambda: np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
             step_rows=np.array(record.step_rows, int),
             directions=directions.reshape(len(directions), self.kernel.wheels),
             switch_rows=np.array(record.switch_rows, int),
