@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects import KINDS
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.layout import Layout
+from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
@@ -31,7 +31,18 @@ MADE = ("contact_spin", "spins", "energy", "switches", "dense")  # when they are
 
 @dataclass(frozen=True)
 class Samples:
-    """A motion at given times; the fields of Trajectory of the same names."""
+    """A motion at given times, which may have any shape (...).
+
+    t             (...) in s
+    nu            (..., 3) in 1/s
+    chi           (..., N) in rad, |chi| <= pi/n
+    contact       (..., N) int, the physical roller in contact
+    contact_spin  (..., N) in rad/s, the spin of the roller in contact, (2.1)
+    spins         (..., N, n-1) in rad/s, of the free rollers j = 2..n relative to their disks; None but for the roller
+                  model "free"
+    pose          (..., 3) x, y in m, theta in rad
+    energy        (...) in J, (3.2)
+    """
 
     t: np.ndarray
     nu: np.ndarray
@@ -200,7 +211,7 @@ class Trajectory:
         if self.spins is not None:
             axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
             if self.effects:
-                before, after = self._layout.views(self._rows(row)), self._layout.views(y)
+                before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
                 elapsed = (times - self.start_time) - self.elapsed[row]
                 axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
             spins = bound.spins_from_axial(nu, chi, axial)
@@ -225,8 +236,8 @@ class Trajectory:
         return self.effects.kernel(self.vehicle, self.roller_model, self._backend)
 
     @cached_property
-    def _layout(self) -> Layout:
-        return self.effects.layout(self._effect_kernel)
+    def _state_vector(self) -> StateVector:
+        return self.effects.state_vector(self._effect_kernel)
 
     # Energy
 
@@ -234,7 +245,7 @@ class Trajectory:
         """(T, ...) what an effect has integrated, by name: drive_work, axle_loss, roller_loss in J, ..."""
         names = [quantity.name for quantity in self.effects.quantities(self.roller_model)]
         validation.choice("name", name, names)
-        return self._layout.view(self._rows(np.arange(len(self))), name)
+        return self._state_vector.view(self._rows(np.arange(len(self))), name)
 
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
@@ -255,9 +266,9 @@ class Trajectory:
     @property
     def ledger(self) -> Ledger:
         """The account of the energy of the whole run."""
-        found = {name: float(values[-1]) for name, values in self.contributions().items()}
-        found["switches"] = float(self.switches["energy_jump"].sum())
-        return Ledger(float(self.energy[0]), float(self.energy[-1]), found, float(self.energy.max()))
+        sums = {name: float(values[-1]) for name, values in self.contributions().items()}
+        sums["switches"] = float(self.switches["energy_jump"].sum())
+        return Ledger(float(self.energy[0]), float(self.energy[-1]), sums, float(self.energy.max()))
 
     # Files
 
