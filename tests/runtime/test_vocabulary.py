@@ -96,7 +96,9 @@ def test_the_page_shows_unit_and_meaning_of_every_key():
 def test_the_c_headers_say_what_the_table_says():
     """Where a header describes an argument of the vehicle, its parts or its drives: unit and meaning."""
     text = plain(f"{HEADERS} {PARTS}".replace("\n *", " "))
-    text = re.sub(r" \*?(\w+); /\* (?:\[\w+\] )?(.+?): ", r" \1 [\2]: ", text)  # a field of a struct like an argument
+    text = re.sub(
+        r" \*?(\w+); /\* (?:\[\w+\] )?([^;:]+?): ", r" \1 [\2]: ", text
+    )  # a field of a struct like an argument
     checked = set()
     for entry in (*vocabulary.VEHICLE, *vocabulary.PARTS, *vocabulary.STATE, vocabulary.TORQUE):
         for unit, rest in re.findall(rf" {entry.name}(?:\[[\w-]+\])* \[([^]]+)\][:,] (.{{200}})", text):
