@@ -92,6 +92,7 @@ def data_texts(derivation: Derivation, sets: Sets) -> dict[str, str]:
     parts = {name: {name: derivation.part(name)} for name in ("symbols", "effects", "equations", "proofs", "bounds")}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
+    parts["arguments"] = {"arguments": derivation.arguments}
     parts["programs"] = {
         "bases": [set_to_json(base) for base in derivation.bases.values()],
         "functions": [function_to_json(f) for base in derivation.bases.values() for f in base.functions],

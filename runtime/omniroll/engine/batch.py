@@ -13,10 +13,11 @@ import numpy as np
 from omniroll.engine.compiled_engine import MOST_WHEELS, aligned
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import ROLLER_MODELS, CompiledKernel, kernel
+from omniroll.kernels.kernel import CompiledKernel, kernel
 from omniroll.validation import choice
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
 
 class Batch:

@@ -12,6 +12,7 @@ needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.v
 """
 
 import importlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
@@ -24,8 +25,8 @@ from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
-ROLLER_MODELS = ("massless", "locked", "free")
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
 C_TYPES = {"double": "double", "float": "float", "long_double": "long double"}
@@ -408,6 +409,7 @@ class CompiledKernel(Kernel):
         library = sets.library(self.base, self.effects, number_type)
         self._ffi, self._lib = library.ffi, library.lib
         self._array = self._ffi.typeof(f"{C_TYPES[number_type]}[]")
+        self._bound: dict[str, _Bound] = {}
         self._prepare()
 
     @property
@@ -450,21 +452,27 @@ class CompiledKernel(Kernel):
         return self._pointer(array.reshape(1))[0] if self.number_type == "long_double" else float(array)
 
     def call(self, name: str, *values: ArrayLike):
-        signature, function = self.signatures[name], self._function(name)
+        bound = self._bound.get(name)
+        if bound is None:
+            bound = self._bound[name] = _Bound(self._function(name), self.signatures[name], self._model)
+        found = bound.one_state(values, self.dtype, self._pointer)
+        return self._many_states(name, bound, values) if found is None else found
+
+    def _many_states(self, name: str, bound: "_Bound", values: Sequence[ArrayLike]):
+        """The function for each state of the leading axes."""
         lead, arrays = self._broadcast(name, values, self.dtype)
-        outputs = tuple(np.empty(lead + argument.shape, self.dtype) for argument in signature.outputs)
-        arguments = [
-            (self._pointer(array), int(np.prod(argument.shape)), not argument.shape)
-            for argument, array in zip(signature.inputs, arrays, strict=True)
+        outputs = tuple(np.empty(lead + shape, self.dtype) for shape in bound.out_shapes)
+        places = [
+            (self._pointer(array), math.prod(shape), not shape)
+            for array, shape in zip(arrays, bound.in_shapes, strict=True)
         ]
-        results = [
-            (self._pointer(output), int(np.prod(argument.shape)), False)
-            for argument, output in zip(signature.outputs, outputs, strict=True)
+        places += [
+            (self._pointer(array), math.prod(shape), False)
+            for array, shape in zip(outputs, bound.out_shapes, strict=True)
         ]
-        places = arguments + results
-        for k in range(int(np.prod(lead))):
+        for k in range(math.prod(lead)):
             # A scalar input goes by value, everything else by pointer.
-            function(
+            bound.function(
                 self._model,
                 *(pointer[k] if by_value else pointer + k * size for pointer, size, by_value in places),
             )
@@ -503,6 +511,35 @@ class CompiledKernel(Kernel):
             function(self._model, *pointers)
 
         return call
+
+
+class _Bound:
+    """A C function with its shapes, for calls that cost little more than the function."""
+
+    def __init__(self, function: Callable, signature: Signature, model):
+        self.function, self.model = function, model
+        self.in_shapes = tuple(argument.shape for argument in signature.inputs)
+        self.out_shapes = tuple(argument.shape for argument in signature.outputs)
+
+    def one_state(self, values: Sequence[ArrayLike], dtype: type, pointer: Callable):
+        """The outputs for one state; None where the values are not one state of these shapes."""
+        if len(values) != len(self.in_shapes):
+            return None
+        arguments, kept = [], []
+        for value, shape in zip(values, self.in_shapes, strict=True):
+            array = np.ascontiguousarray(value, dtype)
+            if not shape:
+                if np.ndim(value):
+                    return None
+                arguments.append(pointer(array)[0])
+            elif array.shape == shape:
+                arguments.append(pointer(array))
+            else:
+                return None
+            kept.append(array)  # its pointer does not keep a view's owner
+        outputs = tuple(np.empty(shape, dtype) for shape in self.out_shapes)
+        self.function(self.model, *arguments, *map(pointer, outputs))
+        return outputs if len(outputs) > 1 else outputs[0]
 
 
 @cache

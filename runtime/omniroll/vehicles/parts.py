@@ -5,7 +5,7 @@ Everything here works on plain numbers; omniroll.vehicles.vehicle makes vehicles
 
 from typing import Any
 
-from omniroll import validation
+from omniroll import validation, vocabulary
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 
@@ -25,42 +25,24 @@ def cylinder(mass: float, radius: float, length: float) -> tuple[float, float]:
     return evaluate("cylinder", 1, 3, **{name: validation.positive(name, value) for name, value in values.items()})
 
 
-POSITIVE = ("roller_mass", "roller_axial_inertia", "roller_transverse_inertia")
-NOT_NEGATIVE = (
-    "platform_mass",
-    "platform_inertia",
-    "hub_mass",
-    "hub_axial_inertia",
-    "hub_transverse_inertia",
-    "rotor_mass",
-    "rotor_axial_inertia",
-    "rotor_transverse_inertia",
-    "rotor_distance",
-)
-
-
 def inertias(
     wheels: int,
     rollers_per_wheel: int,
     *,
     platform_radius: float,
     roller_axis_radius: float,
-    gear_ratio: float,
     **parts: float,
 ) -> dict[str, float]:
     """mass, yaw_inertia, wheel_inertia and roller_inertia of a vehicle made of `parts`, by their names.
 
-    `parts` has a number for each name in POSITIVE and in NOT_NEGATIVE. Raises InvalidValueError.
+    `parts` has the numbers of omniroll.vocabulary.PARTS. Raises InvalidValueError.
     """
-    lengths = {
-        "platform_radius": validation.positive("platform_radius", platform_radius),
-        "roller_axis_radius": validation.positive("roller_axis_radius", roller_axis_radius),
-    }
-    numbers = {name: validation.not_negative(name, parts[name]) for name in NOT_NEGATIVE}
-    numbers |= {name: validation.positive(name, parts[name]) for name in POSITIVE}
-    numbers["gear_ratio"] = validation.real("gear_ratio", gear_ratio)
+    numbers = {entry.name: entry.checked(parts[entry.name]) for entry in vocabulary.PARTS}
+    lengths = vocabulary.by_name(vocabulary.LENGTHS)
+    numbers["platform_radius"] = lengths["platform_radius"].checked(platform_radius)
+    numbers["roller_axis_radius"] = lengths["roller_axis_radius"].checked(roller_axis_radius)
     names = ("mass", "yaw_inertia", "wheel_inertia", "roller_inertia")
-    return dict(zip(names, evaluate("inertias", wheels, rollers_per_wheel, **numbers, **lengths), strict=True))
+    return dict(zip(names, evaluate("inertias", wheels, rollers_per_wheel, **numbers), strict=True))
 
 
 def truncated_axis_radius(wheel_radius: float, rollers_per_wheel: int) -> float:
