@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Part, Signal
+from omniroll.effects.effect import Effect, Influence, Signal
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
@@ -110,7 +110,7 @@ class Driving(Following):
         self.mode = np.full(kernel.wheels, LINEAR)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         motor, linear = self.motor, self.mode == LINEAR
         voltage = Signal(*self.curve.after(elapsed))
         if "voltage" in given:
@@ -122,10 +122,10 @@ class Driving(Following):
             np.where(linear, per_volt * voltage.slope, 0.0),
         )
         damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
-        return Part({"torque": torque, "damping": damping}, self._guards(voltage))
+        return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
 
     def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
-        """Where sign * current + limit * part becomes positive, a wheel's mode changes."""
+        """Where sign * current + limit * constant becomes positive, a wheel's mode changes."""
         self.leads_to = []
         limit = self.motor.current_limit
         if limit is None:

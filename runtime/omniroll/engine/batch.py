@@ -44,9 +44,12 @@ class Batch:
     def accelerations(self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None) -> np.ndarray:
         """nu' (3, V) in 1/s^2, equation (3.4) solved.
 
-        nu (3, V) in 1/s; chi (N, V) in rad, |chi| <= pi/n; momenta (N, 2, V) in kg m^2/s of free rollers, as
-        Kernel.momenta gives them, and None for the other models. Each result is that of Kernel.reduced to the last
-        bits; calls may run in several threads.
+        nu       (3, V) in 1/s
+        chi      (N, V) in rad, |chi| <= pi/n
+        momenta  (N, 2, V) in kg m^2/s of free rollers, as Kernel.momenta gives them; None for the other models
+
+        Each result is that of Kernel.reduced to the last bits; calls may run in several threads. Raises
+        InvalidValueError for other shapes, angles beyond the roller and results that are not finite.
         """
         count = np.shape(nu)[-1] if self.shared and np.ndim(nu) == 2 else len(self.vehicles)
         shapes = self._shapes(count, momenta)
@@ -65,10 +68,13 @@ class Batch:
     def bind(
         self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None, *, nu_dot: np.ndarray
     ) -> Callable[[], None]:
-        """`accelerations` as a call without arguments from arrays into an array, for loops. One thread at a time.
+        """`accelerations` as a function without arguments that reads arrays and writes one, for loops.
 
-        Shapes as there; contiguous arrays of doubles, whose numbers are not checked. nu_dot (3, V) must be another
-        one than nu.
+        nu, chi, momenta  as of accelerations: contiguous arrays of doubles, whose numbers are not checked
+        nu_dot            (3, V), where the results go; it must be another array than nu
+
+        The function may run in one thread at a time. Raises InvalidValueError for arrays of another shape, kind or
+        order.
         """
         count = np.shape(nu_dot)[-1] if self.shared and np.ndim(nu_dot) == 2 else len(self.vehicles)
         shapes = self._shapes(count, momenta)

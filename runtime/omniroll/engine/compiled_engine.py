@@ -168,7 +168,7 @@ def joined(parts: list[dict[str, np.ndarray]], task: Task) -> Rows:
         y=y.copy(),
         contact=rows[:, end:].astype(int),
         axial=axial,
-        dense=dense_polynomials(y, steps, starts) if len(starts) else None,
+        dense=lambda: dense_polynomials(y, steps, starts) if len(starts) else None,
         step_rows=starts,
         directions=switches[:, 2 : 2 + wheels].astype(int),
         switch_rows=switch_rows,

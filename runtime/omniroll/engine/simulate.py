@@ -155,11 +155,11 @@ def _check_range(task: Task) -> None:
         acting = EffectRun(task.effects, bound, task.start_time)
         acting.pass_time(0.0, state)
         flow, _ = acting.phase(0.0, free)
-        y = np.zeros(acting.layout.size)
-        acting.layout.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-        acting.layout.put(y, task.effects.initial(bound, free))
+        y = np.zeros(acting.state_vector.size)
+        acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+        acting.state_vector.put(y, task.effects.initial(bound, free))
         rates = flow(0.0, y)
-        way = rates[: acting.layout.plain] * task.duration
+        way = rates[: acting.state_vector.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if np.abs(way).max() > validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")

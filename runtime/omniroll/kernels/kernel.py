@@ -25,7 +25,7 @@ from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import ROLLER_MODELS
+from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
 
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
@@ -134,11 +134,20 @@ def _wheel_places(vehicle: Vehicle) -> ArrayLike:
     )
 
 
+@documented(*KERNEL_ARGUMENTS)
 class Kernel:
     """The generated functions of one set, for one vehicle. Made by `kernel`.
 
-    effects   names of the effects beside the roller model, in the registry's order
-    set_name  of the set of effects
+    vehicle       Vehicle, with the inertia that effects bring
+    roller_model  "massless", "locked" or "free"
+    effects       names of the effects beside the roller model, in the registry's order
+    constants     (name, value) of the arguments of `prepare` that belong to the effects
+    set_name      name of the set of effects
+
+    Its methods take the arguments below. `inputs` are further ones that the set has, in the order that `reduced`
+    says. A method whose function the set lacks raises KeyError; arrays of other shapes raise ValueError.
+
+    {entries}
     """
 
     backend: str
@@ -155,7 +164,7 @@ class Kernel:
         self.has_spins = roller_model == "free"
 
     def call(self, name: str, *values: ArrayLike):
-        """The generated function `name`: its output or a tuple of its outputs; leading axes broadcast."""
+        """The generated function `name` of `values`: its output or a tuple of its outputs; leading axes broadcast."""
         raise NotImplementedError
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
@@ -561,12 +570,14 @@ def kernel(
     effects: tuple[str, ...] = (),
     constants: Constants = (),
 ) -> Kernel:
-    """The kernel of a vehicle, a roller model ("massless", "locked" or "free") and further effects.
+    """The kernel of a vehicle, a roller model and further effects.
 
-    backend      "compiled" or "python"
-    number_type  of the compiled kernels: "double", "float" or "long_double"
-    effects      names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
-    constants    (name, value) of the arguments of `prepare` that belong to the effects
+    vehicle       Vehicle, with the inertia that effects bring
+    roller_model  "massless", "locked" or "free"
+    backend       "compiled" or "python"
+    number_type   of the compiled kernels: "double", "float" or "long_double"
+    effects       names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
+    constants     (name, value) of the arguments of `prepare` that belong to the effects
 
     A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
     no C compiler. Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were

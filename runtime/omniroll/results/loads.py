@@ -53,9 +53,9 @@ def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, 
     if residual < FEASIBLE:
         return loads
     pressed = multipliers == 0  # the others carry nothing; those that do are of least norm
-    found = np.zeros_like(loads)
-    found[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
-    return found
+    least = np.zeros_like(loads)
+    least[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
+    return least
 
 
 @dataclass(frozen=True)

@@ -73,13 +73,13 @@ def estimates(scene: Scene) -> tuple[float, list[Estimate]]:
     base = _motion(scene, duration, {})
     if base is None or duration == 0:
         return duration, []
-    found = [
+    made = [
         _estimate(variant, base, _motion(scene, duration, variant.changes))
         for variant in chain(_other_models(scene), _other_effects(scene, base))
     ]
     if "reactions" not in scene.tables:
-        found.append(Estimate("reactions", "an output, which changes no motion", 0.0))
-    return duration, found
+        made.append(Estimate("reactions", "an output, which changes no motion", 0.0))
+    return duration, made
 
 
 def _other_models(scene: Scene) -> Iterator[Variant]:

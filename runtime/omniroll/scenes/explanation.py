@@ -21,8 +21,8 @@ UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 def explained(scene: Scene) -> dict[str, Any]:
     """All of it in plain Python types. Runs the scene for a short time."""
     task = checked_task(scene.vehicle, **scene.options)
-    compared, found = estimates(scene)
-    by_effect = {estimate.effect: estimate for estimate in found}
+    compared, off = estimates(scene)
+    by_effect = {estimate.effect: estimate for estimate in off}
     on = effects_on(scene, task)
     costs = operations(task)
     massless = by_effect.get("massless")
@@ -69,16 +69,16 @@ def state_variables(task: Task) -> list[dict[str, Any]]:
     """What is carried along the motion: name, how many numbers, unit, what they are."""
     bound = task.kernel
     wheels, places = bound.wheels, bound.rollers_per_wheel - 1
-    layout = task.effects.layout(bound)
+    vector = task.effects.state_vector(bound)
     counts = {"nu": 3, "chi": wheels, "pose": 3}
     entries = by_name(STATE)
     state = [(name, count, entries[name].unit, entries[name].meaning) for name, count in counts.items()]
-    for quantity in layout.quantities:
+    for quantity in vector.quantities:
         about = generated_data.described(quantity.rate if quantity.account else quantity.name).meaning
         kind = f"integral of the {about}, for the ledger" if quantity.account else about
-        state.append((quantity.name, math.prod(layout.shapes[quantity.name]), UNITS[quantity.size], kind))
+        state.append((quantity.name, math.prod(vector.shapes[quantity.name]), UNITS[quantity.size], kind))
     state.append(("contact", wheels, "", "the roller in contact of each wheel, changed by switches"))
-    if bound.has_spins and "axial" not in layout.shapes:
+    if bound.has_spins and "axial" not in vector.shapes:
         state.append(("axial", wheels * places, "rad/s", "axial speeds of the free rollers, kept between switches"))
     names = ("name", "count", "unit", "meaning")
     return [dict(zip(names, entry, strict=True)) for entry in state]

@@ -89,6 +89,6 @@ def _rungs(scene: Scene, options: dict[str, Any]) -> Iterator[tuple[str, Any, di
 
 
 def _reference(fullest: Task, times: np.ndarray) -> Reference:
-    found, coarse = (_run(fullest, times, tolerance) for tolerance in (FINEST_WITH_EFFECTS, 100 * FINEST_WITH_EFFECTS))
-    gap = max(deviation(coarse, found, fullest)["trajectory"], FINEST_WITH_EFFECTS)  # events may cut both alike
-    return Reference(times, found.y, found.contact, found.energy, found.switches, confirmed=gap / FINER)
+    fine, coarse = (_run(fullest, times, tolerance) for tolerance in (FINEST_WITH_EFFECTS, 100 * FINEST_WITH_EFFECTS))
+    gap = max(deviation(coarse, fine, fullest)["trajectory"], FINEST_WITH_EFFECTS)  # events may cut both alike
+    return Reference(times, fine.y, fine.contact, fine.energy, fine.switches, confirmed=gap / FINER)

@@ -58,10 +58,10 @@ class Reference:
 def confirmed(task: Task, times: np.ndarray) -> Reference:
     """The motion of `task` by Taylor series, compared with the extrapolated one at all `times`."""
     with digits():
-        found = follow(Taylor(task), task, times)
-    gaps = deviation(follow(Extrapolated(task), task, times), found, task).values()
-    found.confirmed = math.inf if any(math.isnan(gap) for gap in gaps) else max(gaps)
-    return found
+        reference = follow(Taylor(task), task, times)
+    gaps = deviation(follow(Extrapolated(task), task, times), reference, task).values()
+    reference.confirmed = math.inf if any(math.isnan(gap) for gap in gaps) else max(gaps)
+    return reference
 
 
 class Mechanics:
@@ -242,7 +242,7 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
     axial = None if free is None else [[m.number(float(v)) for v in wheel] for wheel in free]
     contact = np.zeros(m.wheels, int)
     now, phase_start, end = m.number(0.0), m.number(0.0), m.number(task.duration)
-    found, wanted, switches = [], list(times), []
+    sampled, wanted, switches = [], list(times), []
     idle = 0
     y, axial = _due_at_start(m, y, axial, contact, switches)
     for _ in range(LONGEST):
@@ -251,7 +251,7 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
         if crossings:
             h = min((time for time, _ in crossings.values()), key=float)
         while wanted and now + h > m.number(wanted[0]):
-            found.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
+            sampled.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
         y, now = at(h), now + h
         if crossings:
             together = tau(float(now) + task.start_time, float(now - phase_start))
@@ -268,10 +268,10 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
             raise _stopped(task, "switches without progress in time", now, y, contact)
     else:
         raise _stopped(task, f"the reference solution needs more than {LONGEST} steps", now, y, contact)
-    found += [(y, contact.copy(), axial) for _ in wanted]
-    rows = np.array([[extended(v) for v in one] for one, _, _ in found])
-    energy = np.array([extended(m.energy(one, its)) for one, _, its in found])
-    return Reference(np.array(times), rows, np.array([c for _, c, _ in found]), energy, switches)
+    sampled += [(y, contact.copy(), axial) for _ in wanted]
+    rows = np.array([[extended(v) for v in one] for one, _, _ in sampled])
+    energy = np.array([extended(m.energy(one, its)) for one, _, its in sampled])
+    return Reference(np.array(times), rows, np.array([c for _, c, _ in sampled]), energy, switches)
 
 
 def extended(value: Any) -> np.longdouble:
@@ -311,12 +311,12 @@ def _crossings(m: Mechanics, at: Callable, h: Any, probes: int) -> dict[int, tup
                 left[i] = (h * k / probes, 1 if float(y[3 + i]) > 0 else -1)
         if left:
             break
-    found = {}
+    exits = {}
     for i, (time, direction) in left.items():
         for _ in range(LANDING):
             y = at(time)
             speed = m.module.wheel_speeds(m.model, y[:3])[i]
             time = time - (y[3 + i] - direction * m.joint) / speed
             time = time.mid() if hasattr(time, "mid") else time
-        found[i] = (time, direction)
-    return found
+        exits[i] = (time, direction)
+    return exits
