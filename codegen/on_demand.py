@@ -22,6 +22,7 @@ class KernelTexts:
     c_header: str
     c_source: str
     python: str
+    engine_set: str
 
 
 class Programs:
@@ -57,4 +58,5 @@ def kernel_on_demand(programs: Programs, base: str, wanted: Sequence[str]) -> Ke
         c_header=texts[f"c/omniroll_{effect_set.name}.h"],
         c_source=texts[f"c/omniroll_{effect_set.name}.c"],
         python=texts[f"python/{effect_set.name}.py"],
+        engine_set=texts[f"c/engine_set_{effect_set.name}.h"],
     )

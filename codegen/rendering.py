@@ -10,6 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from . import formulas
 from .c import CFunction, Layout, plus, prototype, times
 from .derivation import Derivation, json_text, kernel_to_json, set_to_json
+from .engine_sets import EngineSet
 from .expressions import Canonical
 from .latex import Latex, escaped
 from .operations import called_functions, count_intermediates, count_operations
@@ -72,11 +73,19 @@ def kernel_texts(effects: EffectSet, functions: list[Function]) -> dict[str, str
         "largest_square": LARGEST,
     }
     in_python = [PythonFunction(f) for f in functions]
-    return {
+    engine = engine_texts(effects)
+    return engine | {
         f"c/omniroll_{effects.name}.h": template("omniroll_set.h", **values),
         f"c/omniroll_{effects.name}.c": template("omniroll_set.c", **values),
         f"python/{effects.name}.py": template("set.py", set=effects, functions=in_python),
     }
+
+
+def engine_texts(effects: EffectSet) -> dict[str, str]:
+    """What the compiled engine must know of a set, where the set has a motion."""
+    if not all(effects.function(name) for name in STEP_NEEDS):
+        return {}
+    return {f"c/engine_set_{effects.name}.h": template("engine_set.h", facts=EngineSet(effects))}
 
 
 def step_function(effects: EffectSet) -> dict | None:
@@ -181,6 +190,18 @@ def wrapped(text: str, before: str, then: str | None = None, width: int = 110) -
     )
 
 
+def broken_list(head: str, items: list[str], width: int = 110) -> str:
+    """`head` with the items and a closing bracket, broken between items."""
+    lines = [head]
+    for place, item in enumerate(items):
+        text = item + (")" if place == len(items) - 1 else ", ")
+        if len(lines[-1]) + len(text.rstrip()) > width - 4:
+            lines[-1] = lines[-1].rstrip()
+            lines.append(" " * 8)
+        lines[-1] += text
+    return "\n".join(lines)
+
+
 def work(function: CFunction | PythonFunction) -> str:
     """The operation counts as one sentence."""
     places = []
@@ -217,6 +238,7 @@ def environment() -> Environment:
     made.filters |= {
         "sizes": sizes,
         "wrapped": wrapped,
+        "broken_list": broken_list,
         "work": work,
         "equations": equations_of,
         "tex": escaped,

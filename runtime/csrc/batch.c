@@ -11,7 +11,7 @@
 #define LANES 16
 #define UNROLLED _Pragma("GCC unroll 8")     /* so that all stays in registers */
 #define OMNIROLL_EACH_WHEEL UNROLLED
-#include "kernel_in_lanes.h"
+#include OMNIROLL_ENGINE_SET
 
 #include "engine.h"
 
@@ -45,8 +45,12 @@ ALWAYS_INLINE void block(const int wheels, int rollers, const lanes_t *constants
     UNROLLED
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
+#else
+    const lanes_t *const momenta = 0;
 #endif
-    KERNEL(reduced)(wheels, rollers, constants, nu, chi MOMENTA(momenta), nu_dot);
+    const vehicle_t vehicle = {rollers, constants};
+    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi, .momenta = momenta};
+    core_rates(wheels, &point, nu_dot, 0);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];

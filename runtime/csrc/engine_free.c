@@ -1,4 +1,2 @@
-#define OMNIROLL_SET free
-#define OMNIROLL_KERNEL "omniroll_free.c"
-#define OMNIROLL_FREE_ROLLERS
+#define OMNIROLL_ENGINE_SET "engine_set_free.h"
 #include "engine.c"

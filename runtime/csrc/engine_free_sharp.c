@@ -1,4 +1,2 @@
-#define OMNIROLL_SET free_sharp
-#define OMNIROLL_KERNEL "omniroll_free_sharp.c"
-#define OMNIROLL_FREE_ROLLERS
+#define OMNIROLL_ENGINE_SET "engine_set_free_sharp.h"
 #include "engine.c"

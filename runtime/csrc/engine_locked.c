@@ -1,3 +1,2 @@
-#define OMNIROLL_SET locked
-#define OMNIROLL_KERNEL "omniroll_locked.c"
+#define OMNIROLL_ENGINE_SET "engine_set_locked.h"
 #include "engine.c"

@@ -1,3 +1,2 @@
-#define OMNIROLL_SET locked_sharp
-#define OMNIROLL_KERNEL "omniroll_locked_sharp.c"
+#define OMNIROLL_ENGINE_SET "engine_set_locked_sharp.h"
 #include "engine.c"

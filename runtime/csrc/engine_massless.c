@@ -1,4 +1,2 @@
-#define OMNIROLL_SET massless
-#define OMNIROLL_KERNEL "omniroll_massless.c"
-#define OMNIROLL_MASSLESS
+#define OMNIROLL_ENGINE_SET "engine_set_massless.h"
 #include "engine.c"

@@ -1,6 +1,6 @@
 /* A generated kernel with lanes as its numbers, for the files of the compiled engine.
  *
- * Compiled once for each set of effects; engine_<set>.c defines
+ * Compiled once for each set of effects; engine_set_<set>.h includes it and defines
  *   OMNIROLL_SET              the set, for instance locked
  *   OMNIROLL_KERNEL           its file, "omniroll_locked.c"
  *   OMNIROLL_FREE_ROLLERS     where the set's free rollers have a state
@@ -14,6 +14,12 @@
 typedef lanes_t real_t;
 #define real_number(x) lanes_of((double)(x))
 #define OMNIROLL_SHORT_ANGLES
+#define real_sqrt lanes_sqrt
+#define real_exp lanes_exp
+#if SET_HAS_HEADING                         /* which is no short angle */
+#define real_sin lanes_sin_of_any
+#define real_cos lanes_cos_of_any
+#endif
 #define OMNIROLL_INLINE ALWAYS_INLINE
 #define OMNIROLL_API ALWAYS_INLINE
 #include OMNIROLL_KERNEL
@@ -29,12 +35,6 @@ typedef lanes_t real_t;
 #define EACH_LEVEL __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #else
 #define EACH_LEVEL
-#endif
-
-#ifdef OMNIROLL_FREE_ROLLERS
-#define MOMENTA(momenta) , momenta
-#else
-#define MOMENTA(momenta)
 #endif
 
 #define MOST_WHEELS 64

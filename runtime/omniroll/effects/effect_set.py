@@ -7,7 +7,7 @@ import numpy as np
 
 from omniroll import generated_data
 from omniroll.effects.effect import Effect, Quantity, Signal
-from omniroll.effects.guards import NO_GUARDS, Guards
+from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.layout import Layout
 from omniroll.effects.program import Program
 from omniroll.errors import InvalidValueError
@@ -130,6 +130,12 @@ class EffectRun:
         momenta = None if axial is None else self.kernel.momenta(axial)
         if self.program is None:
             return self.kernel.flow(momenta), NO_GUARDS
+        guards = Guards(self.begin_phase(elapsed), self.layout.size)
+        constants = {} if momenta is None or "momenta" in self.layout.slices else {"momenta": momenta}
+        return self.program.flow(constants, self.signals), guards
+
+    def begin_phase(self, elapsed: float) -> list[Guard]:
+        """The guards of the phase that starts now; `signals` are its inputs then."""
         inputs: dict[str, Signal] = {}
         self.parts = []
         for process in self.processes:
@@ -138,9 +144,7 @@ class EffectRun:
                 inputs[name] = inputs[name] + signal if name in inputs else signal
             self.parts.append(part)
         self.signals = inputs
-        guards = Guards([guard for part in self.parts for guard in part.guards], self.layout.size)
-        constants = {} if momenta is None or "momenta" in self.layout.slices else {"momenta": momenta}
-        return self.program.flow(constants, inputs), guards
+        return [guard for part in self.parts for guard in part.guards]
 
     def drive(self, time: float) -> np.ndarray:
         """(D, N) the inputs of the drives at a time since the start of this phase."""

@@ -44,13 +44,16 @@ def declarations(number_type: str, headers: list[str]) -> str:
     return "\n".join(lines)
 
 
-def engine_declarations(header: str) -> str:
-    """What cffi must know of the engine's header, engine.h; its functions stand in the list ENGINE_SETS."""
+def engine_declarations(header: str, sets: tuple[str, ...] | None = None) -> str:
+    """What cffi must know of the engine's header, engine.h; its functions stand in the list ENGINE_SETS.
+
+    sets: other sets of effects than those of the list.
+    """
     joined = header.replace("\\\n", " ")
     code = "\n".join(line for line in without_comments(joined).splitlines() if not line.startswith("#"))
     listed = re.search(r"#define ENGINE_SETS\(each\)(.*)", joined)
     pattern = re.search(r"#define ENGINE_FUNCTIONS\(set\)(.*)", joined)
     if not listed or not pattern:
         raise ValueError("engine.h: no list of sets or of functions")
-    sets = re.findall(r"each\((\w+)\)", listed[1])
-    return code.replace("ENGINE_SETS(ENGINE_FUNCTIONS)", "\n".join(pattern[1].replace("##set##", s) for s in sets))
+    wanted = re.findall(r"each\((\w+)\)", listed[1]) if sets is None else sets
+    return code.replace("ENGINE_SETS(ENGINE_FUNCTIONS)", "\n".join(pattern[1].replace("##set##", s) for s in wanted))

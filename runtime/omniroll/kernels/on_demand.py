@@ -16,6 +16,7 @@ import platform
 import shlex
 import shutil
 import subprocess
+import sys
 import tempfile
 import threading
 from functools import cache
@@ -28,12 +29,13 @@ import cffi
 
 from omniroll import generated_data
 from omniroll.errors import KernelsMissingError
-from omniroll.kernels.c_headers import NUMBER_TYPES, declarations
+from omniroll.kernels.c_headers import NUMBER_TYPES, declarations, engine_declarations
 
 if TYPE_CHECKING:
     from omniroll.codegen.on_demand import Programs
 
-FLAGS = ("-O3", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
+FLAGS = ("-O2", "-g0", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
+ENGINE_FLAGS = ("-march=native", "-Wno-psabi")
 LONGEST_COMPILATION = 300  # seconds
 BUILDING = threading.RLock()  # a kernel that two threads ask for is made once
 
@@ -88,7 +90,21 @@ def compiled_library(base: str, effects: tuple[str, ...], number_type: str) -> S
 def _opened(header: Path, library: Path, number_type: str) -> SimpleNamespace:
     ffi = cffi.FFI()
     ffi.cdef(declarations(number_type, [header.read_text(encoding="utf-8")]))
+    if number_type == "double":
+        engine = (resources.files("omniroll.csrc") / "engine.h").read_text(encoding="utf-8")
+        ffi.cdef(engine_declarations(engine, (header.stem.removeprefix("omniroll_"),)))
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(library)))
+
+
+def engine_sources(folder: Path, name: str) -> list[str]:
+    """What is compiled with the double kernel of a set: its engine (runtime/csrc) as one more file, and how."""
+    program = folder / f"engine_{name}.c"
+    program.write_text(f'#define OMNIROLL_ENGINE_SET "engine_set_{name}.h"\n#include "engine.c"\n', encoding="utf-8")
+    with (
+        resources.as_file(resources.files("omniroll.csrc")) as csrc,
+        resources.as_file(resources.files("omniroll.generated") / "c") as tables,
+    ):
+        return [str(program), f"-I{csrc}", f"-I{tables}", *ENGINE_FLAGS]
 
 
 def _compiler() -> list[str]:
@@ -107,8 +123,11 @@ def _library(folder: Path, name: str, number_type: str, command: tuple[str, ...]
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         made = Path(scratch, "kernel.so")
         define = [f"-D{macro}"] if macro else []
+        engine = engine_sources(folder, name) if number_type == "double" else []
+        if engine:
+            print(f"omniroll: compiling the engine of {name}, once; it takes some seconds", file=sys.stderr)
         done = subprocess.run(
-            [*command, *define, f"-I{folder}", str(folder / f"omniroll_{name}.c"), "-lm", "-o", str(made)],
+            [*command, *define, f"-I{folder}", str(folder / f"omniroll_{name}.c"), *engine, "-lm", "-o", str(made)],
             capture_output=True, text=True, timeout=LONGEST_COMPILATION,
         )  # fmt: skip
         if done.returncode:
@@ -119,10 +138,13 @@ def _library(folder: Path, name: str, number_type: str, command: tuple[str, ...]
 
 @cache
 def _source_key() -> str:
-    """Of all that the texts depend on: the programs, and codegen itself."""
+    """Of all that is made depends on: the programs, the engine, and codegen itself."""
     digest = hashlib.sha256()
     for name in ("programs", "effects", "symbols"):
         digest.update((resources.files("omniroll.generated") / "data" / f"{name}.json").read_bytes())
+    for entry in sorted(resources.files("omniroll.csrc").iterdir(), key=lambda entry: entry.name):
+        if entry.name.endswith((".c", ".h")):
+            digest.update(entry.name.encode() + entry.read_bytes())
     package = resources.files("omniroll.codegen")
     for entry in sorted([*package.iterdir(), *(package / "templates").iterdir()], key=lambda entry: entry.name):
         if entry.name.endswith((".py", ".j2")):
@@ -178,6 +200,7 @@ def _write(folder: Path, base: str, effects: tuple[str, ...]) -> None:
         f"omniroll_{made.name}.h": made.c_header,
         f"omniroll_{made.name}.c": made.c_source,
         f"{made.name}.py": made.python,
+        f"engine_set_{made.name}.h": made.engine_set,
         "functions.json": json.dumps(made.functions),
     }
     for file, text in texts.items():
