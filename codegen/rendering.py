@@ -13,7 +13,7 @@ from .derivation import Derivation, json_text, kernel_to_json, set_to_json
 from .expressions import Canonical
 from .latex import Latex, escaped
 from .operations import called_functions, count_intermediates, count_operations
-from .programs import Array, EffectSet, Function, Loop, function_to_json
+from .programs import Array, EffectSet, Function, Loop
 from .python import PythonFunction
 from .sharing import share
 from .short_angles import LARGEST, short_angles
@@ -130,10 +130,7 @@ def data_texts(derivation: Derivation, shared: dict[str, Function]) -> dict[str,
     parts = {name: {name: derivation.part(name)} for name in ("symbols", "effects", "equations", "proofs", "bounds")}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
-    parts["programs"] = {
-        "bases": [set_to_json(base) for base in derivation.bases.values()],
-        "functions": [function_to_json(f) for base in derivation.bases.values() for f in base.functions],
-    }
+    parts["programs"] = derivation.programs()
     parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels}
     return {
         f"data/{name}.json": template(

@@ -77,7 +77,265 @@ OMNIROLL_INLINE real_t omniroll_free_cos(real_t x)
 
 OMNIROLL_API size_t omniroll_free_model_size(int wheels, int rollers_per_wheel)
 {
-    return (size_t)(25 + 6*wheels + 2*(rollers_per_wheel - 1));
+    return (size_t)(28 + 4*wheels + 2*(rollers_per_wheel - 1));
+}
+
+/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
+OMNIROLL_API void omniroll_free_wheel_speeds(int wheels, int rollers_per_wheel, const real_t *model,
+                                             const real_t *nu, real_t *chi_dot)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R_over_l = model[10];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        chi_dot[i] = wheel_rate;
+    }
+}
+
+/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). */
+OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
+                                            const real_t *nu, const real_t *chi, real_t *chi_dot,
+                                            real_t *contact_spin)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t t1 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t chi_i = chi[i];
+        const real_t half_sine = real_sin(chi_i/2);
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        chi_dot[i] = wheel_rate;
+        contact_spin[i] = rolling;
+    }
+}
+
+/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2). */
+OMNIROLL_API void omniroll_free_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
+                                               const real_t *chi_dot, real_t *nu)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R_over_l = model[10];
+    const real_t inverse_wheels = model[23];
+    const real_t last_cosine = model[24];
+    const real_t last_sine = model[25];
+    const real_t share_x = model[26];
+    const real_t share_y = model[27];
+    real_t s_am = real_number(0);
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    real_t s_xm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_am += chi_dot_i;
+        s_xx += x*x;
+        s_xy += x*y;
+        s_xm += chi_dot_i*x;
+    }
+    const real_t first_a = inverse_wheels*s_am;
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    const real_t first_x = s_xm*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_rm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        const real_t beyond_a = chi_dot_i - first_a;
+        const real_t left_over = beyond_a - first_x*x;
+        s_rr += rest*rest;
+        s_rm += rest*left_over;
+    }
+    const real_t along_y = s_rm/s_rr;
+    const real_t along_x = first_x - tilt*along_y;
+    const real_t turn = first_a - share_x*along_x - share_y*along_y;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
+    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
+    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
+/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more. Equations: (2.1), (2.2). */
+OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
+                                                 const real_t *chi, const real_t *chi_dot,
+                                                 const real_t *contact_spin, real_t *nu)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t inverse_wheels = model[23];
+    const real_t last_cosine = model[24];
+    const real_t last_sine = model[25];
+    const real_t share_x = model[26];
+    const real_t share_y = model[27];
+    real_t f_1 = real_number(0);
+    real_t f_2 = real_number(0);
+    real_t f_3 = real_number(0);
+    real_t s_33 = real_number(0);
+    const real_t t1 = 2*l;
+    const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t chi_i = chi[i];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t contact_spin_i = contact_spin[i];
+        const real_t half_sine = real_sin(chi_i/2);
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
+        const real_t rolled = inv_l*contact_spin_i*rho;
+        const real_t shorter = bearing_versine - share_y;
+        const real_t aside = bearing_sine - share_x;
+        const real_t bearing_cosine = 1 - bearing_versine;
+        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
+        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
+        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
+        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
+        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
+        s_33 += own_wheel*own_wheel + own_roller*own_roller;
+    }
+    const real_t turn = -f_3/s_33;
+    const real_t t2 = 1 - share_y;
+    const real_t mean_cosine = last_cosine*t2 - last_sine*share_x;
+    const real_t mean_sine = last_cosine*share_x + last_sine*t2;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
+    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
+    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
+/* Rates of x, y and theta. Equations: (2.3). */
+OMNIROLL_API void omniroll_free_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
+                                           const real_t *nu, real_t theta, real_t *pose_dot)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t heading_cosine = real_cos(theta);
+    const real_t heading_sine = real_sin(theta);
+    pose_dot[0] = R*(nu_1*heading_cosine - nu_2*heading_sine);
+    pose_dot[1] = R*(nu_1*heading_sine + nu_2*heading_cosine);
+    pose_dot[2] = inverse_yaw_scale*nu_3;
+}
+
+/* Wheel torques of least norm that give the generalised forces: three wheels or more. Equations: (2.2), (3.1). */
+OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
+                                              const real_t *force, real_t *torques)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R_over_l = model[10];
+    const real_t inverse_wheels = model[23];
+    const real_t last_cosine = model[24];
+    const real_t last_sine = model[25];
+    const real_t share_x = model[26];
+    const real_t share_y = model[27];
+    const real_t force_1 = force[0];
+    const real_t force_2 = force[1];
+    const real_t force_3 = force[2];
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
+    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
+    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
+    const real_t asked_x = force_x - share_x*asked_a;
+    const real_t asked_y = asked_a - share_y*asked_a + force_y;
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_xx += x*x;
+        s_xy += x*y;
+    }
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_xr = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        s_rr += rest*rest;
+        s_xr += x*rest;
+    }
+    const real_t torque_a = inverse_wheels*asked_a;
+    const real_t asked_rest = asked_y - asked_x*tilt;
+    const real_t torque_rest = asked_rest/s_rr;
+    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 30];
+        const real_t bearing_versine = model[4*i + 31];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        torques[i] = torque_a + torque_x*x + torque_rest*rest;
+    }
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
@@ -130,15 +388,25 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model[6*i + 25] = cos_alpha;
-        model[6*i + 26] = sin_alpha;
+        model[4*i + 28] = cos_alpha;
+        model[4*i + 29] = sin_alpha;
     }
     const real_t m0_11 = J*g11 + mass_R2;
     const real_t m0_12 = J*g12;
     const real_t m0_13 = J*g13;
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
-    const real_t m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
+    const real_t J_g33 = J*g33;
+    const real_t m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
+    const real_t inv_m0_11 = 1/m0_11;
+    const real_t start_u12 = m0_12*inv_m0_11;
+    const real_t start_u13 = m0_13*inv_m0_11;
+    const real_t start_d2 = m0_22 - m0_12*start_u12;
+    const real_t start_23 = m0_23 - m0_12*start_u13;
+    const real_t start_u23 = start_23/start_d2;
+    const real_t bare_over_scale = inverse_yaw_scale*bare_yaw;
+    const real_t start_33 = J_g33 + inverse_yaw_scale*bare_over_scale;
+    const real_t start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23;
     real_t last_alpha = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
@@ -147,11 +415,8 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
     }
     const real_t last_cosine = real_cos(last_alpha);
     const real_t last_sine = real_sin(last_alpha);
-    real_t s_aa = real_number(0);
     real_t s_ax = real_number(0);
     real_t s_ay = real_number(0);
-    real_t sum_short = real_number(0);
-    real_t sum_side = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
@@ -160,23 +425,14 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
         const real_t bearing_half_sine = real_sin(t3);
         const real_t bearing_sine = 2*bearing_half_sine*real_cos(t3);
         const real_t bearing_versine = 2*bearing_half_sine*bearing_half_sine;
-        s_aa += real_number(1);
         s_ax += bearing_sine;
         s_ay += bearing_versine;
-        sum_short += bearing_versine;
-        sum_side += bearing_sine;
-        model[6*i + 27] = bearing_sine;
-        model[6*i + 28] = bearing_versine;
-        model[6*i + 29] = bearing_versine;
-        model[6*i + 30] = bearing_sine;
+        model[4*i + 30] = bearing_sine;
+        model[4*i + 31] = bearing_versine;
     }
     const real_t inverse_wheels = 1/N;
-    const real_t mean_arms = s_aa*inverse_wheels;
-    const real_t inverse_arms = inverse_wheels/mean_arms;
-    const real_t share_x = s_ax*inverse_arms;
-    const real_t share_y = s_ay*inverse_arms;
-    const real_t mean_short = sum_short*inverse_wheels;
-    const real_t mean_side = sum_side*inverse_wheels;
+    const real_t share_x = s_ax*inverse_wheels;
+    const real_t share_y = s_ay*inverse_wheels;
     const real_t joint_quarter = pi_per_n/4;
     const real_t joint_half = t1;
     const real_t t4 = 2*n;
@@ -191,233 +447,37 @@ OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_
         const real_t cos_kappa_low = n - t5;
         const real_t cos_kappa_high = t6 - t5;
         const real_t cos_kappa = 2*real_sin(joint_quarter*cos_kappa_low)*real_sin(joint_quarter*cos_kappa_high);
-        model[6*wheels + 2*j + 25] = cos_kappa;
-        model[6*wheels + 2*j + 26] = sin_kappa;
+        model[4*wheels + 2*j + 28] = cos_kappa;
+        model[4*wheels + 2*j + 29] = sin_kappa;
     }
     model[0] = B;
-    model[1] = inverse_yaw_scale;
-    model[2] = R;
-    model[3] = l;
-    model[4] = R_over_l;
-    model[5] = mass_R2;
-    model[6] = coriolis;
-    model[7] = J;
-    model[8] = bare_yaw;
-    model[9] = tip;
-    model[10] = joint_sine;
-    model[11] = m0_11;
-    model[12] = m0_12;
-    model[13] = m0_13;
-    model[14] = m0_22;
-    model[15] = m0_23;
-    model[16] = m0_33;
-    model[17] = inverse_wheels;
-    model[18] = inverse_arms;
-    model[19] = last_cosine;
-    model[20] = last_sine;
-    model[21] = share_x;
-    model[22] = share_y;
-    model[23] = mean_short;
-    model[24] = mean_side;
-}
-
-/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
-OMNIROLL_API void omniroll_free_wheel_speeds(int wheels, int rollers_per_wheel, const real_t *model,
-                                             const real_t *nu, real_t *chi_dot)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R_over_l = model[4];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
-    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
-        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const real_t wheel_rate = roll - R_over_l_yaw_rate;
-        chi_dot[i] = wheel_rate;
-    }
-}
-
-/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). */
-OMNIROLL_API void omniroll_free_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
-                                            const real_t *nu, const real_t *chi, real_t *chi_dot,
-                                            real_t *contact_spin)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
-    const real_t t1 = 2*l;
-    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
-        const real_t chi_i = chi[i];
-        const real_t half_sine = real_sin(chi_i/2);
-        const real_t below = joint_sine - half_sine;
-        const real_t above = joint_sine + half_sine;
-        const real_t width = below*above;
-        const real_t rho = tip + t1*width;
-        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const real_t wheel_rate = roll - R_over_l_yaw_rate;
-        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
-        const real_t inverse_rho = 1/rho;
-        const real_t rolling = along*inverse_rho;
-        chi_dot[i] = wheel_rate;
-        contact_spin[i] = rolling;
-    }
-}
-
-/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2). */
-OMNIROLL_API void omniroll_free_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
-                                               const real_t *chi_dot, real_t *nu)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R_over_l = model[4];
-    const real_t inverse_arms = model[18];
-    const real_t last_cosine = model[19];
-    const real_t last_sine = model[20];
-    const real_t share_x = model[21];
-    const real_t share_y = model[22];
-    real_t s_am = real_number(0);
-    real_t s_xx = real_number(0);
-    real_t s_xy = real_number(0);
-    real_t s_xm = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        s_am += chi_dot_i;
-        s_xx += x*x;
-        s_xy += x*y;
-        s_xm += chi_dot_i*x;
-    }
-    const real_t first_a = inverse_arms*s_am;
-    const real_t inv_s_xx = 1/s_xx;
-    const real_t tilt = s_xy*inv_s_xx;
-    const real_t first_x = s_xm*inv_s_xx;
-    real_t s_rr = real_number(0);
-    real_t s_rm = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        const real_t beyond_a = chi_dot_i - first_a;
-        const real_t left_over = beyond_a - first_x*x;
-        s_rr += rest*rest;
-        s_rm += rest*left_over;
-    }
-    const real_t along_y = s_rm/s_rr;
-    const real_t along_x = first_x - tilt*along_y;
-    const real_t turn = first_a - share_x*along_x - share_y*along_y;
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
-    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
-    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
-    nu[0] = x_1;
-    nu[1] = x_2;
-    nu[2] = x_3;
-}
-
-/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more. Equations: (2.1), (2.2). */
-OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
-                                                 const real_t *chi, const real_t *chi_dot,
-                                                 const real_t *contact_spin, real_t *nu)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t inverse_wheels = model[17];
-    const real_t last_cosine = model[19];
-    const real_t last_sine = model[20];
-    const real_t mean_short = model[23];
-    const real_t mean_side = model[24];
-    real_t f_1 = real_number(0);
-    real_t f_2 = real_number(0);
-    real_t f_3 = real_number(0);
-    real_t s_33 = real_number(0);
-    const real_t t1 = 2*l;
-    const real_t inv_l = 1/l;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t place_short = model[6*i + 29];
-        const real_t place_side = model[6*i + 30];
-        const real_t chi_i = chi[i];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t contact_spin_i = contact_spin[i];
-        const real_t half_sine = real_sin(chi_i/2);
-        const real_t below = joint_sine - half_sine;
-        const real_t above = joint_sine + half_sine;
-        const real_t width = below*above;
-        const real_t rho = tip + t1*width;
-        const real_t rolled = inv_l*contact_spin_i*rho;
-        const real_t shorter = place_short - mean_short;
-        const real_t aside = place_side - mean_side;
-        const real_t bearing_cosine = 1 - bearing_versine;
-        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
-        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
-        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
-        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
-        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
-        s_33 += own_wheel*own_wheel + own_roller*own_roller;
-    }
-    const real_t turn = -f_3/s_33;
-    const real_t t2 = 1 - mean_short;
-    const real_t mean_cosine = last_cosine*t2 - last_sine*mean_side;
-    const real_t mean_sine = last_cosine*mean_side + last_sine*t2;
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
-    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
-    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
-    nu[0] = x_1;
-    nu[1] = x_2;
-    nu[2] = x_3;
-}
-
-/* Rates of x, y and theta. Equations: (2.3). */
-OMNIROLL_API void omniroll_free_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
-                                           const real_t *nu, real_t theta, real_t *pose_dot)
-{
-    (void)wheels;
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t heading_cosine = real_cos(theta);
-    const real_t heading_sine = real_sin(theta);
-    pose_dot[0] = R*(nu_1*heading_cosine - nu_2*heading_sine);
-    pose_dot[1] = R*(nu_1*heading_sine + nu_2*heading_cosine);
-    pose_dot[2] = inverse_yaw_scale*nu_3;
+    model[1] = m0_11;
+    model[2] = start_d2;
+    model[3] = start_d3;
+    model[4] = start_u12;
+    model[5] = start_u13;
+    model[6] = start_u23;
+    model[7] = inverse_yaw_scale;
+    model[8] = R;
+    model[9] = l;
+    model[10] = R_over_l;
+    model[11] = mass_R2;
+    model[12] = coriolis;
+    model[13] = J;
+    model[14] = bare_yaw;
+    model[15] = tip;
+    model[16] = joint_sine;
+    model[17] = m0_11;
+    model[18] = m0_12;
+    model[19] = m0_13;
+    model[20] = m0_22;
+    model[21] = m0_23;
+    model[22] = m0_33;
+    model[23] = inverse_wheels;
+    model[24] = last_cosine;
+    model[25] = last_sine;
+    model[26] = share_x;
+    model[27] = share_y;
 }
 
 /* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
@@ -426,17 +486,17 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
 {
     (void)rollers_per_wheel;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t m0_11 = model[11];
-    const real_t m0_12 = model[12];
-    const real_t m0_13 = model[13];
-    const real_t m0_22 = model[14];
-    const real_t m0_23 = model[15];
-    const real_t m0_33 = model[16];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t m0_11 = model[17];
+    const real_t m0_12 = model[18];
+    const real_t m0_13 = model[19];
+    const real_t m0_22 = model[20];
+    const real_t m0_23 = model[21];
+    const real_t m0_33 = model[22];
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
@@ -446,8 +506,8 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -464,12 +524,12 @@ OMNIROLL_API void omniroll_free_mass_matrix(int wheels, int rollers_per_wheel, c
         const real_t sine_3 = inverse_yaw_scale*sine;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
+        const real_t inertia_3 = B*sine_3;
         m11 += row_1*inertia_1;
         m12 += row_2*inertia_1;
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
     }
     matrix[0] = m11;
@@ -489,13 +549,13 @@ OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const re
 {
     (void)rollers_per_wheel;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t coriolis = model[6];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -508,8 +568,8 @@ OMNIROLL_API void omniroll_free_bias(int wheels, int rollers_per_wheel, const re
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -557,29 +617,29 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
 {
     (void)rollers_per_wheel;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t coriolis = model[6];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t m0_11 = model[11];
-    const real_t m0_12 = model[12];
-    const real_t m0_13 = model[13];
-    const real_t m0_22 = model[14];
-    const real_t m0_23 = model[15];
-    const real_t m0_33 = model[16];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t m0_11 = model[17];
+    const real_t m0_12 = model[18];
+    const real_t m0_13 = model[19];
+    const real_t m0_22 = model[20];
+    const real_t m0_23 = model[21];
+    const real_t m0_33 = model[22];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -588,8 +648,8 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -618,12 +678,12 @@ OMNIROLL_API void omniroll_free_reduced(int wheels, int rollers_per_wheel, const
         const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
+        const real_t inertia_3 = B*sine_3;
         m11 += row_1*inertia_1;
         m12 += row_2*inertia_1;
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
@@ -656,32 +716,32 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
 {
     (void)rollers_per_wheel;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t coriolis = model[6];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t m0_11 = model[11];
-    const real_t m0_12 = model[12];
-    const real_t m0_13 = model[13];
-    const real_t m0_22 = model[14];
-    const real_t m0_23 = model[15];
-    const real_t m0_33 = model[16];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t m0_11 = model[17];
+    const real_t m0_12 = model[18];
+    const real_t m0_13 = model[19];
+    const real_t m0_22 = model[20];
+    const real_t m0_23 = model[21];
+    const real_t m0_33 = model[22];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
     const real_t nu_dot_1 = nu_dot[0];
     const real_t nu_dot_2 = nu_dot[1];
     const real_t nu_dot_3 = nu_dot[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -690,8 +750,8 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t momentum_cos = momenta[2*i];
         const real_t momentum_sin = momenta[2*i + 1];
@@ -719,12 +779,12 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
         const real_t drift = stretch + turning;
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
+        const real_t inertia_3 = B*sine_3;
         m11 += row_1*inertia_1;
         m12 += row_2*inertia_1;
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
         const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
@@ -738,67 +798,6 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3;
 }
 
-/* Wheel torques of least norm that give the generalised forces: three wheels or more. Equations: (2.2), (3.1). */
-OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
-                                              const real_t *force, real_t *torques)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R_over_l = model[4];
-    const real_t inverse_arms = model[18];
-    const real_t last_cosine = model[19];
-    const real_t last_sine = model[20];
-    const real_t share_x = model[21];
-    const real_t share_y = model[22];
-    const real_t force_1 = force[0];
-    const real_t force_2 = force[1];
-    const real_t force_3 = force[2];
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
-    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
-    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
-    const real_t asked_x = force_x - share_x*asked_a;
-    const real_t asked_y = asked_a - share_y*asked_a + force_y;
-    real_t s_xx = real_number(0);
-    real_t s_xy = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        s_xx += x*x;
-        s_xy += x*y;
-    }
-    const real_t inv_s_xx = 1/s_xx;
-    const real_t tilt = s_xy*inv_s_xx;
-    real_t s_rr = real_number(0);
-    real_t s_xr = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        s_rr += rest*rest;
-        s_xr += x*rest;
-    }
-    const real_t torque_a = inverse_arms*asked_a;
-    const real_t asked_rest = asked_y - asked_x*tilt;
-    const real_t torque_rest = asked_rest/s_rr;
-    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 27];
-        const real_t bearing_versine = model[6*i + 28];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        torques[i] = torque_a + torque_x*x + torque_rest*rest;
-    }
-}
-
 /* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). */
 OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, const real_t *spins,
@@ -806,29 +805,29 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t coriolis = model[6];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t m0_11 = model[11];
-    const real_t m0_12 = model[12];
-    const real_t m0_13 = model[13];
-    const real_t m0_22 = model[14];
-    const real_t m0_23 = model[15];
-    const real_t m0_33 = model[16];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t m0_11 = model[17];
+    const real_t m0_12 = model[18];
+    const real_t m0_13 = model[19];
+    const real_t m0_22 = model[20];
+    const real_t m0_23 = model[21];
+    const real_t m0_33 = model[22];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -837,8 +836,8 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -864,8 +863,8 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         real_t spin_cos = real_number(0);
         real_t spin_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_spin = spins[slots*i + j];
             spin_cos += cos_kappa*free_spin;
             spin_sin += sin_kappa*free_spin;
@@ -873,12 +872,12 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         const real_t couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin);
         const real_t inertia_1 = B*row_1;
         const real_t inertia_2 = B*row_2;
+        const real_t inertia_3 = B*sine_3;
         m11 += row_1*inertia_1;
         m12 += row_2*inertia_1;
         m13 += sine_3*inertia_1;
         m22 += row_2*inertia_2;
         m23 += sine_3*inertia_2;
-        const real_t inertia_3 = B*sine_3;
         m33 += sine_3*inertia_3;
         const real_t couple_rate = R_over_l_yaw_rate*couple;
         const real_t momentum_rate = roll*couple;
@@ -896,17 +895,17 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
     const real_t d33 = m33 - m13*u13 - d23*u23;
     const real_t z2 = f2 - f1*u12;
     const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t nu_dot_3 = z3/d33;
-    const real_t nu_dot_2 = pivot_2*z2 - u23*nu_dot_3;
-    const real_t nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3;
-    nu_dot[0] = nu_dot_1;
-    nu_dot[1] = nu_dot_2;
-    nu_dot[2] = nu_dot_3;
-    const real_t t4 = inverse_yaw_scale*nu_dot_3;
+    const real_t x_3 = z3/d33;
+    const real_t x_2 = pivot_2*z2 - u23*x_3;
+    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+    const real_t t4 = inverse_yaw_scale*x_3;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t t3 = chi_i/2;
         const real_t half_sine = real_sin(t3);
@@ -917,11 +916,12 @@ OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel,
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         const real_t yaw_rate_wheel_rate = yaw_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            spins_dot[slots*i + j] = -t4*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const real_t free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine;
+            spins_dot[slots*i + j] = free_spin_dot;
         }
     }
 }
@@ -933,15 +933,15 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
 {
     const int slots = rollers_per_wheel - 1;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t R_over_l = model[4];
-    const real_t mass_R2 = model[5];
-    const real_t J = model[7];
-    const real_t bare_yaw = model[8];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t mass_R2 = model[11];
+    const real_t J = model[13];
+    const real_t bare_yaw = model[14];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -951,8 +951,8 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -971,8 +971,8 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
         const real_t axial = yaw_rate*sine + rolling;
         twice += B*axial*axial + J*wheel_rate*wheel_rate;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -982,86 +982,265 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
     *energy = twice/2;
 }
 
-/* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations: section 4. */
-OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const real_t *model,
-                                       const real_t *nu, const real_t *chi, const real_t *entering,
-                                       const real_t *leaving, real_t *nu_after)
+/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). */
+OMNIROLL_API void omniroll_free_reduced_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                              const real_t *nu, const real_t *chi, const real_t *momenta,
+                                              real_t *nu_dot)
 {
     (void)rollers_per_wheel;
-    (void)leaving;
     const real_t B = model[0];
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
-    const real_t m0_11 = model[11];
-    const real_t m0_12 = model[12];
-    const real_t m0_13 = model[13];
-    const real_t m0_22 = model[14];
-    const real_t m0_23 = model[15];
-    const real_t m0_33 = model[16];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
-    real_t m11 = m0_11;
-    real_t m12 = m0_12;
-    real_t m13 = m0_13;
-    real_t m22 = m0_22;
-    real_t m23 = m0_23;
-    real_t m33 = m0_33;
-    real_t f1 = real_number(0);
-    real_t f2 = real_number(0);
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t coriolis_nu_3 = coriolis*nu_3;
+    real_t f1 = coriolis_nu_3*nu_2;
+    real_t f2 = -coriolis_nu_3*nu_1;
     real_t f3 = real_number(0);
-    const real_t t2 = 2*l;
+    const real_t t5 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
-        const real_t entering_i = entering[i];
-        const real_t t1 = chi_i/2;
-        const real_t half_sine = real_sin(t1);
-        const real_t half_cosine = real_cos(t1);
+        const real_t momentum_cos = momenta[2*i];
+        const real_t momentum_sin = momenta[2*i + 1];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
         const real_t sine = 2*half_sine*half_cosine;
+        const real_t cosine = 1 - 2*half_sine*half_sine;
         const real_t below = joint_sine - half_sine;
         const real_t above = joint_sine + half_sine;
         const real_t width = below*above;
-        const real_t rho = tip + t2*width;
+        const real_t rho = tip + t5*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        const real_t axial = yaw_rate*sine + rolling;
         const real_t R_inverse_rho = R*inverse_rho;
         const real_t row_1 = R_inverse_rho*cos_alpha;
         const real_t row_2 = R_inverse_rho*sin_alpha;
         const real_t sine_3 = inverse_yaw_scale*sine;
-        const real_t inertia_1 = B*row_1;
-        const real_t inertia_2 = B*row_2;
-        m11 += row_1*inertia_1;
-        m12 += row_2*inertia_1;
-        m13 += sine_3*inertia_1;
-        m22 += row_2*inertia_2;
-        m23 += sine_3*inertia_2;
-        const real_t inertia_3 = B*sine_3;
-        m33 += sine_3*inertia_3;
-        f1 += entering_i*inertia_1;
-        f2 += entering_i*inertia_2;
-        f3 += inertia_3*entering_i;
+        const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const real_t turning = yaw_rate*cosine*wheel_rate;
+        const real_t drift = stretch + turning;
+        const real_t couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
+        const real_t couple_rate = R_over_l_yaw_rate*couple;
+        const real_t momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        const real_t target = -drift;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
     }
-    const real_t pivot_1 = 1/m11;
-    const real_t u12 = m12*pivot_1;
-    const real_t u13 = m13*pivot_1;
-    const real_t d22 = m22 - m12*u12;
-    const real_t d23 = m23 - m12*u13;
-    const real_t pivot_2 = 1/d22;
-    const real_t u23 = d23*pivot_2;
-    const real_t d33 = m33 - m13*u13 - d23*u23;
-    const real_t z2 = f2 - f1*u12;
-    const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t x_3 = z3/d33;
-    const real_t x_2 = pivot_2*z2 - u23*x_3;
-    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
-    nu_after[0] = nu_1 + x_1;
-    nu_after[1] = nu_2 + x_2;
-    nu_after[2] = nu_3 + x_3;
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+}
+
+/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). */
+OMNIROLL_API void omniroll_free_accelerations_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                    const real_t *nu, const real_t *chi, const real_t *spins,
+                                                    real_t *nu_dot, real_t *spins_dot)
+{
+    const int slots = rollers_per_wheel - 1;
+    const real_t B = model[0];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t R_over_l = model[10];
+    const real_t coriolis = model[12];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t coriolis_nu_3 = coriolis*nu_3;
+    real_t f1 = coriolis_nu_3*nu_2;
+    real_t f2 = -coriolis_nu_3*nu_1;
+    real_t f3 = real_number(0);
+    const real_t t5 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t chi_i = chi[i];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t cosine = 1 - 2*half_sine*half_sine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const real_t turning = yaw_rate*cosine*wheel_rate;
+        const real_t drift = stretch + turning;
+        real_t spin_cos = real_number(0);
+        real_t spin_sin = real_number(0);
+        for (int j = 0; j < slots; j++) {
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
+            const real_t free_spin = spins[slots*i + j];
+            spin_cos += cos_kappa*free_spin;
+            spin_sin += sin_kappa*free_spin;
+        }
+        const real_t couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin);
+        const real_t couple_rate = R_over_l_yaw_rate*couple;
+        const real_t momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        const real_t target = -drift;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+    }
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+    const real_t t7 = inverse_yaw_scale*x_3;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t chi_i = chi[i];
+        const real_t t6 = chi_i/2;
+        const real_t half_sine = real_sin(t6);
+        const real_t half_cosine = real_cos(t6);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t cosine = 1 - 2*half_sine*half_sine;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        for (int j = 0; j < slots; j++) {
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
+            const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
+            const real_t free_cosine = cosine*cos_kappa - sine*sin_kappa;
+            const real_t free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine;
+            spins_dot[slots*i + j] = free_spin_dot;
+        }
+    }
 }
 
 /* Absolute axial speeds of the rollers in contact. Equations: (2.1). */
@@ -1069,11 +1248,11 @@ OMNIROLL_API void omniroll_free_contact_axial(int wheels, int rollers_per_wheel,
                                               const real_t *nu, const real_t *chi, real_t *contact_axial)
 {
     (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[1];
-    const real_t R = model[2];
-    const real_t l = model[3];
-    const real_t tip = model[9];
-    const real_t joint_sine = model[10];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -1081,8 +1260,8 @@ OMNIROLL_API void omniroll_free_contact_axial(int wheels, int rollers_per_wheel,
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 25];
-        const real_t sin_alpha = model[6*i + 26];
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -1106,7 +1285,7 @@ OMNIROLL_API void omniroll_free_axial_speeds(int wheels, int rollers_per_wheel, 
                                              real_t *axial)
 {
     const int slots = rollers_per_wheel - 1;
-    const real_t inverse_yaw_scale = model[1];
+    const real_t inverse_yaw_scale = model[7];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     OMNIROLL_EACH_WHEEL
@@ -1118,8 +1297,8 @@ OMNIROLL_API void omniroll_free_axial_speeds(int wheels, int rollers_per_wheel, 
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_spin = spins[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
             const real_t free_axial = free_spin + yaw_rate*free_sine;
@@ -1134,7 +1313,7 @@ OMNIROLL_API void omniroll_free_spins_from_axial(int wheels, int rollers_per_whe
                                                  real_t *spins)
 {
     const int slots = rollers_per_wheel - 1;
-    const real_t inverse_yaw_scale = model[1];
+    const real_t inverse_yaw_scale = model[7];
     const real_t nu_3 = nu[2];
     const real_t yaw_rate = inverse_yaw_scale*nu_3;
     OMNIROLL_EACH_WHEEL
@@ -1146,11 +1325,12 @@ OMNIROLL_API void omniroll_free_spins_from_axial(int wheels, int rollers_per_whe
         const real_t sine = 2*half_sine*half_cosine;
         const real_t cosine = 1 - 2*half_sine*half_sine;
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_axial = axial[slots*i + j];
             const real_t free_sine = sine*cos_kappa + cosine*sin_kappa;
-            spins[slots*i + j] = free_axial - yaw_rate*free_sine;
+            const real_t free_spin = free_axial - yaw_rate*free_sine;
+            spins[slots*i + j] = free_spin;
         }
     }
 }
@@ -1166,8 +1346,8 @@ OMNIROLL_API void omniroll_free_momenta(int wheels, int rollers_per_wheel, const
         real_t axial_cos = real_number(0);
         real_t axial_sin = real_number(0);
         for (int j = 0; j < slots; j++) {
-            const real_t cos_kappa = model[6*wheels + 2*j + 25];
-            const real_t sin_kappa = model[6*wheels + 2*j + 26];
+            const real_t cos_kappa = model[4*wheels + 2*j + 28];
+            const real_t sin_kappa = model[4*wheels + 2*j + 29];
             const real_t free_axial = axial[slots*i + j];
             axial_cos += cos_kappa*free_axial;
             axial_sin += sin_kappa*free_axial;
@@ -1175,6 +1355,183 @@ OMNIROLL_API void omniroll_free_momenta(int wheels, int rollers_per_wheel, const
         momenta[2*i] = B*axial_cos;
         momenta[2*i + 1] = B*axial_sin;
     }
+}
+
+/* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations: section 4. */
+OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const real_t *model,
+                                       const real_t *nu, const real_t *chi, const real_t *entering,
+                                       const real_t *leaving, real_t *nu_after)
+{
+    (void)rollers_per_wheel;
+    (void)leaving;
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t m0_11 = model[17];
+    const real_t m0_12 = model[18];
+    const real_t m0_13 = model[19];
+    const real_t m0_22 = model[20];
+    const real_t m0_23 = model[21];
+    const real_t m0_33 = model[22];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t m11 = m0_11;
+    real_t m12 = m0_12;
+    real_t m13 = m0_13;
+    real_t m22 = m0_22;
+    real_t m23 = m0_23;
+    real_t m33 = m0_33;
+    real_t f1 = real_number(0);
+    real_t f2 = real_number(0);
+    real_t f3 = real_number(0);
+    const real_t t2 = 2*l;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t chi_i = chi[i];
+        const real_t entering_i = entering[i];
+        const real_t t1 = chi_i/2;
+        const real_t half_sine = real_sin(t1);
+        const real_t half_cosine = real_cos(t1);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t2*width;
+        const real_t inverse_rho = 1/rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t inertia_1 = B*row_1;
+        const real_t inertia_2 = B*row_2;
+        const real_t inertia_3 = B*sine_3;
+        m11 += row_1*inertia_1;
+        m12 += row_2*inertia_1;
+        m13 += sine_3*inertia_1;
+        m22 += row_2*inertia_2;
+        m23 += sine_3*inertia_2;
+        m33 += sine_3*inertia_3;
+        f1 += entering_i*inertia_1;
+        f2 += entering_i*inertia_2;
+        f3 += inertia_3*entering_i;
+    }
+    const real_t pivot_1 = 1/m11;
+    const real_t u12 = m12*pivot_1;
+    const real_t u13 = m13*pivot_1;
+    const real_t d22 = m22 - m12*u12;
+    const real_t d23 = m23 - m12*u13;
+    const real_t pivot_2 = 1/d22;
+    const real_t u23 = d23*pivot_2;
+    const real_t d33 = m33 - m13*u13 - d23*u23;
+    const real_t z2 = f2 - f1*u12;
+    const real_t z3 = f3 - f1*u13 - u23*z2;
+    const real_t x_3 = z3/d33;
+    const real_t x_2 = pivot_2*z2 - u23*x_3;
+    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_after[0] = nu_1 + x_1;
+    nu_after[1] = nu_2 + x_2;
+    nu_after[2] = nu_3 + x_3;
+}
+
+/* The same as impact, for sharp tips. Equations: section 4. */
+OMNIROLL_API void omniroll_free_impact_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                             const real_t *nu, const real_t *chi, const real_t *entering,
+                                             const real_t *leaving, real_t *nu_after)
+{
+    (void)rollers_per_wheel;
+    (void)leaving;
+    const real_t B = model[0];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t inverse_yaw_scale = model[7];
+    const real_t R = model[8];
+    const real_t l = model[9];
+    const real_t tip = model[15];
+    const real_t joint_sine = model[16];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    real_t f1 = real_number(0);
+    real_t f2 = real_number(0);
+    real_t f3 = real_number(0);
+    const real_t t5 = 2*l;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 28];
+        const real_t sin_alpha = model[4*i + 29];
+        const real_t chi_i = chi[i];
+        const real_t entering_i = entering[i];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
+        const real_t inverse_rho = 1/rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = entering_i - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = entering_i*gain_1 + t1*kept_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+    }
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_after[0] = nu_1 + x_1;
+    nu_after[1] = nu_2 + x_2;
+    nu_after[2] = nu_3 + x_3;
 }
 
 OMNIROLL_API size_t omniroll_free_step_work_size(int wheels)

@@ -22,40 +22,41 @@
  *     real_t work[16];    // at least omniroll_free_step_work_size(wheels)
  *     omniroll_free_step(wheels, rollers_per_wheel, model, h, nu, chi, momenta, pose, work);
  *
- * The model, 25 + 6*wheels + 2*(rollers_per_wheel - 1) numbers:
+ * The model, 28 + 4*wheels + 2*(rollers_per_wheel - 1) numbers:
  *   model[0]: B [kg m^2], roller inertia
- *   model[1]: inverse_yaw_scale [1], 1/Lambda
- *   model[2]: R [m], platform radius
- *   model[3]: l [m], wheel radius
- *   model[4]: R_over_l [1], R/l
- *   model[5]: mass_R2 [kg m^2], M R^2
- *   model[6]: coriolis [kg m^2], M R^2/Lambda
- *   model[7]: J [kg m^2], wheel inertia
- *   model[8]: bare_yaw [kg m^2], yaw inertia without what the rollers' axial spins carry
- *   model[9]: tip [m], rho at the joint, chi = +-pi/n
- *   model[10]: joint_sine [1], sin(pi/(2 n))
- *   model[11]: m0_11 [kg m^2], constant part of the mass matrix
- *   model[12]: m0_12 [kg m^2], constant part of the mass matrix
- *   model[13]: m0_13 [kg m^2], constant part of the mass matrix
- *   model[14]: m0_22 [kg m^2], constant part of the mass matrix
- *   model[15]: m0_23 [kg m^2], constant part of the mass matrix
- *   model[16]: m0_33 [kg m^2], constant part of the mass matrix
- *   model[17]: inverse_wheels [1], 1/N
- *   model[18]: inverse_arms [1], 1 over the sum of (arm/R)^2
- *   model[19]: last_cosine [1], cosine of the last wheel's direction
- *   model[20]: last_sine [1], sine of the last wheel's direction
- *   model[21]: share_x [1], part of bearing_sine along the arms
- *   model[22]: share_y [1], part of arm/R - cos(bearing) along the arms
- *   model[23]: mean_short [1], mean of place_short
- *   model[24]: mean_side [1], mean of place_side
- *   model[6*i + 25]: cos_alpha [1], cosine of the axle's direction
- *   model[6*i + 26]: sin_alpha [1], sine of the axle's direction
- *   model[6*i + 27]: bearing_sine [1], sine of the axle's direction, from the last wheel's
- *   model[6*i + 28]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
- *   model[6*i + 29]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
- *   model[6*i + 30]: place_side [1], place of the wheel across the last wheel's axle, over R
- *   model[6*wheels + 2*j + 25]: cos_kappa [1], cosine of a free roller's place on its disk
- *   model[6*wheels + 2*j + 26]: sin_kappa [1], sine of a free roller's place on its disk
+ *   model[1]: start_d1 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[2]: start_d2 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[3]: start_d3 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[4]: start_u12 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[5]: start_u13 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[6]: start_u23 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[7]: inverse_yaw_scale [1], 1/Lambda
+ *   model[8]: R [m], platform radius
+ *   model[9]: l [m], wheel radius
+ *   model[10]: R_over_l [1], R/l
+ *   model[11]: mass_R2 [kg m^2], M R^2
+ *   model[12]: coriolis [kg m^2], M R^2/Lambda
+ *   model[13]: J [kg m^2], wheel inertia
+ *   model[14]: bare_yaw [kg m^2], yaw inertia without what the rollers' axial spins carry
+ *   model[15]: tip [m], rho at the joint, chi = +-pi/n
+ *   model[16]: joint_sine [1], sin(pi/(2 n))
+ *   model[17]: m0_11 [kg m^2], constant part of the mass matrix
+ *   model[18]: m0_12 [kg m^2], constant part of the mass matrix
+ *   model[19]: m0_13 [kg m^2], constant part of the mass matrix
+ *   model[20]: m0_22 [kg m^2], constant part of the mass matrix
+ *   model[21]: m0_23 [kg m^2], constant part of the mass matrix
+ *   model[22]: m0_33 [kg m^2], constant part of the mass matrix
+ *   model[23]: inverse_wheels [1], 1/N
+ *   model[24]: last_cosine [1], cosine of the last wheel's direction
+ *   model[25]: last_sine [1], sine of the last wheel's direction
+ *   model[26]: share_x [1], part of bearing_sine along the arms
+ *   model[27]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[4*i + 28]: cos_alpha [1], cosine of the axle's direction
+ *   model[4*i + 29]: sin_alpha [1], sine of the axle's direction
+ *   model[4*i + 30]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[4*i + 31]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
+ *   model[4*wheels + 2*j + 28]: cos_kappa [1], cosine of a free roller's place on its disk
+ *   model[4*wheels + 2*j + 29]: sin_kappa [1], sine of a free roller's place on its disk
  */
 #ifndef OMNIROLL_FREE_H
 #define OMNIROLL_FREE_H
@@ -85,25 +86,6 @@ typedef double real_t;
 
 /* Number of reals in the model. */
 OMNIROLL_API size_t omniroll_free_model_size(int wheels, int rollers_per_wheel);
-
-/* Constants of the vehicle, computed once.
- *
- * Equations: (2.1), (2.2), (7.1).
- *   in  mass [kg]: mass of the whole vehicle
- *   in  yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S
- *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
- *   in  roller_inertia [kg m^2]: inertia of a roller about its own axis
- *   in  yaw_scale [1]: nu_3 per yaw rate
- *   in  platform_radius [m]: distance of the wheel centres from S
- *   in  wheel_radius [m]: wheel centre to the ground
- *   in  roller_axis_radius [m]: wheel centre to a roller's axis
- *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 6 add, 30 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos; per free-roller slot 4
- * add, 12 mul, 5 sincos. Intermediates: 61. */
-OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_t mass, real_t yaw_inertia,
-                                        real_t wheel_inertia, real_t roller_inertia, real_t yaw_scale,
-                                        real_t platform_radius, real_t wheel_radius,
-                                        real_t roller_axis_radius, const real_t *wheel_angles, real_t *model);
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles.
  *
@@ -157,6 +139,34 @@ OMNIROLL_API void omniroll_free_nu_from_contacts(int wheels, int rollers_per_whe
 OMNIROLL_API void omniroll_free_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                            const real_t *nu, real_t theta, real_t *pose_dot);
 
+/* Wheel torques of least norm that give the generalised forces: three wheels or more.
+ *
+ * Equations: (2.2), (3.1).
+ *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
+ *   out torques[N] [N m]: torques about the wheel axles
+ * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
+OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
+                                              const real_t *force, real_t *torques);
+
+/* Constants of the vehicle, computed once.
+ *
+ * Equations: (2.1), (2.2), (7.1).
+ *   in  mass [kg]: mass of the whole vehicle
+ *   in  yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S
+ *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
+ *   in  roller_inertia [kg m^2]: inertia of a roller about its own axis
+ *   in  yaw_scale [1]: nu_3 per yaw rate
+ *   in  platform_radius [m]: distance of the wheel centres from S
+ *   in  wheel_radius [m]: wheel centre to the ground
+ *   in  roller_axis_radius [m]: wheel centre to a roller's axis
+ *   in  wheel_angles[N] [rad]: directions of the wheel axles
+ * Operations: once 11 add, 35 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot 4
+ * add, 12 mul, 5 sincos. Intermediates: 64. */
+OMNIROLL_API void omniroll_free_prepare(int wheels, int rollers_per_wheel, real_t mass, real_t yaw_inertia,
+                                        real_t wheel_inertia, real_t roller_inertia, real_t yaw_scale,
+                                        real_t platform_radius, real_t wheel_radius,
+                                        real_t roller_axis_radius, const real_t *wheel_angles, real_t *model);
+
 /* Mass matrix M* of nu_1, nu_2, nu_3.
  *
  * Equations: (7.1).
@@ -205,15 +215,6 @@ OMNIROLL_API void omniroll_free_inverse_dynamics(int wheels, int rollers_per_whe
                                                  const real_t *nu, const real_t *chi, const real_t *momenta,
                                                  const real_t *nu_dot, real_t *force);
 
-/* Wheel torques of least norm that give the generalised forces: three wheels or more.
- *
- * Equations: (2.2), (3.1).
- *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- *   out torques[N] [N m]: torques about the wheel axles
- * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
-OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
-                                              const real_t *force, real_t *torques);
-
 /* Quasi-accelerations and the accelerations of the free rollers' spins.
  *
  * Equations: (3.1), (3.4).
@@ -223,7 +224,7 @@ OMNIROLL_API void omniroll_free_wheel_torques(int wheels, int rollers_per_wheel,
  *   out nu_dot[3] [1/s^2]: quasi-accelerations
  *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
  * Operations: once 10 add, 22 mul, 4 div; per wheel 25 add, 55 mul, 1 div, 4 sincos; per free roller 5 add, 8
- * mul. Intermediates: 66. */
+ * mul. Intermediates: 67. */
 OMNIROLL_API void omniroll_free_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                               const real_t *nu, const real_t *chi, const real_t *spins,
                                               real_t *nu_dot, real_t *spins_dot);
@@ -241,20 +242,32 @@ OMNIROLL_API void omniroll_free_energy(int wheels, int rollers_per_wheel, const 
                                        const real_t *nu, const real_t *chi, const real_t *spins,
                                        real_t *energy);
 
-/* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
+/* The same as reduced, for sharp tips.
  *
- * Equations: section 4.
+ * Equations: (3.1), (3.4).
  *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
- *   in  entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0
- *   where no switch is
- *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
- *   switch is
- *   out nu_after[3] [1/s]: quasi-velocities after the switch
- * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39. */
-OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const real_t *model,
-                                       const real_t *nu, const real_t *chi, const real_t *entering,
-                                       const real_t *leaving, real_t *nu_after);
+ *   in  momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
+ *   free rollers
+ *   out nu_dot[3] [1/s^2]: quasi-accelerations
+ * Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 68. */
+OMNIROLL_API void omniroll_free_reduced_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                              const real_t *nu, const real_t *chi, const real_t *momenta,
+                                              real_t *nu_dot);
+
+/* The same as accelerations, for sharp tips.
+ *
+ * Equations: (3.1), (3.4).
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   in  spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
+ *   out nu_dot[3] [1/s^2]: quasi-accelerations
+ *   out spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins
+ * Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
+ * mul. Intermediates: 81. */
+OMNIROLL_API void omniroll_free_accelerations_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                    const real_t *nu, const real_t *chi, const real_t *spins,
+                                                    real_t *nu_dot, real_t *spins_dot);
 
 /* Absolute axial speeds of the rollers in contact.
  *
@@ -285,7 +298,7 @@ OMNIROLL_API void omniroll_free_axial_speeds(int wheels, int rollers_per_wheel, 
  *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
  *   in  axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches
  *   out spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks
- * Operations: once 1 mul; per wheel 1 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 7. */
+ * Operations: once 1 mul; per wheel 1 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 8. */
 OMNIROLL_API void omniroll_free_spins_from_axial(int wheels, int rollers_per_wheel, const real_t *model,
                                                  const real_t *nu, const real_t *chi, const real_t *axial,
                                                  real_t *spins);
@@ -299,6 +312,36 @@ OMNIROLL_API void omniroll_free_spins_from_axial(int wheels, int rollers_per_whe
  * Operations: per wheel 2 mul; per free roller 2 add, 2 mul. Intermediates: 2. */
 OMNIROLL_API void omniroll_free_momenta(int wheels, int rollers_per_wheel, const real_t *model,
                                         const real_t *axial, real_t *momenta);
+
+/* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
+ *
+ * Equations: section 4.
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   in  entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0
+ *   where no switch is
+ *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
+ *   switch is
+ *   out nu_after[3] [1/s]: quasi-velocities after the switch
+ * Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39. */
+OMNIROLL_API void omniroll_free_impact(int wheels, int rollers_per_wheel, const real_t *model,
+                                       const real_t *nu, const real_t *chi, const real_t *entering,
+                                       const real_t *leaving, real_t *nu_after);
+
+/* The same as impact, for sharp tips.
+ *
+ * Equations: section 4.
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   in  entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0
+ *   where no switch is
+ *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
+ *   switch is
+ *   out nu_after[3] [1/s]: quasi-velocities after the switch
+ * Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 52. */
+OMNIROLL_API void omniroll_free_impact_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                             const real_t *nu, const real_t *chi, const real_t *entering,
+                                             const real_t *leaving, real_t *nu_after);
 
 /* One classical Runge-Kutta step of fourth order and length h in time, in place. No switch is looked for.
  *

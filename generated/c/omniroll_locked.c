@@ -78,7 +78,265 @@ OMNIROLL_INLINE real_t omniroll_locked_cos(real_t x)
 OMNIROLL_API size_t omniroll_locked_model_size(int wheels, int rollers_per_wheel)
 {
     (void)rollers_per_wheel;
-    return (size_t)(26 + 6*wheels);
+    return (size_t)(29 + 4*wheels);
+}
+
+/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
+OMNIROLL_API void omniroll_locked_wheel_speeds(int wheels, int rollers_per_wheel, const real_t *model,
+                                               const real_t *nu, real_t *chi_dot)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R_over_l = model[11];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        chi_dot[i] = wheel_rate;
+    }
+}
+
+/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). */
+OMNIROLL_API void omniroll_locked_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
+                                              const real_t *nu, const real_t *chi, real_t *chi_dot,
+                                              real_t *contact_spin)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t t1 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t chi_i = chi[i];
+        const real_t half_sine = real_sin(chi_i/2);
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        chi_dot[i] = wheel_rate;
+        contact_spin[i] = rolling;
+    }
+}
+
+/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2). */
+OMNIROLL_API void omniroll_locked_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
+                                                 const real_t *chi_dot, real_t *nu)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R_over_l = model[11];
+    const real_t inverse_wheels = model[24];
+    const real_t last_cosine = model[25];
+    const real_t last_sine = model[26];
+    const real_t share_x = model[27];
+    const real_t share_y = model[28];
+    real_t s_am = real_number(0);
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    real_t s_xm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_am += chi_dot_i;
+        s_xx += x*x;
+        s_xy += x*y;
+        s_xm += chi_dot_i*x;
+    }
+    const real_t first_a = inverse_wheels*s_am;
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    const real_t first_x = s_xm*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_rm = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        const real_t beyond_a = chi_dot_i - first_a;
+        const real_t left_over = beyond_a - first_x*x;
+        s_rr += rest*rest;
+        s_rm += rest*left_over;
+    }
+    const real_t along_y = s_rm/s_rr;
+    const real_t along_x = first_x - tilt*along_y;
+    const real_t turn = first_a - share_x*along_x - share_y*along_y;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
+    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
+    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
+/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more. Equations: (2.1), (2.2). */
+OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
+                                                   const real_t *chi, const real_t *chi_dot,
+                                                   const real_t *contact_spin, real_t *nu)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t inverse_wheels = model[24];
+    const real_t last_cosine = model[25];
+    const real_t last_sine = model[26];
+    const real_t share_x = model[27];
+    const real_t share_y = model[28];
+    real_t f_1 = real_number(0);
+    real_t f_2 = real_number(0);
+    real_t f_3 = real_number(0);
+    real_t s_33 = real_number(0);
+    const real_t t1 = 2*l;
+    const real_t inv_l = 1/l;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t chi_i = chi[i];
+        const real_t chi_dot_i = chi_dot[i];
+        const real_t contact_spin_i = contact_spin[i];
+        const real_t half_sine = real_sin(chi_i/2);
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t1*width;
+        const real_t rolled = inv_l*contact_spin_i*rho;
+        const real_t shorter = bearing_versine - share_y;
+        const real_t aside = bearing_sine - share_x;
+        const real_t bearing_cosine = 1 - bearing_versine;
+        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
+        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
+        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
+        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
+        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
+        s_33 += own_wheel*own_wheel + own_roller*own_roller;
+    }
+    const real_t turn = -f_3/s_33;
+    const real_t t2 = 1 - share_y;
+    const real_t mean_cosine = last_cosine*t2 - last_sine*share_x;
+    const real_t mean_sine = last_cosine*share_x + last_sine*t2;
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
+    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
+    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
+    nu[0] = x_1;
+    nu[1] = x_2;
+    nu[2] = x_3;
+}
+
+/* Rates of x, y and theta. Equations: (2.3). */
+OMNIROLL_API void omniroll_locked_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
+                                             const real_t *nu, real_t theta, real_t *pose_dot)
+{
+    (void)wheels;
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    const real_t heading_cosine = real_cos(theta);
+    const real_t heading_sine = real_sin(theta);
+    pose_dot[0] = R*(nu_1*heading_cosine - nu_2*heading_sine);
+    pose_dot[1] = R*(nu_1*heading_sine + nu_2*heading_cosine);
+    pose_dot[2] = inverse_yaw_scale*nu_3;
+}
+
+/* Wheel torques of least norm that give the generalised forces: three wheels or more. Equations: (2.2), (3.1). */
+OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
+                                                const real_t *force, real_t *torques)
+{
+    (void)rollers_per_wheel;
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R_over_l = model[11];
+    const real_t inverse_wheels = model[24];
+    const real_t last_cosine = model[25];
+    const real_t last_sine = model[26];
+    const real_t share_x = model[27];
+    const real_t share_y = model[28];
+    const real_t force_1 = force[0];
+    const real_t force_2 = force[1];
+    const real_t force_3 = force[2];
+    const real_t inv_R_over_l = 1/R_over_l;
+    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
+    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
+    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
+    const real_t asked_x = force_x - share_x*asked_a;
+    const real_t asked_y = asked_a - share_y*asked_a + force_y;
+    real_t s_xx = real_number(0);
+    real_t s_xy = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        s_xx += x*x;
+        s_xy += x*y;
+    }
+    const real_t inv_s_xx = 1/s_xx;
+    const real_t tilt = s_xy*inv_s_xx;
+    real_t s_rr = real_number(0);
+    real_t s_xr = real_number(0);
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        s_rr += rest*rest;
+        s_xr += x*rest;
+    }
+    const real_t torque_a = inverse_wheels*asked_a;
+    const real_t asked_rest = asked_y - asked_x*tilt;
+    const real_t torque_rest = asked_rest/s_rr;
+    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t bearing_sine = model[4*i + 31];
+        const real_t bearing_versine = model[4*i + 32];
+        const real_t x = bearing_sine - share_x;
+        const real_t y = bearing_versine - share_y;
+        const real_t rest = y - tilt*x;
+        torques[i] = torque_a + torque_x*x + torque_rest*rest;
+    }
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
@@ -129,15 +387,25 @@ OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, rea
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model[6*i + 26] = cos_alpha;
-        model[6*i + 27] = sin_alpha;
+        model[4*i + 29] = cos_alpha;
+        model[4*i + 30] = sin_alpha;
     }
     const real_t m0_11 = J*g11 + mass_R2;
     const real_t m0_12 = J*g12;
     const real_t m0_13 = J*g13;
     const real_t m0_22 = J*g22 + mass_R2;
     const real_t m0_23 = J*g23;
-    const real_t m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J*g33;
+    const real_t J_g33 = J*g33;
+    const real_t m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J_g33;
+    const real_t inv_m0_11 = 1/m0_11;
+    const real_t start_u12 = m0_12*inv_m0_11;
+    const real_t start_u13 = m0_13*inv_m0_11;
+    const real_t start_d2 = m0_22 - m0_12*start_u12;
+    const real_t start_23 = m0_23 - m0_12*start_u13;
+    const real_t start_u23 = start_23/start_d2;
+    const real_t bare_over_scale = inverse_yaw_scale*bare_yaw;
+    const real_t start_33 = J_g33 + inverse_yaw_scale*bare_over_scale;
+    const real_t start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23;
     real_t last_alpha = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
@@ -146,11 +414,8 @@ OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, rea
     }
     const real_t last_cosine = real_cos(last_alpha);
     const real_t last_sine = real_sin(last_alpha);
-    real_t s_aa = real_number(0);
     real_t s_ax = real_number(0);
     real_t s_ay = real_number(0);
-    real_t sum_short = real_number(0);
-    real_t sum_side = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
@@ -159,248 +424,43 @@ OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, rea
         const real_t bearing_half_sine = real_sin(t2);
         const real_t bearing_sine = 2*bearing_half_sine*real_cos(t2);
         const real_t bearing_versine = 2*bearing_half_sine*bearing_half_sine;
-        s_aa += real_number(1);
         s_ax += bearing_sine;
         s_ay += bearing_versine;
-        sum_short += bearing_versine;
-        sum_side += bearing_sine;
-        model[6*i + 28] = bearing_sine;
-        model[6*i + 29] = bearing_versine;
-        model[6*i + 30] = bearing_versine;
-        model[6*i + 31] = bearing_sine;
+        model[4*i + 31] = bearing_sine;
+        model[4*i + 32] = bearing_versine;
     }
     const real_t inverse_wheels = 1/N;
-    const real_t mean_arms = s_aa*inverse_wheels;
-    const real_t inverse_arms = inverse_wheels/mean_arms;
-    const real_t share_x = s_ax*inverse_arms;
-    const real_t share_y = s_ay*inverse_arms;
-    const real_t mean_short = sum_short*inverse_wheels;
-    const real_t mean_side = sum_side*inverse_wheels;
-    model[0] = half_rollers;
-    model[1] = B;
-    model[2] = inverse_yaw_scale;
-    model[3] = R;
-    model[4] = l;
-    model[5] = R_over_l;
-    model[6] = mass_R2;
-    model[7] = coriolis;
-    model[8] = J;
-    model[9] = bare_yaw;
-    model[10] = tip;
-    model[11] = joint_sine;
-    model[12] = m0_11;
-    model[13] = m0_12;
-    model[14] = m0_13;
-    model[15] = m0_22;
-    model[16] = m0_23;
-    model[17] = m0_33;
-    model[18] = inverse_wheels;
-    model[19] = inverse_arms;
-    model[20] = last_cosine;
-    model[21] = last_sine;
-    model[22] = share_x;
-    model[23] = share_y;
-    model[24] = mean_short;
-    model[25] = mean_side;
-}
-
-/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
-OMNIROLL_API void omniroll_locked_wheel_speeds(int wheels, int rollers_per_wheel, const real_t *model,
-                                               const real_t *nu, real_t *chi_dot)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R_over_l = model[5];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
-    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
-        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const real_t wheel_rate = roll - R_over_l_yaw_rate;
-        chi_dot[i] = wheel_rate;
-    }
-}
-
-/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). */
-OMNIROLL_API void omniroll_locked_wheel_rates(int wheels, int rollers_per_wheel, const real_t *model,
-                                              const real_t *nu, const real_t *chi, real_t *chi_dot,
-                                              real_t *contact_spin)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
-    const real_t t1 = 2*l;
-    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
-        const real_t chi_i = chi[i];
-        const real_t half_sine = real_sin(chi_i/2);
-        const real_t below = joint_sine - half_sine;
-        const real_t above = joint_sine + half_sine;
-        const real_t width = below*above;
-        const real_t rho = tip + t1*width;
-        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
-        const real_t wheel_rate = roll - R_over_l_yaw_rate;
-        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
-        const real_t inverse_rho = 1/rho;
-        const real_t rolling = along*inverse_rho;
-        chi_dot[i] = wheel_rate;
-        contact_spin[i] = rolling;
-    }
-}
-
-/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2). */
-OMNIROLL_API void omniroll_locked_nu_from_wheels(int wheels, int rollers_per_wheel, const real_t *model,
-                                                 const real_t *chi_dot, real_t *nu)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R_over_l = model[5];
-    const real_t inverse_arms = model[19];
-    const real_t last_cosine = model[20];
-    const real_t last_sine = model[21];
-    const real_t share_x = model[22];
-    const real_t share_y = model[23];
-    real_t s_am = real_number(0);
-    real_t s_xx = real_number(0);
-    real_t s_xy = real_number(0);
-    real_t s_xm = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        s_am += chi_dot_i;
-        s_xx += x*x;
-        s_xy += x*y;
-        s_xm += chi_dot_i*x;
-    }
-    const real_t first_a = inverse_arms*s_am;
-    const real_t inv_s_xx = 1/s_xx;
-    const real_t tilt = s_xy*inv_s_xx;
-    const real_t first_x = s_xm*inv_s_xx;
-    real_t s_rr = real_number(0);
-    real_t s_rm = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        const real_t beyond_a = chi_dot_i - first_a;
-        const real_t left_over = beyond_a - first_x*x;
-        s_rr += rest*rest;
-        s_rm += rest*left_over;
-    }
-    const real_t along_y = s_rm/s_rr;
-    const real_t along_x = first_x - tilt*along_y;
-    const real_t turn = first_a - share_x*along_x - share_y*along_y;
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t x_1 = (last_cosine*along_x - last_sine*along_y)*inv_R_over_l;
-    const real_t x_2 = (last_cosine*along_y + last_sine*along_x)*inv_R_over_l;
-    const real_t x_3 = -(along_y + turn)*inv_R_over_l/inverse_yaw_scale;
-    nu[0] = x_1;
-    nu[1] = x_2;
-    nu[2] = x_3;
-}
-
-/* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more. Equations: (2.1), (2.2). */
-OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_wheel, const real_t *model,
-                                                   const real_t *chi, const real_t *chi_dot,
-                                                   const real_t *contact_spin, real_t *nu)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t inverse_wheels = model[18];
-    const real_t last_cosine = model[20];
-    const real_t last_sine = model[21];
-    const real_t mean_short = model[24];
-    const real_t mean_side = model[25];
-    real_t f_1 = real_number(0);
-    real_t f_2 = real_number(0);
-    real_t f_3 = real_number(0);
-    real_t s_33 = real_number(0);
-    const real_t t1 = 2*l;
-    const real_t inv_l = 1/l;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t place_short = model[6*i + 30];
-        const real_t place_side = model[6*i + 31];
-        const real_t chi_i = chi[i];
-        const real_t chi_dot_i = chi_dot[i];
-        const real_t contact_spin_i = contact_spin[i];
-        const real_t half_sine = real_sin(chi_i/2);
-        const real_t below = joint_sine - half_sine;
-        const real_t above = joint_sine + half_sine;
-        const real_t width = below*above;
-        const real_t rho = tip + t1*width;
-        const real_t rolled = inv_l*contact_spin_i*rho;
-        const real_t shorter = place_short - mean_short;
-        const real_t aside = place_side - mean_side;
-        const real_t bearing_cosine = 1 - bearing_versine;
-        const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
-        const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
-        f_1 += cos_alpha*rolled + sin_alpha*chi_dot_i;
-        f_2 += sin_alpha*rolled - cos_alpha*chi_dot_i;
-        f_3 += chi_dot_i*own_wheel + rolled*own_roller;
-        s_33 += own_wheel*own_wheel + own_roller*own_roller;
-    }
-    const real_t turn = -f_3/s_33;
-    const real_t t2 = 1 - mean_short;
-    const real_t mean_cosine = last_cosine*t2 - last_sine*mean_side;
-    const real_t mean_sine = last_cosine*mean_side + last_sine*t2;
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
-    const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
-    const real_t x_3 = turn*inv_R_over_l/inverse_yaw_scale;
-    nu[0] = x_1;
-    nu[1] = x_2;
-    nu[2] = x_3;
-}
-
-/* Rates of x, y and theta. Equations: (2.3). */
-OMNIROLL_API void omniroll_locked_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
-                                             const real_t *nu, real_t theta, real_t *pose_dot)
-{
-    (void)wheels;
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t nu_1 = nu[0];
-    const real_t nu_2 = nu[1];
-    const real_t nu_3 = nu[2];
-    const real_t heading_cosine = real_cos(theta);
-    const real_t heading_sine = real_sin(theta);
-    pose_dot[0] = R*(nu_1*heading_cosine - nu_2*heading_sine);
-    pose_dot[1] = R*(nu_1*heading_sine + nu_2*heading_cosine);
-    pose_dot[2] = inverse_yaw_scale*nu_3;
+    const real_t share_x = s_ax*inverse_wheels;
+    const real_t share_y = s_ay*inverse_wheels;
+    model[0] = B;
+    model[1] = m0_11;
+    model[2] = start_d2;
+    model[3] = start_d3;
+    model[4] = start_u12;
+    model[5] = start_u13;
+    model[6] = start_u23;
+    model[7] = half_rollers;
+    model[8] = inverse_yaw_scale;
+    model[9] = R;
+    model[10] = l;
+    model[11] = R_over_l;
+    model[12] = mass_R2;
+    model[13] = coriolis;
+    model[14] = J;
+    model[15] = bare_yaw;
+    model[16] = tip;
+    model[17] = joint_sine;
+    model[18] = m0_11;
+    model[19] = m0_12;
+    model[20] = m0_13;
+    model[21] = m0_22;
+    model[22] = m0_23;
+    model[23] = m0_33;
+    model[24] = inverse_wheels;
+    model[25] = last_cosine;
+    model[26] = last_sine;
+    model[27] = share_x;
+    model[28] = share_y;
 }
 
 /* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
@@ -408,18 +468,18 @@ OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel,
                                               const real_t *chi, real_t *matrix)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t m0_11 = model[12];
-    const real_t m0_12 = model[13];
-    const real_t m0_13 = model[14];
-    const real_t m0_22 = model[15];
-    const real_t m0_23 = model[16];
-    const real_t m0_33 = model[17];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t m0_11 = model[18];
+    const real_t m0_12 = model[19];
+    const real_t m0_13 = model[20];
+    const real_t m0_22 = model[21];
+    const real_t m0_23 = model[22];
+    const real_t m0_33 = model[23];
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
@@ -429,8 +489,8 @@ OMNIROLL_API void omniroll_locked_mass_matrix(int wheels, int rollers_per_wheel,
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -469,14 +529,14 @@ OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const 
                                        const real_t *nu, const real_t *chi, real_t *force)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t coriolis = model[7];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -489,8 +549,8 @@ OMNIROLL_API void omniroll_locked_bias(int wheels, int rollers_per_wheel, const 
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -532,30 +592,30 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
                                           const real_t *nu, const real_t *chi, real_t *nu_dot)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t coriolis = model[7];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t m0_11 = model[12];
-    const real_t m0_12 = model[13];
-    const real_t m0_13 = model[14];
-    const real_t m0_22 = model[15];
-    const real_t m0_23 = model[16];
-    const real_t m0_33 = model[17];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t m0_11 = model[18];
+    const real_t m0_12 = model[19];
+    const real_t m0_13 = model[20];
+    const real_t m0_22 = model[21];
+    const real_t m0_23 = model[22];
+    const real_t m0_33 = model[23];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -564,8 +624,8 @@ OMNIROLL_API void omniroll_locked_reduced(int wheels, int rollers_per_wheel, con
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -626,33 +686,33 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
                                                    real_t *force)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t coriolis = model[7];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t m0_11 = model[12];
-    const real_t m0_12 = model[13];
-    const real_t m0_13 = model[14];
-    const real_t m0_22 = model[15];
-    const real_t m0_23 = model[16];
-    const real_t m0_33 = model[17];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t m0_11 = model[18];
+    const real_t m0_12 = model[19];
+    const real_t m0_13 = model[20];
+    const real_t m0_22 = model[21];
+    const real_t m0_23 = model[22];
+    const real_t m0_33 = model[23];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
     const real_t nu_dot_1 = nu_dot[0];
     const real_t nu_dot_2 = nu_dot[1];
     const real_t nu_dot_3 = nu_dot[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -661,8 +721,8 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -704,96 +764,35 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3;
 }
 
-/* Wheel torques of least norm that give the generalised forces: three wheels or more. Equations: (2.2), (3.1). */
-OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
-                                                const real_t *force, real_t *torques)
-{
-    (void)rollers_per_wheel;
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R_over_l = model[5];
-    const real_t inverse_arms = model[19];
-    const real_t last_cosine = model[20];
-    const real_t last_sine = model[21];
-    const real_t share_x = model[22];
-    const real_t share_y = model[23];
-    const real_t force_1 = force[0];
-    const real_t force_2 = force[1];
-    const real_t force_3 = force[2];
-    const real_t inv_R_over_l = 1/R_over_l;
-    const real_t asked_a = -force_3*inv_R_over_l/inverse_yaw_scale;
-    const real_t force_x = (last_cosine*force_1 + last_sine*force_2)*inv_R_over_l;
-    const real_t force_y = (last_cosine*force_2 - last_sine*force_1)*inv_R_over_l;
-    const real_t asked_x = force_x - share_x*asked_a;
-    const real_t asked_y = asked_a - share_y*asked_a + force_y;
-    real_t s_xx = real_number(0);
-    real_t s_xy = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        s_xx += x*x;
-        s_xy += x*y;
-    }
-    const real_t inv_s_xx = 1/s_xx;
-    const real_t tilt = s_xy*inv_s_xx;
-    real_t s_rr = real_number(0);
-    real_t s_xr = real_number(0);
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        s_rr += rest*rest;
-        s_xr += x*rest;
-    }
-    const real_t torque_a = inverse_arms*asked_a;
-    const real_t asked_rest = asked_y - asked_x*tilt;
-    const real_t torque_rest = asked_rest/s_rr;
-    const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
-    OMNIROLL_EACH_WHEEL
-    for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 28];
-        const real_t bearing_versine = model[6*i + 29];
-        const real_t x = bearing_sine - share_x;
-        const real_t y = bearing_versine - share_y;
-        const real_t rest = y - tilt*x;
-        torques[i] = torque_a + torque_x*x + torque_rest*rest;
-    }
-}
-
 /* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). */
 OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_wheel, const real_t *model,
                                                 const real_t *nu, const real_t *chi, real_t *nu_dot)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t coriolis = model[7];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t m0_11 = model[12];
-    const real_t m0_12 = model[13];
-    const real_t m0_13 = model[14];
-    const real_t m0_22 = model[15];
-    const real_t m0_23 = model[16];
-    const real_t m0_33 = model[17];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t m0_11 = model[18];
+    const real_t m0_12 = model[19];
+    const real_t m0_13 = model[20];
+    const real_t m0_22 = model[21];
+    const real_t m0_23 = model[22];
+    const real_t m0_33 = model[23];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
-    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     real_t m11 = m0_11;
     real_t m12 = m0_12;
     real_t m13 = m0_13;
     real_t m22 = m0_22;
     real_t m23 = m0_23;
     real_t m33 = m0_33;
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
     const real_t coriolis_nu_3 = coriolis*nu_3;
     real_t f1 = coriolis_nu_3*nu_2;
     real_t f2 = -coriolis_nu_3*nu_1;
@@ -802,8 +801,8 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -850,12 +849,12 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
     const real_t d33 = m33 - m13*u13 - d23*u23;
     const real_t z2 = f2 - f1*u12;
     const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t nu_dot_3 = z3/d33;
-    const real_t nu_dot_2 = pivot_2*z2 - u23*nu_dot_3;
-    const real_t nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3;
-    nu_dot[0] = nu_dot_1;
-    nu_dot[1] = nu_dot_2;
-    nu_dot[2] = nu_dot_3;
+    const real_t x_3 = z3/d33;
+    const real_t x_2 = pivot_2*z2 - u23*x_3;
+    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
 }
 
 /* Kinetic energy, a sum of squares. Equations: (3.2). */
@@ -863,17 +862,17 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
                                          const real_t *nu, const real_t *chi, real_t *energy)
 {
     (void)rollers_per_wheel;
-    const real_t half_rollers = model[0];
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t R_over_l = model[5];
-    const real_t mass_R2 = model[6];
-    const real_t J = model[8];
-    const real_t bare_yaw = model[9];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
+    const real_t B = model[0];
+    const real_t half_rollers = model[7];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t mass_R2 = model[12];
+    const real_t J = model[14];
+    const real_t bare_yaw = model[15];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -885,8 +884,8 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
     const real_t B_yaw_rate_sq = B*yaw_rate_sq;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t t1 = chi_i/2;
         const real_t half_sine = real_sin(t1);
@@ -908,24 +907,262 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
     *energy = twice/2;
 }
 
+/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). */
+OMNIROLL_API void omniroll_locked_reduced_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                const real_t *nu, const real_t *chi, real_t *nu_dot)
+{
+    (void)rollers_per_wheel;
+    const real_t B = model[0];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t half_rollers = model[7];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t coriolis_nu_3 = coriolis*nu_3;
+    real_t f1 = coriolis_nu_3*nu_2;
+    real_t f2 = -coriolis_nu_3*nu_1;
+    real_t f3 = real_number(0);
+    const real_t t5 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t chi_i = chi[i];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t cosine = 1 - 2*half_sine*half_sine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const real_t turning = yaw_rate*cosine*wheel_rate;
+        const real_t drift = stretch + turning;
+        const real_t couple = B*cosine*rolling;
+        const real_t couple_rate = R_over_l_yaw_rate*couple;
+        const real_t momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        f3 += B*sine_3*turning;
+        const real_t target = -drift;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const real_t locked_yaw = t6*(half_rollers - sine*sine);
+        const real_t fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+    }
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+}
+
+/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). */
+OMNIROLL_API void omniroll_locked_accelerations_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                      const real_t *nu, const real_t *chi, real_t *nu_dot)
+{
+    (void)rollers_per_wheel;
+    const real_t B = model[0];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t half_rollers = model[7];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t R_over_l = model[11];
+    const real_t coriolis = model[13];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    const real_t yaw_rate = inverse_yaw_scale*nu_3;
+    const real_t coriolis_nu_3 = coriolis*nu_3;
+    real_t f1 = coriolis_nu_3*nu_2;
+    real_t f2 = -coriolis_nu_3*nu_1;
+    real_t f3 = real_number(0);
+    const real_t t5 = 2*l;
+    const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
+    const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t chi_i = chi[i];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t cosine = 1 - 2*half_sine*half_sine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
+        const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const real_t wheel_rate = roll - R_over_l_yaw_rate;
+        const real_t along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const real_t inverse_rho = 1/rho;
+        const real_t rolling = along*inverse_rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const real_t turning = yaw_rate*cosine*wheel_rate;
+        const real_t drift = stretch + turning;
+        const real_t couple = B*cosine*rolling;
+        const real_t couple_rate = R_over_l_yaw_rate*couple;
+        const real_t momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        f3 += B*sine_3*turning;
+        const real_t target = -drift;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const real_t locked_yaw = t6*(half_rollers - sine*sine);
+        const real_t fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+    }
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+}
+
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations: section 4. */
 OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                          const real_t *nu, const real_t *chi, const real_t *entering,
                                          const real_t *leaving, real_t *nu_after)
 {
     (void)rollers_per_wheel;
-    const real_t B = model[1];
-    const real_t inverse_yaw_scale = model[2];
-    const real_t R = model[3];
-    const real_t l = model[4];
-    const real_t tip = model[10];
-    const real_t joint_sine = model[11];
-    const real_t m0_11 = model[12];
-    const real_t m0_12 = model[13];
-    const real_t m0_13 = model[14];
-    const real_t m0_22 = model[15];
-    const real_t m0_23 = model[16];
-    const real_t m0_33 = model[17];
+    const real_t B = model[0];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t m0_11 = model[18];
+    const real_t m0_12 = model[19];
+    const real_t m0_13 = model[20];
+    const real_t m0_22 = model[21];
+    const real_t m0_23 = model[22];
+    const real_t m0_33 = model[23];
     const real_t nu_1 = nu[0];
     const real_t nu_2 = nu[1];
     const real_t nu_3 = nu[2];
@@ -941,8 +1178,8 @@ OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, cons
     const real_t t2 = 2*l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 26];
-        const real_t sin_alpha = model[6*i + 27];
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
         const real_t chi_i = chi[i];
         const real_t entering_i = entering[i];
         const real_t leaving_i = leaving[i];
@@ -983,6 +1220,108 @@ OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, cons
     const real_t x_3 = z3/d33;
     const real_t x_2 = pivot_2*z2 - u23*x_3;
     const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_after[0] = nu_1 + x_1;
+    nu_after[1] = nu_2 + x_2;
+    nu_after[2] = nu_3 + x_3;
+}
+
+/* The same as impact, for sharp tips. Equations: section 4. */
+OMNIROLL_API void omniroll_locked_impact_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                               const real_t *nu, const real_t *chi, const real_t *entering,
+                                               const real_t *leaving, real_t *nu_after)
+{
+    (void)rollers_per_wheel;
+    const real_t B = model[0];
+    const real_t start_d1 = model[1];
+    const real_t start_d2 = model[2];
+    const real_t start_d3 = model[3];
+    const real_t start_u12 = model[4];
+    const real_t start_u13 = model[5];
+    const real_t start_u23 = model[6];
+    const real_t half_rollers = model[7];
+    const real_t inverse_yaw_scale = model[8];
+    const real_t R = model[9];
+    const real_t l = model[10];
+    const real_t tip = model[16];
+    const real_t joint_sine = model[17];
+    const real_t nu_1 = nu[0];
+    const real_t nu_2 = nu[1];
+    const real_t nu_3 = nu[2];
+    real_t d1 = start_d1;
+    real_t d2 = start_d2;
+    real_t d3 = start_d3;
+    real_t u12 = start_u12;
+    real_t u13 = start_u13;
+    real_t u23 = start_u23;
+    real_t t1 = real_number(0);
+    real_t t2 = real_number(0);
+    real_t t3 = real_number(0);
+    real_t f1 = real_number(0);
+    real_t f2 = real_number(0);
+    real_t f3 = real_number(0);
+    const real_t t5 = 2*l;
+    const real_t t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t cos_alpha = model[4*i + 29];
+        const real_t sin_alpha = model[4*i + 30];
+        const real_t chi_i = chi[i];
+        const real_t entering_i = entering[i];
+        const real_t leaving_i = leaving[i];
+        const real_t t4 = chi_i/2;
+        const real_t half_sine = real_sin(t4);
+        const real_t half_cosine = real_cos(t4);
+        const real_t sine = 2*half_sine*half_cosine;
+        const real_t below = joint_sine - half_sine;
+        const real_t above = joint_sine + half_sine;
+        const real_t width = below*above;
+        const real_t rho = tip + t5*width;
+        const real_t inverse_rho = 1/rho;
+        const real_t R_inverse_rho = R*inverse_rho;
+        const real_t row_1 = R_inverse_rho*cos_alpha;
+        const real_t row_2 = R_inverse_rho*sin_alpha;
+        const real_t sine_3 = inverse_yaw_scale*sine;
+        const real_t fold_d1 = B*row_1*row_1 + d1;
+        const real_t inv_fold_d1 = 1/fold_d1;
+        const real_t kept_1 = d1*inv_fold_d1;
+        const real_t gain_1 = B*row_1*inv_fold_d1;
+        const real_t fold_weight_2 = B*kept_1;
+        const real_t fold_2 = row_2 - u12*row_1;
+        const real_t fold_3 = sine_3 - u13*row_1;
+        const real_t fold_target_2 = entering_i - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = entering_i*gain_1 + t1*kept_1;
+        const real_t fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const real_t inv_fold_d2 = 1/fold_d2;
+        const real_t kept_2 = d2*inv_fold_d2;
+        const real_t gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const real_t fold_weight_3 = fold_weight_2*kept_2;
+        const real_t fold_33 = fold_3 - u23*fold_2;
+        const real_t fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const real_t fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const real_t inv_fold_d3 = 1/fold_d3;
+        const real_t kept_3 = d3*inv_fold_d3;
+        const real_t gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const real_t locked_yaw = t6*(half_rollers - sine*sine);
+        const real_t fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+        f3 += -B*leaving_i*sine_3;
+    }
+    const real_t z2 = f2 - u12*f1;
+    const real_t z3 = f3 - u13*f1 - u23*z2;
+    const real_t x_3 = t3 + z3/d3;
+    const real_t own_2 = t2 + z2/d2;
+    const real_t own_1 = t1 + f1/d1;
+    const real_t x_2 = own_2 - u23*x_3;
+    const real_t x_1 = own_1 - u12*x_2 - u13*x_3;
     nu_after[0] = nu_1 + x_1;
     nu_after[1] = nu_2 + x_2;
     nu_after[2] = nu_3 + x_3;

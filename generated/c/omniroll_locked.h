@@ -23,39 +23,40 @@
  *     real_t work[16];    // at least omniroll_locked_step_work_size(wheels)
  *     omniroll_locked_step(wheels, rollers_per_wheel, model, h, nu, chi, pose, work);
  *
- * The model, 26 + 6*wheels numbers:
- *   model[0]: half_rollers [1], n/2
- *   model[1]: B [kg m^2], roller inertia
- *   model[2]: inverse_yaw_scale [1], 1/Lambda
- *   model[3]: R [m], platform radius
- *   model[4]: l [m], wheel radius
- *   model[5]: R_over_l [1], R/l
- *   model[6]: mass_R2 [kg m^2], M R^2
- *   model[7]: coriolis [kg m^2], M R^2/Lambda
- *   model[8]: J [kg m^2], wheel inertia
- *   model[9]: bare_yaw [kg m^2], yaw inertia without what the rollers' axial spins carry
- *   model[10]: tip [m], rho at the joint, chi = +-pi/n
- *   model[11]: joint_sine [1], sin(pi/(2 n))
- *   model[12]: m0_11 [kg m^2], constant part of the mass matrix
- *   model[13]: m0_12 [kg m^2], constant part of the mass matrix
- *   model[14]: m0_13 [kg m^2], constant part of the mass matrix
- *   model[15]: m0_22 [kg m^2], constant part of the mass matrix
- *   model[16]: m0_23 [kg m^2], constant part of the mass matrix
- *   model[17]: m0_33 [kg m^2], constant part of the mass matrix
- *   model[18]: inverse_wheels [1], 1/N
- *   model[19]: inverse_arms [1], 1 over the sum of (arm/R)^2
- *   model[20]: last_cosine [1], cosine of the last wheel's direction
- *   model[21]: last_sine [1], sine of the last wheel's direction
- *   model[22]: share_x [1], part of bearing_sine along the arms
- *   model[23]: share_y [1], part of arm/R - cos(bearing) along the arms
- *   model[24]: mean_short [1], mean of place_short
- *   model[25]: mean_side [1], mean of place_side
- *   model[6*i + 26]: cos_alpha [1], cosine of the axle's direction
- *   model[6*i + 27]: sin_alpha [1], sine of the axle's direction
- *   model[6*i + 28]: bearing_sine [1], sine of the axle's direction, from the last wheel's
- *   model[6*i + 29]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
- *   model[6*i + 30]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
- *   model[6*i + 31]: place_side [1], place of the wheel across the last wheel's axle, over R
+ * The model, 29 + 4*wheels numbers:
+ *   model[0]: B [kg m^2], roller inertia
+ *   model[1]: start_d1 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[2]: start_d2 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[3]: start_d3 [kg m^2], for sharp tips: factor of the constant part of the mass matrix
+ *   model[4]: start_u12 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[5]: start_u13 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[6]: start_u23 [1], for sharp tips: factor of the constant part of the mass matrix
+ *   model[7]: half_rollers [1], n/2
+ *   model[8]: inverse_yaw_scale [1], 1/Lambda
+ *   model[9]: R [m], platform radius
+ *   model[10]: l [m], wheel radius
+ *   model[11]: R_over_l [1], R/l
+ *   model[12]: mass_R2 [kg m^2], M R^2
+ *   model[13]: coriolis [kg m^2], M R^2/Lambda
+ *   model[14]: J [kg m^2], wheel inertia
+ *   model[15]: bare_yaw [kg m^2], yaw inertia without what the rollers' axial spins carry
+ *   model[16]: tip [m], rho at the joint, chi = +-pi/n
+ *   model[17]: joint_sine [1], sin(pi/(2 n))
+ *   model[18]: m0_11 [kg m^2], constant part of the mass matrix
+ *   model[19]: m0_12 [kg m^2], constant part of the mass matrix
+ *   model[20]: m0_13 [kg m^2], constant part of the mass matrix
+ *   model[21]: m0_22 [kg m^2], constant part of the mass matrix
+ *   model[22]: m0_23 [kg m^2], constant part of the mass matrix
+ *   model[23]: m0_33 [kg m^2], constant part of the mass matrix
+ *   model[24]: inverse_wheels [1], 1/N
+ *   model[25]: last_cosine [1], cosine of the last wheel's direction
+ *   model[26]: last_sine [1], sine of the last wheel's direction
+ *   model[27]: share_x [1], part of bearing_sine along the arms
+ *   model[28]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[4*i + 29]: cos_alpha [1], cosine of the axle's direction
+ *   model[4*i + 30]: sin_alpha [1], sine of the axle's direction
+ *   model[4*i + 31]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[4*i + 32]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
  */
 #ifndef OMNIROLL_LOCKED_H
 #define OMNIROLL_LOCKED_H
@@ -85,25 +86,6 @@ typedef double real_t;
 
 /* Number of reals in the model. */
 OMNIROLL_API size_t omniroll_locked_model_size(int wheels, int rollers_per_wheel);
-
-/* Constants of the vehicle, computed once.
- *
- * Equations: (2.1), (2.2), (7.1).
- *   in  mass [kg]: mass of the whole vehicle
- *   in  yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S
- *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
- *   in  roller_inertia [kg m^2]: inertia of a roller about its own axis
- *   in  yaw_scale [1]: nu_3 per yaw rate
- *   in  platform_radius [m]: distance of the wheel centres from S
- *   in  wheel_radius [m]: wheel centre to the ground
- *   in  roller_axis_radius [m]: wheel centre to a roller's axis
- *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 6 add, 27 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos. Intermediates: 47. */
-OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, real_t mass, real_t yaw_inertia,
-                                          real_t wheel_inertia, real_t roller_inertia, real_t yaw_scale,
-                                          real_t platform_radius, real_t wheel_radius,
-                                          real_t roller_axis_radius, const real_t *wheel_angles,
-                                          real_t *model);
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles.
  *
@@ -157,6 +139,34 @@ OMNIROLL_API void omniroll_locked_nu_from_contacts(int wheels, int rollers_per_w
 OMNIROLL_API void omniroll_locked_pose_rates(int wheels, int rollers_per_wheel, const real_t *model,
                                              const real_t *nu, real_t theta, real_t *pose_dot);
 
+/* Wheel torques of least norm that give the generalised forces: three wheels or more.
+ *
+ * Equations: (2.2), (3.1).
+ *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
+ *   out torques[N] [N m]: torques about the wheel axles
+ * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
+OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
+                                                const real_t *force, real_t *torques);
+
+/* Constants of the vehicle, computed once.
+ *
+ * Equations: (2.1), (2.2), (7.1).
+ *   in  mass [kg]: mass of the whole vehicle
+ *   in  yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S
+ *   in  wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle
+ *   in  roller_inertia [kg m^2]: inertia of a roller about its own axis
+ *   in  yaw_scale [1]: nu_3 per yaw rate
+ *   in  platform_radius [m]: distance of the wheel centres from S
+ *   in  wheel_radius [m]: wheel centre to the ground
+ *   in  roller_axis_radius [m]: wheel centre to a roller's axis
+ *   in  wheel_angles[N] [rad]: directions of the wheel axles
+ * Operations: once 11 add, 32 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 50. */
+OMNIROLL_API void omniroll_locked_prepare(int wheels, int rollers_per_wheel, real_t mass, real_t yaw_inertia,
+                                          real_t wheel_inertia, real_t roller_inertia, real_t yaw_scale,
+                                          real_t platform_radius, real_t wheel_radius,
+                                          real_t roller_axis_radius, const real_t *wheel_angles,
+                                          real_t *model);
+
 /* Mass matrix M* of nu_1, nu_2, nu_3.
  *
  * Equations: (7.1).
@@ -198,15 +208,6 @@ OMNIROLL_API void omniroll_locked_inverse_dynamics(int wheels, int rollers_per_w
                                                    const real_t *nu, const real_t *chi, const real_t *nu_dot,
                                                    real_t *force);
 
-/* Wheel torques of least norm that give the generalised forces: three wheels or more.
- *
- * Equations: (2.2), (3.1).
- *   in  force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3
- *   out torques[N] [N m]: torques about the wheel axles
- * Operations: once 7 add, 14 mul, 6 div; per wheel 14 add, 8 mul. Intermediates: 24. */
-OMNIROLL_API void omniroll_locked_wheel_torques(int wheels, int rollers_per_wheel, const real_t *model,
-                                                const real_t *force, real_t *torques);
-
 /* Quasi-accelerations and the accelerations of the free rollers' spins.
  *
  * Equations: (3.1), (3.4).
@@ -227,6 +228,26 @@ OMNIROLL_API void omniroll_locked_accelerations(int wheels, int rollers_per_whee
 OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, const real_t *model,
                                          const real_t *nu, const real_t *chi, real_t *energy);
 
+/* The same as reduced, for sharp tips.
+ *
+ * Equations: (3.1), (3.4).
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   out nu_dot[3] [1/s^2]: quasi-accelerations
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70. */
+OMNIROLL_API void omniroll_locked_reduced_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                const real_t *nu, const real_t *chi, real_t *nu_dot);
+
+/* The same as accelerations, for sharp tips.
+ *
+ * Equations: (3.1), (3.4).
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   out nu_dot[3] [1/s^2]: quasi-accelerations
+ * Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70. */
+OMNIROLL_API void omniroll_locked_accelerations_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                                      const real_t *nu, const real_t *chi, real_t *nu_dot);
+
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
  *
  * Equations: section 4.
@@ -241,6 +262,21 @@ OMNIROLL_API void omniroll_locked_energy(int wheels, int rollers_per_wheel, cons
 OMNIROLL_API void omniroll_locked_impact(int wheels, int rollers_per_wheel, const real_t *model,
                                          const real_t *nu, const real_t *chi, const real_t *entering,
                                          const real_t *leaving, real_t *nu_after);
+
+/* The same as impact, for sharp tips.
+ *
+ * Equations: section 4.
+ *   in  nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3
+ *   in  chi[N] [rad]: wheel angles from the middle of the roller in contact
+ *   in  entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0
+ *   where no switch is
+ *   in  leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no
+ *   switch is
+ *   out nu_after[3] [1/s]: quasi-velocities after the switch
+ * Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 55. */
+OMNIROLL_API void omniroll_locked_impact_sharp(int wheels, int rollers_per_wheel, const real_t *model,
+                                               const real_t *nu, const real_t *chi, const real_t *entering,
+                                               const real_t *leaving, real_t *nu_after);
 
 /* One classical Runge-Kutta step of fourth order and length h in time, in place. No switch is looked for.
  *

@@ -78,7 +78,7 @@ OMNIROLL_INLINE real_t omniroll_massless_cos(real_t x)
 OMNIROLL_API size_t omniroll_massless_model_size(int wheels, int rollers_per_wheel)
 {
     (void)rollers_per_wheel;
-    return (size_t)(24 + 6*wheels);
+    return (size_t)(21 + 4*wheels);
 }
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
@@ -127,8 +127,8 @@ OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, r
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model[6*i + 24] = cos_alpha;
-        model[6*i + 25] = sin_alpha;
+        model[4*i + 21] = cos_alpha;
+        model[4*i + 22] = sin_alpha;
     }
     const real_t m0_11 = J*g11 + mass_R2;
     const real_t m0_12 = J*g12;
@@ -144,11 +144,8 @@ OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, r
     }
     const real_t last_cosine = real_cos(last_alpha);
     const real_t last_sine = real_sin(last_alpha);
-    real_t s_aa = real_number(0);
     real_t s_ax = real_number(0);
     real_t s_ay = real_number(0);
-    real_t sum_short = real_number(0);
-    real_t sum_side = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
         const real_t alpha = wheel_angles[i];
@@ -157,23 +154,14 @@ OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, r
         const real_t bearing_half_sine = real_sin(t2);
         const real_t bearing_sine = 2*bearing_half_sine*real_cos(t2);
         const real_t bearing_versine = 2*bearing_half_sine*bearing_half_sine;
-        s_aa += real_number(1);
         s_ax += bearing_sine;
         s_ay += bearing_versine;
-        sum_short += bearing_versine;
-        sum_side += bearing_sine;
-        model[6*i + 26] = bearing_sine;
-        model[6*i + 27] = bearing_versine;
-        model[6*i + 28] = bearing_versine;
-        model[6*i + 29] = bearing_sine;
+        model[4*i + 23] = bearing_sine;
+        model[4*i + 24] = bearing_versine;
     }
     const real_t inverse_wheels = 1/N;
-    const real_t mean_arms = s_aa*inverse_wheels;
-    const real_t inverse_arms = inverse_wheels/mean_arms;
-    const real_t share_x = s_ax*inverse_arms;
-    const real_t share_y = s_ay*inverse_arms;
-    const real_t mean_short = sum_short*inverse_wheels;
-    const real_t mean_side = sum_side*inverse_wheels;
+    const real_t share_x = s_ax*inverse_wheels;
+    const real_t share_y = s_ay*inverse_wheels;
     model[0] = inverse_yaw_scale;
     model[1] = R;
     model[2] = l;
@@ -191,13 +179,10 @@ OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, r
     model[14] = m0_23;
     model[15] = m0_33;
     model[16] = inverse_wheels;
-    model[17] = inverse_arms;
-    model[18] = last_cosine;
-    model[19] = last_sine;
-    model[20] = share_x;
-    model[21] = share_y;
-    model[22] = mean_short;
-    model[23] = mean_side;
+    model[17] = last_cosine;
+    model[18] = last_sine;
+    model[19] = share_x;
+    model[20] = share_y;
 }
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
@@ -214,8 +199,8 @@ OMNIROLL_API void omniroll_massless_wheel_speeds(int wheels, int rollers_per_whe
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 24];
-        const real_t sin_alpha = model[6*i + 25];
+        const real_t cos_alpha = model[4*i + 21];
+        const real_t sin_alpha = model[4*i + 22];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         chi_dot[i] = wheel_rate;
@@ -242,8 +227,8 @@ OMNIROLL_API void omniroll_massless_wheel_rates(int wheels, int rollers_per_whee
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 24];
-        const real_t sin_alpha = model[6*i + 25];
+        const real_t cos_alpha = model[4*i + 21];
+        const real_t sin_alpha = model[4*i + 22];
         const real_t chi_i = chi[i];
         const real_t half_sine = real_sin(chi_i/2);
         const real_t below = joint_sine - half_sine;
@@ -267,19 +252,19 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[0];
     const real_t R_over_l = model[3];
-    const real_t inverse_arms = model[17];
-    const real_t last_cosine = model[18];
-    const real_t last_sine = model[19];
-    const real_t share_x = model[20];
-    const real_t share_y = model[21];
+    const real_t inverse_wheels = model[16];
+    const real_t last_cosine = model[17];
+    const real_t last_sine = model[18];
+    const real_t share_x = model[19];
+    const real_t share_y = model[20];
     real_t s_am = real_number(0);
     real_t s_xx = real_number(0);
     real_t s_xy = real_number(0);
     real_t s_xm = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t chi_dot_i = chi_dot[i];
         const real_t x = bearing_sine - share_x;
         const real_t y = bearing_versine - share_y;
@@ -288,7 +273,7 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
         s_xy += x*y;
         s_xm += chi_dot_i*x;
     }
-    const real_t first_a = inverse_arms*s_am;
+    const real_t first_a = inverse_wheels*s_am;
     const real_t inv_s_xx = 1/s_xx;
     const real_t tilt = s_xy*inv_s_xx;
     const real_t first_x = s_xm*inv_s_xx;
@@ -296,8 +281,8 @@ OMNIROLL_API void omniroll_massless_nu_from_wheels(int wheels, int rollers_per_w
     real_t s_rm = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t chi_dot_i = chi_dot[i];
         const real_t x = bearing_sine - share_x;
         const real_t y = bearing_versine - share_y;
@@ -331,10 +316,10 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
     const real_t tip = model[8];
     const real_t joint_sine = model[9];
     const real_t inverse_wheels = model[16];
-    const real_t last_cosine = model[18];
-    const real_t last_sine = model[19];
-    const real_t mean_short = model[22];
-    const real_t mean_side = model[23];
+    const real_t last_cosine = model[17];
+    const real_t last_sine = model[18];
+    const real_t share_x = model[19];
+    const real_t share_y = model[20];
     real_t f_1 = real_number(0);
     real_t f_2 = real_number(0);
     real_t f_3 = real_number(0);
@@ -343,12 +328,10 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
     const real_t inv_l = 1/l;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 24];
-        const real_t sin_alpha = model[6*i + 25];
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
-        const real_t place_short = model[6*i + 28];
-        const real_t place_side = model[6*i + 29];
+        const real_t cos_alpha = model[4*i + 21];
+        const real_t sin_alpha = model[4*i + 22];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t chi_i = chi[i];
         const real_t chi_dot_i = chi_dot[i];
         const real_t contact_spin_i = contact_spin[i];
@@ -358,8 +341,8 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
         const real_t width = below*above;
         const real_t rho = tip + t1*width;
         const real_t rolled = inv_l*contact_spin_i*rho;
-        const real_t shorter = place_short - mean_short;
-        const real_t aside = place_side - mean_side;
+        const real_t shorter = bearing_versine - share_y;
+        const real_t aside = bearing_sine - share_x;
         const real_t bearing_cosine = 1 - bearing_versine;
         const real_t own_wheel = bearing_sine*aside - shorter*bearing_cosine;
         const real_t own_roller = bearing_sine*shorter + aside*bearing_cosine;
@@ -369,9 +352,9 @@ OMNIROLL_API void omniroll_massless_nu_from_contacts(int wheels, int rollers_per
         s_33 += own_wheel*own_wheel + own_roller*own_roller;
     }
     const real_t turn = -f_3/s_33;
-    const real_t t2 = 1 - mean_short;
-    const real_t mean_cosine = last_cosine*t2 - last_sine*mean_side;
-    const real_t mean_sine = last_cosine*mean_side + last_sine*t2;
+    const real_t t2 = 1 - share_y;
+    const real_t mean_cosine = last_cosine*t2 - last_sine*share_x;
+    const real_t mean_sine = last_cosine*share_x + last_sine*t2;
     const real_t inv_R_over_l = 1/R_over_l;
     const real_t x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
     const real_t x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
@@ -537,11 +520,11 @@ OMNIROLL_API void omniroll_massless_wheel_torques(int wheels, int rollers_per_wh
     (void)rollers_per_wheel;
     const real_t inverse_yaw_scale = model[0];
     const real_t R_over_l = model[3];
-    const real_t inverse_arms = model[17];
-    const real_t last_cosine = model[18];
-    const real_t last_sine = model[19];
-    const real_t share_x = model[20];
-    const real_t share_y = model[21];
+    const real_t inverse_wheels = model[16];
+    const real_t last_cosine = model[17];
+    const real_t last_sine = model[18];
+    const real_t share_x = model[19];
+    const real_t share_y = model[20];
     const real_t force_1 = force[0];
     const real_t force_2 = force[1];
     const real_t force_3 = force[2];
@@ -555,8 +538,8 @@ OMNIROLL_API void omniroll_massless_wheel_torques(int wheels, int rollers_per_wh
     real_t s_xy = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t x = bearing_sine - share_x;
         const real_t y = bearing_versine - share_y;
         s_xx += x*x;
@@ -568,22 +551,22 @@ OMNIROLL_API void omniroll_massless_wheel_torques(int wheels, int rollers_per_wh
     real_t s_xr = real_number(0);
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t x = bearing_sine - share_x;
         const real_t y = bearing_versine - share_y;
         const real_t rest = y - tilt*x;
         s_rr += rest*rest;
         s_xr += x*rest;
     }
-    const real_t torque_a = inverse_arms*asked_a;
+    const real_t torque_a = inverse_wheels*asked_a;
     const real_t asked_rest = asked_y - asked_x*tilt;
     const real_t torque_rest = asked_rest/s_rr;
     const real_t torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t bearing_sine = model[6*i + 26];
-        const real_t bearing_versine = model[6*i + 27];
+        const real_t bearing_sine = model[4*i + 23];
+        const real_t bearing_versine = model[4*i + 24];
         const real_t x = bearing_sine - share_x;
         const real_t y = bearing_versine - share_y;
         const real_t rest = y - tilt*x;
@@ -628,12 +611,12 @@ OMNIROLL_API void omniroll_massless_accelerations(int wheels, int rollers_per_wh
     const real_t d33 = m33 - m13*u13 - d23*u23;
     const real_t z2 = f2 - f1*u12;
     const real_t z3 = f3 - f1*u13 - u23*z2;
-    const real_t nu_dot_3 = z3/d33;
-    const real_t nu_dot_2 = pivot_2*z2 - u23*nu_dot_3;
-    const real_t nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3;
-    nu_dot[0] = nu_dot_1;
-    nu_dot[1] = nu_dot_2;
-    nu_dot[2] = nu_dot_3;
+    const real_t x_3 = z3/d33;
+    const real_t x_2 = pivot_2*z2 - u23*x_3;
+    const real_t x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
 }
 
 /* Kinetic energy, a sum of squares. Equations: (3.2). */
@@ -655,8 +638,8 @@ OMNIROLL_API void omniroll_massless_energy(int wheels, int rollers_per_wheel, co
     const real_t R_over_l_yaw_rate = R_over_l*yaw_rate;
     OMNIROLL_EACH_WHEEL
     for (int i = 0; i < wheels; i++) {
-        const real_t cos_alpha = model[6*i + 24];
-        const real_t sin_alpha = model[6*i + 25];
+        const real_t cos_alpha = model[4*i + 21];
+        const real_t sin_alpha = model[4*i + 22];
         const real_t roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const real_t wheel_rate = roll - R_over_l_yaw_rate;
         twice += J*wheel_rate*wheel_rate;

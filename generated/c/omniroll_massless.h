@@ -22,7 +22,7 @@
  *     real_t work[16];    // at least omniroll_massless_step_work_size(wheels)
  *     omniroll_massless_step(wheels, rollers_per_wheel, model, h, nu, chi, pose, work);
  *
- * The model, 24 + 6*wheels numbers:
+ * The model, 21 + 4*wheels numbers:
  *   model[0]: inverse_yaw_scale [1], 1/Lambda
  *   model[1]: R [m], platform radius
  *   model[2]: l [m], wheel radius
@@ -40,19 +40,14 @@
  *   model[14]: m0_23 [kg m^2], constant part of the mass matrix
  *   model[15]: m0_33 [kg m^2], constant part of the mass matrix
  *   model[16]: inverse_wheels [1], 1/N
- *   model[17]: inverse_arms [1], 1 over the sum of (arm/R)^2
- *   model[18]: last_cosine [1], cosine of the last wheel's direction
- *   model[19]: last_sine [1], sine of the last wheel's direction
- *   model[20]: share_x [1], part of bearing_sine along the arms
- *   model[21]: share_y [1], part of arm/R - cos(bearing) along the arms
- *   model[22]: mean_short [1], mean of place_short
- *   model[23]: mean_side [1], mean of place_side
- *   model[6*i + 24]: cos_alpha [1], cosine of the axle's direction
- *   model[6*i + 25]: sin_alpha [1], sine of the axle's direction
- *   model[6*i + 26]: bearing_sine [1], sine of the axle's direction, from the last wheel's
- *   model[6*i + 27]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
- *   model[6*i + 28]: place_short [1], 1 - place of the wheel along the last wheel's axle, over R
- *   model[6*i + 29]: place_side [1], place of the wheel across the last wheel's axle, over R
+ *   model[17]: last_cosine [1], cosine of the last wheel's direction
+ *   model[18]: last_sine [1], sine of the last wheel's direction
+ *   model[19]: share_x [1], part of bearing_sine along the arms
+ *   model[20]: share_y [1], part of arm/R - cos(bearing) along the arms
+ *   model[4*i + 21]: cos_alpha [1], cosine of the axle's direction
+ *   model[4*i + 22]: sin_alpha [1], sine of the axle's direction
+ *   model[4*i + 23]: bearing_sine [1], sine of the axle's direction, from the last wheel's
+ *   model[4*i + 24]: bearing_versine [1], 1 - cosine of the axle's direction, from the last wheel's
  */
 #ifndef OMNIROLL_MASSLESS_H
 #define OMNIROLL_MASSLESS_H
@@ -95,7 +90,7 @@ OMNIROLL_API size_t omniroll_massless_model_size(int wheels, int rollers_per_whe
  *   in  wheel_radius [m]: wheel centre to the ground
  *   in  roller_axis_radius [m]: wheel centre to a roller's axis
  *   in  wheel_angles[N] [rad]: directions of the wheel axles
- * Operations: once 5 add, 24 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos. Intermediates: 45. */
+ * Operations: once 5 add, 21 mul, 6 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 38. */
 OMNIROLL_API void omniroll_massless_prepare(int wheels, int rollers_per_wheel, real_t mass,
                                             real_t yaw_inertia, real_t wheel_inertia, real_t roller_inertia,
                                             real_t yaw_scale, real_t platform_radius, real_t wheel_radius,

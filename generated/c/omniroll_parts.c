@@ -195,3 +195,23 @@ OMNIROLL_API void omniroll_parts_across_plane(int wheels, int rollers_per_wheel,
     (void)rollers_per_wheel;
     *gravity_across = gravity_strength*real_cos(plane_angle);
 }
+
+/* One sample of the wheels' controllers: proportional and integral. Equations: (2.2). */
+OMNIROLL_API void omniroll_parts_controller_sample(int wheels, int rollers_per_wheel,
+                                                   const real_t *rate_errors, const real_t *error_sums,
+                                                   const real_t *proportional, const real_t *integral,
+                                                   real_t sample_time, real_t *sums_after, real_t *control)
+{
+    (void)rollers_per_wheel;
+    OMNIROLL_EACH_WHEEL
+    for (int i = 0; i < wheels; i++) {
+        const real_t rate_error = rate_errors[i];
+        const real_t error_sum = error_sums[i];
+        const real_t proportional_i = proportional[i];
+        const real_t integral_gain = integral[i];
+        const real_t sum_after = sample_time*rate_error + error_sum;
+        const real_t control_ = rate_error*proportional_i + integral_gain*sum_after;
+        sums_after[i] = sum_after;
+        control[i] = control_;
+    }
+}

@@ -157,6 +157,22 @@ OMNIROLL_API void omniroll_parts_spin_inertia(int wheels, int rollers_per_wheel,
 OMNIROLL_API void omniroll_parts_across_plane(int wheels, int rollers_per_wheel, real_t gravity_strength,
                                               real_t plane_angle, real_t *gravity_across);
 
+/* One sample of the wheels' controllers: proportional and integral.
+ *
+ * Equations: (2.2).
+ *   in  rate_errors[N] [rad/s]: wheel_speeds of wanted nu - nu
+ *   in  error_sums[N] [rad]: sums of the errors over time, up to the last sample
+ *   in  proportional[N] [1]: gains of the errors, in the output's unit per rad/s
+ *   in  integral[N] [1]: gains of the sums, in the output's unit per rad
+ *   in  sample_time [s]: time between two samples
+ *   out sums_after[N] [rad]: sums of the errors, this sample's among them
+ *   out control[N] [1]: the controller's outputs, not clipped
+ * Operations: per wheel 2 add, 3 mul. Intermediates: 2. */
+OMNIROLL_API void omniroll_parts_controller_sample(int wheels, int rollers_per_wheel,
+                                                   const real_t *rate_errors, const real_t *error_sums,
+                                                   const real_t *proportional, const real_t *integral,
+                                                   real_t sample_time, real_t *sums_after, real_t *control);
+
 #ifdef __cplusplus
 }
 #endif
