@@ -46,7 +46,7 @@ ALWAYS_INLINE void block(const int wheels, int rollers, const lanes_t *constants
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
 #endif
-    KERNEL(reduced)(wheels, rollers, constants, nu, chi MOMENTA(momenta), nu_dot);
+    SOLVED(reduced)(wheels, rollers, constants, nu, chi MOMENTA(momenta), nu_dot);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];
@@ -68,7 +68,7 @@ static void rest(int wheels, int rollers_per_wheel, const lanes_t *constants, in
 
 /* nu' of `count` vehicles. work, for shared constants: 16*model_size doubles, aligned to 128 bytes. Returns 1 where
  * there are too many wheels. */
-EACH_LEVEL int KERNEL(reduced_batch)(long long count, int wheels, int rollers_per_wheel, const double *model,
+EACH_LEVEL int ENGINE(reduced_batch)(long long count, int wheels, int rollers_per_wheel, const double *model,
                                      int model_size, int shared, const double *nu, const double *chi,
                                      const double *momenta, double *nu_dot, double *work)
 {
@@ -110,7 +110,7 @@ static void rest(int wheels, int rollers_per_wheel, const lanes_t *constants, in
     fill(chi, at.chi, at.stride, wheels);
     if (at.momenta)
         fill(momenta, at.momenta, at.stride, 2*wheels);
-    KERNEL(reduced_batch)(LANES, wheels, rollers_per_wheel, (const double *)constants, model_size, 0,
+    ENGINE(reduced_batch)(LANES, wheels, rollers_per_wheel, (const double *)constants, model_size, 0,
                           nu, chi, momenta, nu_dot, 0);
     for (int k = 0; k < 3; k++)
         for (int lane = 0; lane < left; lane++)

@@ -1,4 +1,5 @@
-#define OMNIROLL_SET free_sharp
-#define OMNIROLL_KERNEL "omniroll_free_sharp.c"
+#define OMNIROLL_SET free
+#define OMNIROLL_SHARP
+#define OMNIROLL_KERNEL "omniroll_free.c"
 #define OMNIROLL_FREE_ROLLERS
 #include "engine.c"

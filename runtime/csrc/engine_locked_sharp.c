@@ -1,3 +1,4 @@
-#define OMNIROLL_SET locked_sharp
-#define OMNIROLL_KERNEL "omniroll_locked_sharp.c"
+#define OMNIROLL_SET locked
+#define OMNIROLL_SHARP
+#define OMNIROLL_KERNEL "omniroll_locked.c"
 #include "engine.c"

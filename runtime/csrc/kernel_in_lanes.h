@@ -3,6 +3,7 @@
  * Compiled once for each set of effects; engine_<set>.c defines
  *   OMNIROLL_SET              the set, for instance locked
  *   OMNIROLL_KERNEL           its file, "omniroll_locked.c"
+ *   OMNIROLL_SHARP            where the set's functions for sharp tips solve for nu'
  *   OMNIROLL_FREE_ROLLERS     where the set's free rollers have a state
  *   OMNIROLL_MASSLESS         where rollers have no inertia */
 #ifndef OMNIROLL_KERNEL_IN_LANES_H
@@ -21,6 +22,14 @@ typedef lanes_t real_t;
 #define OMNIROLL_PASTE(a, b, c) a##b##c
 #define OMNIROLL_EXPAND(a, b, c) OMNIROLL_PASTE(a, b, c)
 #define KERNEL(name) OMNIROLL_EXPAND(omniroll_, OMNIROLL_SET, _##name)
+/* SOLVED: a function of the set that solves for nu'; ENGINE: a function of the engine. */
+#ifdef OMNIROLL_SHARP
+#define SOLVED(name) OMNIROLL_EXPAND(omniroll_, OMNIROLL_SET, _##name##_sharp)
+#define ENGINE(name) OMNIROLL_EXPAND(omniroll_, OMNIROLL_SET, _sharp_##name)
+#else
+#define SOLVED(name) KERNEL(name)
+#define ENGINE(name) KERNEL(name)
+#endif
 
 /* An exported function is compiled for several levels of the machine's vector instructions; the loader chooses. No level
  * fuses multiplications and additions, so that all give the same bits. Flags that name the machine (-march=native) have

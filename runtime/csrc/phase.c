@@ -104,7 +104,7 @@ ALWAYS_INLINE double sweep(step_t *s, const int wheels)
         lanes_t chi[MOST_WHEELS], nu_dot[3];
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        KERNEL(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
+        SOLVED(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
@@ -274,7 +274,7 @@ ALWAYS_INLINE void guess(step_t *s, const int wheels, double most, const omnirol
         nu[k] = lanes_of(s->nu[k]);
     for (int i = 0; i < wheels; i++)
         chi[i] = lanes_of(s->chi[i]);
-    KERNEL(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
+    SOLVED(reduced)(wheels, s->rollers, s->model, nu, chi MOMENTA(s->momenta), nu_dot);
     KERNEL(wheel_speeds)(wheels, s->rollers, s->model, nu, chi_dot);
     s->h = most;
     for (int i = 0; i < wheels; i++) {
@@ -387,7 +387,7 @@ static EACH_LEVEL void apply_switch(omniroll_run_t *run, const lanes_t *model, c
         leaving[i] = lanes_of(stopped);
     }
     if (run->impact) {
-        KERNEL(impact)(wheels, rollers, model, nu, after, entering, leaving, nu_after);
+        SOLVED(impact)(wheels, rollers, model, nu, after, entering, leaving, nu_after);
         for (int k = 0; k < 3; k++)
             run->nu[k] = nu_after[k][0];
     }
@@ -414,7 +414,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const lanes_t *model,
 #else
     (void)momenta;
 #endif
-    KERNEL(reduced)(run->wheels, run->rollers_per_wheel, model, nu, chi MOMENTA(momenta), nu_dot);
+    SOLVED(reduced)(run->wheels, run->rollers_per_wheel, model, nu, chi MOMENTA(momenta), nu_dot);
     KERNEL(wheel_speeds)(run->wheels, run->rollers_per_wheel, model, nu_dot, chi_ddot);
 }
 
@@ -589,14 +589,14 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
 }
 
 /* Doubles that run->work needs, aligned to 64 bytes: the model and the rollers' momenta in lanes. */
-long long KERNEL(run_work_size)(int wheels, int rollers_per_wheel, int model_size)
+long long ENGINE(run_work_size)(int wheels, int rollers_per_wheel, int model_size)
 {
     return (long long)LANES*(model_size + 2*wheels + (long long)wheels*(rollers_per_wheel - 1));
 }
 
 /* Phases and switches until the duration is over or there is no more room. The usual numbers of wheels are compiled with
  * their loops unrolled. */
-EACH_LEVEL int KERNEL(run)(omniroll_run_t *run, const double *model, int model_size)
+EACH_LEVEL int ENGINE(run)(omniroll_run_t *run, const double *model, int model_size)
 {
     if (run->wheels > MOST_WHEELS)
         return OMNIROLL_NO_STEP;

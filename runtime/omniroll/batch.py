@@ -36,7 +36,7 @@ class Batch:
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
-        self._ffi, self._function = module.ffi, getattr(module.lib, f"omniroll_{first.set_name}_reduced_batch")
+        self._ffi, self._function = module.ffi, getattr(module.lib, f"omniroll_{first.engine_name}_reduced_batch")
         self._size = len(first.model)
         self._constants = first.model if self.shared else _blocks([own.model for own in kernels])
         self._largest_angle = joint_angle(self.rollers_per_wheel)
@@ -115,7 +115,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "must have as many wheels and rollers as the first")
         kernels.append(kernel(vehicle, roller_model))
-        if kernels[k].set_name != kernels[0].set_name:
+        if kernels[k].engine_name != kernels[0].engine_name:
             bound = "has rollers with far sharper or blunter tips than the first; put them into a batch of their own"
             raise InvalidValueError(f"vehicles[{k}]", vehicle, bound)
     return kernels

@@ -66,7 +66,7 @@ class CompiledRun:
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        step = getattr(self.module.lib, f"omniroll_{self.kernel.set_name}_run")
+        step = getattr(self.module.lib, f"omniroll_{self.kernel.engine_name}_run")
         model = self.kernel.model
         parts, status, size = [], FULL, 0
         while status == FULL:
@@ -96,7 +96,7 @@ class CompiledRun:
         self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
         self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
         self.contact = state.contact.astype(np.int64)
-        size = getattr(self.module.lib, f"omniroll_{self.kernel.set_name}_run_work_size")
+        size = getattr(self.module.lib, f"omniroll_{self.kernel.engine_name}_run_work_size")
         self.work = aligned(size(wheels, self.kernel.rollers_per_wheel, len(self.kernel.model)))
 
     def _fill(self) -> None:

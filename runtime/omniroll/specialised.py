@@ -45,7 +45,7 @@ def set_names() -> frozenset[str]:
 
 
 def set_name(base: str, effects: tuple[str, ...]) -> str:
-    """The set of a roller model (or its sharp twin) and further effects."""
+    """The set of a roller model and further effects."""
     return "_".join([base, *effects])
 
 
