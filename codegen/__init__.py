@@ -11,4 +11,5 @@ formulas.py     the comparison with the paper: records and page
 mathtext.py     the paper's LaTeX as plain text and as MathML
 rendering.py    the templates: every emitted file as bytes
 __main__.py     update or check
+what_if.py      what follows from a changed assumption
 """
