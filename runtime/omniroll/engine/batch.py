@@ -120,7 +120,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "must have as many wheels and rollers as the first")
         kernels.append(kernel(vehicle, roller_model))
-        if kernels[k].set_name != kernels[0].set_name:
+        if kernels[k].sharp != kernels[0].sharp:
             bound = "has rollers with far sharper or blunter tips than the first; put them into a batch of their own"
             raise InvalidValueError(f"vehicles[{k}]", vehicle, bound)
     return kernels

@@ -36,7 +36,7 @@ def operations(task: Task) -> list[Cost]:
     bound = task.kernel
     counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
     names = dict.fromkeys(ALWAYS + task.effects.functions(bound.roller_model))
-    return [_cost(name, counted[name], bound.vehicle) for name in names]
+    return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
 
 
 def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Cost:

@@ -54,8 +54,7 @@ def explained(scene: Scene) -> dict[str, Any]:
 def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
     asked = {"reactions"} if "reactions" in scene.tables else set()
-    sharp = {"sharp"} if task.kernel.base.endswith("_sharp") else set()
-    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked | sharp
+    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
 
 
 def called_by(scene: Scene, effect: dict[str, Any]) -> list[str]:

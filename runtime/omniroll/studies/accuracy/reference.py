@@ -77,13 +77,17 @@ class Mechanics:
         self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
         self.free = bound.has_spins
 
+    def form(self, name: str) -> Callable:
+        """The generated function for the rollers' tips."""
+        return getattr(self.module, self.task.kernel.form(name))
+
     def momenta(self, axial: Any) -> tuple:
         return (self.module.momenta(self.model, axial),) if self.free else ()
 
     def rates(self, y: list, momenta: tuple) -> list:
         """y' of y = (nu, chi, x, y, theta)."""
         nu, chi = y[:3], y[3 : 3 + self.wheels]
-        nu_dot = self.module.reduced(self.model, nu, chi, *momenta)
+        nu_dot = self.form("reduced")(self.model, nu, chi, *momenta)
         return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
 
     def energy(self, y: list, axial: Any) -> Any:
@@ -113,7 +117,7 @@ class Mechanics:
                 leaving[i] = left_with[i]
             entering[i] = spin - demanded[i]
         if self.task.switching == "impact" and hasattr(self.module, "impact"):
-            nu = self.module.impact(self.model, nu, after, entering, leaving)
+            nu = self.form("impact")(self.model, nu, after, entering, leaving)
         return [*nu, *after, *y[-3:]], axial
 
 
