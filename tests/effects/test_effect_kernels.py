@@ -15,7 +15,7 @@ from oracle.balls import exact, working_precision
 from oracle.states import random_state, random_vehicle
 
 from omniroll import generated_data
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 
 OPTIONAL = tuple(
     e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
@@ -74,8 +74,8 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
 
 def kernel(vehicle, model, effects, numbers):
     """(module, model, values by argument) of a generated Python kernel on balls."""
-    module = specialised.python_module(model, effects)
-    (prepare,) = (f for f in specialised.functions(model, effects) if f["name"] == "prepare")
+    module = sets.python_module(model, effects)
+    (prepare,) = (f for f in sets.functions(model, effects) if f["name"] == "prepare")
     given = numbers | {
         "wheel_angles": vehicle.wheel_angles, "wheel_places": vehicle.places, "center_of_mass": vehicle.offset,
     }  # fmt: skip

@@ -1,7 +1,8 @@
 """A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from typing import Any
 
@@ -17,11 +18,15 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
+from omniroll.results.on_demand import Maker, OnDemand, Stats
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
+
+
+MADE = ("contact_spin", "spins", "energy", "switches", "dense")  # when they are first read
 
 
 @dataclass(frozen=True)
@@ -73,6 +78,7 @@ class Trajectory:
                   takes damping * chi' from it; None without drives. A row that ends a phase has the values of that
                   phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
+    made          how contact_spin, spins, energy, switches and dense are computed when they are first read
     """
 
     vehicle: Vehicle
@@ -86,22 +92,29 @@ class Trajectory:
     nu: np.ndarray
     chi: np.ndarray
     contact: np.ndarray
-    contact_spin: np.ndarray
-    spins: np.ndarray | None
     pose: np.ndarray
-    energy: np.ndarray
-    switches: np.ndarray
-    dense: np.ndarray | None
     step_rows: np.ndarray
-    stats: dict[str, Any] = field(default_factory=dict)
+    made: Mapping[str, Maker]
+    stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
     added: np.ndarray | None = None
     drive: np.ndarray | None = None
+
+    contact_spin = OnDemand()
+    spins = OnDemand()
+    energy = OnDemand()
+    switches = OnDemand()
+    dense = OnDemand()
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: with the values of all fields in the place of the functions that make them."""
+        values = {name: getattr(self, name) for name in self.made}
+        return vars(self) | values | {"made": {}}
 
     def __len__(self) -> int:
         return len(self.t)
@@ -270,6 +283,7 @@ class Trajectory:
         Raises InvalidValueError for another ending, OSError where the file cannot be written.
         """
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
+            "stats": self.stats.complete(),
             "vehicle": self.vehicle.as_dict(),
             "effects": [effect.as_dict() for effect in self.effects.effects],
         }
@@ -289,10 +303,13 @@ class Trajectory:
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])
             effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
+            arrays = stored.arrays | {"switches": stored.switches.view(np.recarray)}
+            made = {name: partial(arrays.pop, name) for name in MADE}
             return cls(
                 vehicle=vehicle,
                 effects=EffectSet.checked(effects, vehicle),
-                switches=stored.switches.view(np.recarray),
-                **{name: described[name] for name in DESCRIPTION},
-                **stored.arrays,
+                **{name: described[name] for name in DESCRIPTION if name != "stats"},
+                **{name: array for name, array in arrays.items() if name not in MADE},
+                stats=Stats(described["stats"]),
+                made=made,
             )

@@ -20,7 +20,7 @@ NEGLIGIBLE = 1e-4  # where massive rollers change the motion by less than this, 
 PART_ARGUMENTS = tuple(
     argument["name"]
     for function in generated_data.load("kernels")["functions"]
-    if (function["set"], function["name"]) == ("parts", "inertias")
+    if "parts" in function["sets"] and function["name"] == "inertias"
     for argument in function["arguments"]
     if argument["role"] == "in"
 )

@@ -1,4 +1,0 @@
-#define OMNIROLL_SET free
-#define OMNIROLL_KERNEL "omniroll_free.c"
-#define OMNIROLL_FREE_ROLLERS
-#include "engine.c"

@@ -1,3 +1,0 @@
-#define OMNIROLL_SET locked
-#define OMNIROLL_KERNEL "omniroll_locked.c"
-#include "engine.c"

@@ -1,3 +1,0 @@
-#define OMNIROLL_SET locked_sharp
-#define OMNIROLL_KERNEL "omniroll_locked_sharp.c"
-#include "engine.c"
