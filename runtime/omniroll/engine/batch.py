@@ -1,7 +1,7 @@
-"""nu' of many vehicles at once: the reduced kernel with sixteen vehicles in the lanes, runtime/csrc/batch.c.
+"""nu' of many vehicles in one call: runtime/csrc/batch.c computes sixteen vehicles at a time in vector registers.
 
-For whoever integrates thousands of vehicles in step, samples rollouts or fits parameters. Arrays are structures of
-arrays, components first: they go to the C code as they are.
+This serves who integrates thousands of vehicles together, samples rollouts or fits parameters. In all arrays the
+vehicle is the last index, so that the C code reads them as they are.
 """
 
 from collections.abc import Callable, Sequence

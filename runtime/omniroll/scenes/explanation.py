@@ -42,13 +42,18 @@ def explained(scene: Scene) -> dict[str, Any]:
             for effect in generated_data.load("effects")["effects"]
             if effect["table"] or effect["name"] in on
         ],
-        "events": [JOINTS, *(event for effect in task.effects.effects for event in effect.events())],
+        "events": events_of(task),
         "compared": compared,
         "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
         "time": nanoseconds(task),
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
+
+
+def events_of(task: Task) -> list[str]:
+    """The events that steps end on, in words."""
+    return [JOINTS, *(event for effect in task.effects.effects for event in effect.events())]
 
 
 def effects_on(scene: Scene, task: Task) -> set[str]:
