@@ -53,6 +53,23 @@ def comment(text: str, width: int = 110) -> str:
     return wrapped(text, "/* ", " * ", width - 3) + " */"
 
 
+def commented(text: str) -> str:
+    """A block of a template as one C comment with its line's end."""
+    return comment(text.strip(), 118) + "\n"
+
+
+def paragraph(text: str, before: str = " * ") -> str:
+    """A block of a template as a paragraph within a comment."""
+    return wrapped(text.strip(), before, width=118) + "\n"
+
+
+def field(declaration: str, before: str, array: Array, width: int = 116) -> str:
+    """A field of a struct with its unit and its meaning: beside it, or above where the line would be too long."""
+    text = f"{before}{array.unit}: {array.meaning}"
+    line = f"    {declaration} /* {text} */"
+    return line if len(line) <= width else f"{wrapped(f'{text} */', '    /* ', '     * ')}\n    {declaration}"
+
+
 def count_of(array: Array, holder: str) -> str:
     """The number of elements of an array as C text; the counts stand in the struct `holder`."""
     sizes = {"N": f"{holder}->wheels", "n-1": f"({holder}->rollers_per_wheel - 1)"}
@@ -123,6 +140,9 @@ def environment() -> Environment:
         "tex": escaped,
         "called": called,
         "comment": comment,
+        "commented": commented,
+        "paragraph": paragraph,
+        "field": field,
         "count_of": count_of,
         "example_count": example_count,
         "example_number": example_number,

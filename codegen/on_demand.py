@@ -76,9 +76,9 @@ class SetKernel:
         """What the functions take and give, and the work that they are; as in generated/data/kernels.json."""
         return [kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in self.functions]
 
-    def pair(self, stem: str = "omniroll", prefix: str = "omniroll") -> Pair:
-        """The header and the source file for a controller."""
-        return pair(self.effects, self.functions, self.programs.bounds, self.programs.names, stem, prefix)
+    def pair(self, stem: str = "omniroll", prefix: str = "omniroll", is_float: bool = False) -> Pair:
+        """The header and the source file for a controller; codegen/pair.py says what the arguments are."""
+        return pair(self.effects, self.functions, self.programs.bounds, self.programs.names, stem, prefix, is_float)
 
     @property
     def in_lanes(self) -> str:

@@ -12,7 +12,8 @@
  */
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
-void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
+void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_roller *roller,
+                        omniroll_model *model)
 {
     const int wheels = vehicle->wheels;
     const int slots = vehicle->rollers_per_wheel - 1;
@@ -64,8 +65,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model->wheel[i].cos_alpha = cos_alpha;
-        model->wheel[i].sin_alpha = sin_alpha;
+        wheel[i].cos_alpha = cos_alpha;
+        wheel[i].sin_alpha = sin_alpha;
     }
     const omniroll_real m0_11 = J*g11 + mass_R2;
     const omniroll_real m0_12 = J*g12;
@@ -97,10 +98,10 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         s_ay += bearing_versine;
         sum_short += bearing_versine;
         sum_side += bearing_sine;
-        model->wheel[i].bearing_sine = bearing_sine;
-        model->wheel[i].bearing_versine = bearing_versine;
-        model->wheel[i].place_short = bearing_versine;
-        model->wheel[i].place_side = bearing_sine;
+        wheel[i].bearing_sine = bearing_sine;
+        wheel[i].bearing_versine = bearing_versine;
+        wheel[i].place_short = bearing_versine;
+        wheel[i].place_side = bearing_sine;
     }
     const omniroll_real inverse_wheels = 1/N;
     const omniroll_real mean_arms = s_aa*inverse_wheels;
@@ -123,16 +124,16 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         const omniroll_real cos_kappa_low = n - t5;
         const omniroll_real cos_kappa_high = t6 - t5;
         const omniroll_real cos_kappa = 2*omniroll_sin(joint_quarter*cos_kappa_low)*omniroll_sin(joint_quarter*cos_kappa_high);
-        model->roller[j].cos_kappa = cos_kappa;
-        model->roller[j].sin_kappa = sin_kappa;
+        roller[j].cos_kappa = cos_kappa;
+        roller[j].sin_kappa = sin_kappa;
     }
     const omniroll_real inv_B = 1/B;
     for (int i = 0; i < wheels; i++) {
         const omniroll_real axle_damping_i = vehicle->axle_damping[i];
         const omniroll_real roller_damping_i = vehicle->roller_damping[i];
-        model->wheel[i].axle_damping = axle_damping_i;
-        model->wheel[i].roller_damping = roller_damping_i;
-        model->wheel[i].damping_per_inertia = inv_B*roller_damping_i;
+        wheel[i].axle_damping = axle_damping_i;
+        wheel[i].roller_damping = roller_damping_i;
+        wheel[i].damping_per_inertia = inv_B*roller_damping_i;
     }
     model->B = B;
     model->inverse_yaw_scale = inverse_yaw_scale;
