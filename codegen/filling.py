@@ -99,6 +99,18 @@ def example_numbers(array: Array, prefix: str) -> str:
     return ", ".join(f"({prefix}_real){angle}" for angle in EXAMPLE_ANGLES) if array.name == "wheel_angles" else "0"
 
 
+def broken_list(head: str, items: list[str], width: int = 110) -> str:
+    """`head` with the items and a closing bracket, broken between items."""
+    lines = [head]
+    for place, item in enumerate(items):
+        text = item + (")" if place == len(items) - 1 else ", ")
+        if len(lines[-1]) + len(text.rstrip()) > width - 4:
+            lines[-1] = lines[-1].rstrip()
+            lines.append(" " * 8)
+        lines[-1] += text
+    return "\n".join(lines)
+
+
 def work(function) -> str:
     """The operation counts as one sentence."""
     places = []
@@ -135,6 +147,7 @@ def environment() -> Environment:
     made.filters |= {
         "sizes": sizes,
         "wrapped": wrapped,
+        "broken_list": broken_list,
         "work": work,
         "equations": equations_of,
         "tex": escaped,

@@ -11,9 +11,11 @@
 #define LANES 16
 #define UNROLLED _Pragma("GCC unroll 8")     /* so that all stays in registers */
 #define LANES_EACH_WHEEL UNROLLED
-#include "set_in_lanes.h"
+#include "engine_set.h"
 
 #include "engine.h"
+
+#if !SET_IS_ACTED_ON                        /* inputs do not come in batches */
 
 /* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
@@ -33,21 +35,24 @@ ALWAYS_INLINE lanes_t load(const double *from)
 /* nu' of sixteen vehicles. */
 ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_t at)
 {
+    const vehicle_t vehicle = {constants->rollers_per_wheel, constants};
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3];
-    WITH_WHEELS(constants, wheels);
     UNROLLED
     for (int k = 0; k < 3; k++)
         nu[k] = load(at.nu + k*at.stride);
     UNROLLED
     for (int i = 0; i < wheels; i++)
         chi[i] = load(at.chi + i*at.stride);
-#ifdef LANES_HAS_MOMENTA
+#ifdef OMNIROLL_FREE_ROLLERS
     lanes_t momenta[2*MOST_WHEELS];
     UNROLLED
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
+    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi, .momenta = momenta};
+#else
+    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi};
 #endif
-    lanes_reduced(constants, nu, chi MOMENTA(momenta), nu_dot);
+    core_rates(wheels, &point, nu_dot, 0);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];
@@ -65,7 +70,7 @@ ALWAYS_INLINE void blocks(const int wheels, const lanes_t *constants, long long 
     for (long long left = at.stride; left >= LANES; left -= LANES) {
         block(wheels, (const lanes_model *)constants, at);
         at.nu += LANES, at.chi += LANES, at.nu_dot += LANES;
-#ifdef LANES_HAS_MOMENTA
+#ifdef OMNIROLL_FREE_ROLLERS
         at.momenta += LANES;
 #endif
         constants += next;
@@ -135,3 +140,4 @@ static void rest(const int wheels, const lanes_t *constants, arrays_t at)
         for (int lane = 0; lane < left; lane++)
             at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
 }
+#endif

@@ -8,7 +8,7 @@ import numpy as np
 from omniroll import generated_data
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Effect, Quantity, Signal
-from omniroll.effects.guards import NO_GUARDS, Guards
+from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Flow, Kernel, kernel
@@ -133,6 +133,12 @@ class EffectRun:
         momenta = None if axial is None else self.kernel.momenta(axial)
         if self.bound_rates is None:
             return self.kernel.flow(momenta), NO_GUARDS
+        guards = Guards(self.begin_phase(elapsed), self.state_vector.size)
+        constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
+        return self.bound_rates.flow(constants, self.signals), guards
+
+    def begin_phase(self, elapsed: float) -> list[Guard]:
+        """The guards of the phase that starts now; `signals` are its inputs then."""
         inputs: dict[str, Signal] = {}
         self.influences = []
         for process in self.processes:
@@ -141,9 +147,7 @@ class EffectRun:
                 inputs[name] = inputs[name] + signal if name in inputs else signal
             self.influences.append(influence)
         self.signals = inputs
-        guards = Guards([guard for influence in self.influences for guard in influence.guards], self.state_vector.size)
-        constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
-        return self.bound_rates.flow(constants, inputs), guards
+        return [guard for influence in self.influences for guard in influence.guards]
 
     def drive(self, time: float) -> np.ndarray:
         """(D, N) the inputs of the drives at a time since the start of this phase."""

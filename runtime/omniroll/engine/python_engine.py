@@ -6,7 +6,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
 from omniroll.engine.switching import SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
@@ -60,10 +60,10 @@ class Run:
         self._start_added()
         scale = np.concatenate(
             [
-                np.full(3, self._speed_scale()),
+                np.full(3, speed_scale(task)),
                 np.full(vehicle.wheels, self.model.joint),
                 [vehicle.platform_radius, vehicle.platform_radius, 1.0],
-                self.acting.state_vector.scale_of_added(self.kernel, self._speed_scale()),
+                self.acting.state_vector.scale_of_added(self.kernel, speed_scale(task)),
             ]
         )
         self.integrator = PhaseIntegrator(
@@ -107,15 +107,6 @@ class Run:
         y = self._y()
         self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
         self.added = y[self.acting.state_vector.plain :]
-
-    def _speed_scale(self) -> float:
-        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration; with effects at least that."""
-        least = 1 / self.task.duration if self.task.duration > 0 else 1.0
-        for speeds in (self.task.state.nu, self.task.state.axial):
-            if speeds is not None and speeds.any():
-                norm = float(np.linalg.norm(speeds))
-                return max(norm, least) if self.task.effects else norm
-        return least
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""
@@ -236,6 +227,7 @@ class Run:
             drive=np.array(record.drive) if self.acting.drives else None,
         )
         stats = {
+            "engine": "python",
             "steps": counts.steps,
             "evaluations": counts.evaluations,
             "phases": self.phases,

@@ -60,6 +60,16 @@ class Rows:
     drive: np.ndarray | None = None
 
 
+def speed_scale(task: Task) -> float:
+    """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration; with effects at least that."""
+    least = 1 / task.duration if task.duration > 0 else 1.0
+    for speeds in (task.state.nu, task.state.axial):
+        if speeds is not None and speeds.any():
+            norm = float(np.linalg.norm(speeds))
+            return max(norm, least) if task.effects else norm
+    return least
+
+
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
     """The trajectory of a run. What follows from its rows is computed when it is first read."""
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "python")  # works on all rows at once

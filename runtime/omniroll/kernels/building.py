@@ -17,7 +17,7 @@ from pathlib import Path
 # A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
-ENGINE_SOURCES = ("phase.c", "batch.c")
+ENGINE_SOURCES = ("run.c", "batch.c")
 LONGEST = 300  # seconds
 NUMBER_TYPES = {  # C type and the macro that chooses it
     "double": ("double", None),

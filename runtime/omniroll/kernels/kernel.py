@@ -426,6 +426,11 @@ class CompiledKernel(Kernel):
         """The constants of the vehicle: a cffi pointer to the struct omniroll_model of the header."""
         return self._model
 
+    @property
+    def ffi(self):
+        """The cffi interface of the library that `model` belongs to."""
+        return self._ffi
+
     def _function(self, name: str):
         return getattr(self._lib, f"omniroll_{name}")
 

@@ -4,6 +4,7 @@ A set has a folder with its files:
 
     omniroll.h omniroll.c    the pair that a controller takes
     kernel_in_lanes.h        the functions on vectors, for the compiled engine
+    engine_set.h             what the compiled engine must know of the set
     declarations.h           what cffi must know of the pair
     functions.json           what the functions take and give
     float.so ...             the compiled pair, one library a number type
@@ -22,6 +23,7 @@ import json
 import os
 import platform
 import shutil
+import sys
 import tempfile
 import threading
 from collections.abc import Callable
@@ -89,25 +91,29 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 
 @cache
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
-    """`ffi` and `lib` of a set's compiled functions; those in doubles have the engine with them, where the set has one.
+    """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
+    if number_type == "double" and not effects:  # built with the engine beforehand
+        return engine(base, effects)
+    place, file = _pair(base, effects, number_type)
+    return _opened(place, file, number_type, [])
 
-    Raises KernelsMissingError where they cannot be had.
-    """
-    place, file = (
-        _engine(base, effects) if number_type == "double" and has_engine(effects) else _pair(base, effects, number_type)
-    )
-    ffi = cffi.FFI()
+
+@cache
+def engine(base: str, effects: tuple[str, ...]) -> SimpleNamespace:
+    """`ffi` and `lib` of a set's functions in doubles with the compiled engine. Raises KernelsMissingError likewise."""
+    place, file = _engine(base, effects)
+    header = (_engine_sources() / "engine.h").read_text(encoding="utf-8")
+    plain = "\n".join(line for line in header.splitlines() if not line.startswith("#"))
+    return _opened(place, file, "double", [plain])
+
+
+def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
+    """A library, and the declarations of its pair and what comes with it."""
     c_type, _ = NUMBER_TYPES[number_type]
     declarations = [f"typedef {c_type} omniroll_real;", (place / "declarations.h").read_text(encoding="utf-8")]
-    if file.startswith("engine"):
-        declarations.append((_engine_sources() / "engine_calls.h").read_text(encoding="utf-8"))
-    ffi.cdef("\n".join(declarations))
+    ffi = cffi.FFI()
+    ffi.cdef("\n".join(declarations + further))
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(place / file)))
-
-
-def has_engine(effects: tuple[str, ...]) -> bool:
-    """Whether the compiled engine runs a set."""
-    return not effects
 
 
 def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, str]:
@@ -122,6 +128,7 @@ def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
+        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
         building.engine_library(place, _engine_sources(), constants, levels[0])
 
     return _made(base, effects, [f"engine-{level}.so" for level in levels], build)
