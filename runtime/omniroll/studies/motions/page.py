@@ -163,6 +163,7 @@ def motion_section(motion: Motion, runs: Runs, findings: list[Finding]) -> str:
         + claims_table(motion, findings)
         + picture(f"{stem}-long.png", f"motion {motion.number}, long interval")
         + picture(f"{stem}-short.png", f"motion {motion.number}, short interval")
+        + picture(f"{stem}-impact.png", f"motion {motion.number}, long interval, impact at each switch")
         + picture(f"{stem}-laws.png", f"motion {motion.number}, switching laws")
         + runs_table(motion, runs)
     )

@@ -34,6 +34,7 @@ def write_figures(folder: Path, runs: Runs) -> list[Path]:
     import matplotlib
 
     smooth = [setting for setting in SETTINGS if setting.switching == "smooth"]
+    impact = [MASSLESS, *(setting for setting in SETTINGS if setting.switching == "impact")]
     massive = [setting for setting in SETTINGS if setting != MASSLESS]
     twist = MOTIONS[2]
     written = []
@@ -54,6 +55,7 @@ def write_figures(folder: Path, runs: Runs) -> list[Path]:
             print(f"  pictures of motion {motion.number}", flush=True)
             put(figures.sheet(motion, smooth, runs, LONG, title), f"{stem}-long.png")
             put(figures.sheet(motion, smooth, runs, SHORT, f"{title}, short interval"), f"{stem}-short.png")
+            put(figures.sheet(motion, impact, runs, LONG, f"{title}, impact at each switch"), f"{stem}-impact.png")
             put(figures.laws_sheet(motion, massive, runs), f"{stem}-laws.png")
     return written
 
