@@ -5,13 +5,13 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/motions
-BUILT := $(addprefix runtime/omniroll/,_kernels_*.so _engine*.so _shared_*.so)
+BUILT := runtime/omniroll/kernels/built
 PYTEST_ARGS ?= --numprocesses=logical --dist=loadfile
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')
-KERNEL_SOURCES := $(sort $(wildcard generated/c/* generated/*.py generated/python/*.py runtime/csrc/*)) \
-	setup.py pyproject.toml runtime/build_kernels.py runtime/omniroll/kernels/c_headers.py
+KERNEL_SOURCES := $(sort $(wildcard generated/c/gauss.h generated/data/* runtime/csrc/* codegen/*.py codegen/templates/*)) \
+	setup.py pyproject.toml runtime/omniroll/kernels/building.py
 VENV_STAMP := $(VENV)/.venv-$(call key,echo "$(CURDIR)"; $(PYTHON) -c "import sys; print(sys.version + sys.base_prefix)")
 DEPS_STAMP := $(VENV)/.dependencies-$(call key,cat requirements.txt; echo $(VENV_STAMP))
 BUILD_STAMP := $(VENV)/.build-$(call key,cat $(KERNEL_SOURCES); echo "$(CC) $(OMNIROLL_CFLAGS)"; echo $(DEPS_STAMP))
@@ -40,8 +40,7 @@ $(DEPS_STAMP): $(VENV_STAMP)
 	@rm -f $(VENV)/.dependencies-* && touch $@
 
 $(BUILD_STAMP): $(DEPS_STAMP)
-	$(call say,build: the C kernels (three number types) and the package)
-	@rm -f $(BUILT)  # setuptools does not see new headers or flags
+	$(call say,build: the C kernels and the package)
 	@$(PIP) install --no-deps --no-build-isolation --editable .
 	@rm -f $(VENV)/.build-* && touch $@
 

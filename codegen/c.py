@@ -1,6 +1,7 @@
-"""C99: how it writes symbols, functions, arrays and the model."""
+"""C99: how it writes symbols, functions, arrays, and the structs of a model and of a vehicle."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,54 +12,31 @@ from .programs import Array, Element, Function, Step
 KEYWORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int
 long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile
-while real_t real_number real_sin real_cos real_sqrt real_exp h work""".split()
+while h vehicle wheel roller state""".split()
 )
 SIZES = {"N": "wheels", "n-1": "slots"}
-CONSTANTS = {
-    "N": "real_number(wheels)",
-    "n": "real_number(rollers_per_wheel)",
-    "slot": "real_number(j + 1)",
-    "pi": "real_number(3.141592653589793238462643383279502884L)",
-}
+COUNTS = {"N": "wheels", "n": "rollers_per_wheel"}
 
 
-class Layout:
-    """Where each field stands in the model: scalars, then each wheel's fields together, then each slot's."""
+class Model:
+    """The fields of a model by the struct that they stand in: the model's own, a wheel's, a free roller's."""
 
     def __init__(self, fields: tuple[Array, ...]):
-        self.scalars = [f for f in fields if f.shape == ()]
+        self.own = [f for f in fields if f.shape == ()]
         self.wheel = [f for f in fields if f.shape == ("N",)]
-        self.slot = [f for f in fields if f.shape == ("n-1",)]
-        if len(self.scalars) + len(self.wheel) + len(self.slot) != len(fields):
+        self.roller = [f for f in fields if f.shape == ("n-1",)]
+        if len(self.own) + len(self.wheel) + len(self.roller) != len(fields):
             raise ValueError("a model field is a scalar, of shape N or of shape n-1")
 
-    @property
-    def size(self) -> str:
-        return plus(
-            len(self.scalars),
-            times(len(self.wheel), "wheels"),
-            times(len(self.slot), "(rollers_per_wheel - 1)"),
-        )
-
     def place(self, array: Array) -> str:
-        """Index of the field in the model."""
-        if array in self.scalars:
-            return str(self.scalars.index(array))
-        if array in self.wheel:
-            return plus(times(len(self.wheel), "i"), len(self.scalars) + self.wheel.index(array))
-        return plus(
-            times(len(self.wheel), "wheels"),
-            times(len(self.slot), "j"),
-            len(self.scalars) + self.slot.index(array),
-        )
-
-
-def plus(*terms: int | str) -> str:
-    """A sum of ints and text, without what is zero."""
-    return " + ".join(str(term) for term in terms if term not in (0, "0", "")) or "0"
+        """The field as C text, in the loop that it needs."""
+        if array in self.own:
+            return f"model->{array.name}"
+        return f"model->{'wheel[i]' if array in self.wheel else 'roller[j]'}.{array.name}"
 
 
 def times(*factors: int | str) -> str:
+    """A product of ints and text, without factors of one."""
     number, words = 1, []
     for factor in factors:
         if isinstance(factor, int):
@@ -70,16 +48,32 @@ def times(*factors: int | str) -> str:
     return "*".join([str(number)] * (number != 1 or not words) + words)
 
 
+def plus(*terms: int | str) -> str:
+    """A sum of ints and text, without what is zero."""
+    return " + ".join(str(term) for term in terms if term not in (0, "0", "")) or "0"
+
+
 @dataclass
 class CFunction(Infix):
-    """One function's text, piece by piece; the template puts the pieces together."""
+    """One function's text, piece by piece; the template puts the pieces together.
+
+    prefix  of every name that others see: <prefix>_real, <prefix>_model, <prefix>_reduced
+    """
 
     function: Function
-    layout: Layout
+    prefix: str = "omniroll"
 
     @property
     def name(self) -> str:
-        return f"omniroll_{self.function.set}_{self.function.name}"
+        return f"{self.prefix}_{'constants' if self.function.prepares else self.function.name}"
+
+    @cached_property
+    def real(self) -> str:
+        return f"{self.prefix}_real"
+
+    @cached_property
+    def model(self) -> Model:
+        return Model(self.function.fields)
 
     @cached_property
     def names(self) -> dict[str, str]:
@@ -88,24 +82,23 @@ class CFunction(Infix):
     @property
     def parameters(self) -> list[tuple[str, str]]:
         """(declaration, name) of each parameter."""
-        own = [
-            (
-                f"{'const ' * (a.role == 'in')}real_t *{a.name}" if a.shape or a.role == "out" else f"real_t {a.name}",
-                a.name,
-            )
-            for a in self.function.arguments
-        ]
-        counts = [("int wheels", "wheels"), ("int rollers_per_wheel", "rollers_per_wheel")]
-        if self.function.reads_model:
-            return [*counts, ("const real_t *model", "model"), *own]
-        return [*counts, *own, *([("real_t *model", "model")] if self.function.prepares else [])]
+        if self.function.prepares:
+            return [(f"const {self.prefix}_vehicle *vehicle", "vehicle"), (f"{self.prefix}_model *model", "model")]
+        first = [(f"const {self.prefix}_model *model", "model")] if self.function.reads_model else []
+        return first + [(parameter(a, self.real), a.name) for a in self.function.arguments]
 
     @property
     def prototype(self) -> str:
-        return prototype("OMNIROLL_API void", self.name, [declaration for declaration, _ in self.parameters])
+        return prototype("void", self.name, [declaration for declaration, _ in self.parameters])
 
     def unused(self, body: str) -> list[str]:
         return [name for _, name in self.parameters if not re.search(rf"\b{name}\b", body)]
+
+    def counts(self, body: str) -> list[str]:
+        """Declarations of the numbers of turns that the loops of the body need."""
+        holder = "vehicle" if self.function.prepares else "model"
+        values = {"wheels": f"{holder}->wheels", "slots": f"{holder}->rollers_per_wheel - 1"}
+        return [f"const int {name} = {value};" for name, value in values.items() if re.search(rf"\b{name}\b", body)]
 
     @cached_property
     def operations(self) -> dict:
@@ -119,28 +112,33 @@ class CFunction(Infix):
         return self.names.get(name, name)
 
     def call(self, function: str, argument: str) -> str:
-        return f"real_{function}({argument})"
+        return f"{self.prefix}_{function}({argument})"
+
+    def number(self, text: str) -> str:
+        """A number of the kernel's type, which need not be a scalar."""
+        return f"{self.prefix.upper()}_NUMBER({text})"
 
     def ratio(self, p: int, q: int) -> str:
-        return f"real_number({p})/{q}"
+        return f"{self.number(str(p))}/{q}"
+
+    def constant(self, name: str) -> str:
+        """N, n, pi, or the number of a free roller's slot."""
+        if name == "pi":
+            return self.number("3.141592653589793238462643383279502884L")
+        if name == "slot":
+            return self.number("j + 1")
+        holder = "vehicle" if self.function.prepares else "model"
+        return self.number(f"{holder}->{COUNTS[name]}")
 
     def reference(self, element: Element) -> str:
         """The element as C text."""
         array = element.array
         if array in self.function.fields and array not in self.function.arguments:
-            return f"model[{self.layout.place(array)}]"
+            return self.model.place(array)
+        holder = "vehicle->" * (self.function.prepares and array.role == "in")
         if not array.shape:
-            return array.name if array.role == "in" else f"*{array.name}"
-        terms: list[int | str] = []
-        number = 0
-        for axis, k in enumerate(element.index):
-            stride = [size if isinstance(size, int) else SIZES[size] for size in array.shape[axis + 1 :]]
-            term = times(*stride, k)
-            if term.isdigit():
-                number += int(term)
-            else:
-                terms.append(term)
-        return f"{array.name}[{plus(*terms, number)}]"
+            return f"{holder}{array.name}" if array.role == "in" else f"*{array.name}"
+        return f"{holder}{array.name}[{offset(array, element.index)}]"
 
     def is_parameter(self, step: Step) -> bool:
         """A scalar argument under its own name needs no local."""
@@ -149,22 +147,43 @@ class CFunction(Infix):
     def line(self, step: Step, indent: str) -> str:
         """One step as a statement."""
         if step.kind == "load":
-            value = self.reference(step.target) if step.target else CONSTANTS[step.name]
+            value = self.reference(step.target) if step.target else self.constant(step.name)
         else:
             value = self.expression(step.expression)
-            if value.lstrip("-").isdigit():  # where real_t is no scalar, a bare number is none of its values
-                value = f"real_number({value})"
+            if value.lstrip("-").isdigit():  # where the number type is no scalar, a bare number is none of its values
+                value = self.number(value)
         target = self.reference(step.target) if step.kind == "put" else self.symbol(step.name)
-        before = {"load": "const real_t ", "let": "const real_t ", "var": "real_t "}.get(step.kind, "")
-        return broken(f"{indent}{before}{target} {'+=' if step.kind == 'add' else '='} {value};")
+        before = {"load": f"const {self.real} ", "let": f"const {self.real} ", "var": f"{self.real} "}
+        return broken(f"{indent}{before.get(step.kind, '')}{target} {'+=' if step.kind == 'add' else '='} {value};")
+
+
+def parameter(array: Array, real: str) -> str:
+    """The declaration of an argument: arrays and outputs by pointer, one number by value."""
+    if array.shape or array.role == "out":
+        return f"{'const ' * (array.role == 'in')}{real} *{array.name}"
+    return f"{real} {array.name}"
+
+
+def offset(array: Array, index: Iterable[int | str]) -> str:
+    """Where an element stands in its dense array, the last index fastest."""
+    terms: list[int | str] = []
+    number = 0
+    for axis, k in enumerate(index):
+        stride = [size if isinstance(size, int) else SIZES[size] for size in array.shape[axis + 1 :]]
+        term = times(*stride, k)
+        if term.isdigit():
+            number += int(term)
+        else:
+            terms.append(term)
+    return plus(*terms, number)
 
 
 def prototype(result: str, name: str, parameters: list[str], width: int = 110) -> str:
     """The function's declaration, without its semicolon, broken between parameters."""
     lines = [f"{result} {name}("]
     indent = " " * len(lines[0])
-    for place, parameter in enumerate(parameters):
-        text = parameter + (")" if place == len(parameters) - 1 else ",")
+    for place, declaration in enumerate(parameters):
+        text = declaration + (")" if place == len(parameters) - 1 else ",")
         if len(lines[-1]) + 1 + len(text) > width:
             lines.append(indent + text)
         else:

@@ -74,6 +74,18 @@ class Derivation:
             for s in self.data["sets"]
         )
 
+    @cached_property
+    def arguments(self) -> dict[str, dict]:
+        """Shape, unit and meaning of every argument of a function by its name, which means the same everywhere."""
+        found: dict[str, dict] = {}
+        for base in self.bases.values():
+            for function in base.functions:
+                for entry in signature_to_json(function)["arguments"]:
+                    about = {key: entry[key] for key in ("shape", "unit", "meaning")}
+                    if found.setdefault(entry["name"], about) != about:
+                        raise ContractError(f"{function.name}: {entry['name']} means something else elsewhere")
+        return found
+
     def part(self, name: str) -> object:
         """A part of the data with canonical expressions; not for sets and functions."""
         return self.with_canonical_expressions(self.data[name])

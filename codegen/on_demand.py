@@ -2,42 +2,44 @@
 Maxima.
 """
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 from .derivation import FORMAT, Derivation, kernel_to_json
+from .engine_sets import engine_set
 from .operations import count_intermediates, count_operations
-from .programs import EffectSet
-from .rendering import kernel_texts
+from .pair import Pair, kernel_in_lanes, pair
+from .programs import EffectSet, Function
+from .rendering import python_text
 from .sharing import share
 from .specialise import Registry, specialised
-
-
-@dataclass(frozen=True)
-class KernelTexts:
-    """name: of the set; functions: as in generated/data/kernels.json; the texts of the emitted files."""
-
-    name: str
-    functions: list[dict]
-    c_header: str
-    c_source: str
-    python: str
-    engine_set: str
 
 
 class Programs:
     """What kernels are made of at run time: the programs with every effect in them, each read once.
 
-    programs, effects, symbols: the contents of generated/data/programs.json, effects.json and symbols.json.
+    programs, effects, symbols, bounds: the contents of the files of these names in generated/data.
     """
 
-    def __init__(self, programs: dict, effects: list[dict], symbols: dict):
+    FILES = ("programs", "effects", "symbols", "bounds")
+
+    def __init__(self, programs: dict, effects: list[dict], symbols: dict, bounds: list[dict]):
         self._data = dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
             "format": FORMAT, "symbols": symbols, "effects": effects, "bases": programs["bases"],
         }  # fmt: skip
         self._functions = programs["functions"]
         self._bases: dict[str, EffectSet] = {}
         self.registry = Registry.read(effects)
+        self.bounds, self.names = bounds, {symbol: entry["code"] for symbol, entry in symbols.items()}
+
+    @classmethod
+    def load(cls, folder: Path) -> "Programs":
+        """From the files of generated/data."""
+        read = {name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in cls.FILES}
+        return cls(read["programs"], read["effects"]["effects"], read["symbols"]["symbols"], read["bounds"]["bounds"])
 
     def base(self, name: str) -> EffectSet:
         """The programs of one roller model. KeyError for one that there is not."""
@@ -46,17 +48,58 @@ class Programs:
             self._bases[name] = Derivation(self._data | {"functions": functions}).bases[name]
         return self._bases[name]
 
+    def kernel(self, base: str, wanted: Sequence[str]) -> "SetKernel":
+        """The kernel of the roller model `base` with the effects `wanted`. ContractError for an unknown effect."""
+        return SetKernel(self, specialised(self.base(base), wanted, self.registry, self._meaning(base, wanted)))
 
-def kernel_on_demand(programs: Programs, base: str, wanted: Sequence[str]) -> KernelTexts:
-    """The kernel of the roller model `base` with the effects `wanted`. ContractError for an unknown effect."""
-    effect_set = specialised(programs.base(base), wanted, programs.registry, "made when it was called for")
-    shared = [share(f) for f in effect_set.functions]
-    texts = kernel_texts(effect_set, shared)
-    return KernelTexts(
-        name=effect_set.name,
-        functions=[kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in shared],
-        c_header=texts[f"c/omniroll_{effect_set.name}.h"],
-        c_source=texts[f"c/omniroll_{effect_set.name}.c"],
-        python=texts[f"python/{effect_set.name}.py"],
-        engine_set=texts[f"c/engine_set_{effect_set.name}.h"],
-    )
+    def _meaning(self, base: str, wanted: Sequence[str]) -> str:
+        return ", ".join([f"{base} rollers", *self.registry.ordered(wanted)])
+
+
+@dataclass
+class SetKernel:
+    """The texts of one set of effects; each is made when it is asked for."""
+
+    programs: Programs
+    effects: EffectSet
+
+    @property
+    def name(self) -> str:
+        return self.effects.name
+
+    @cached_property
+    def functions(self) -> list[Function]:
+        """The functions with shared subexpressions."""
+        return [share(f) for f in self.effects.functions]
+
+    @property
+    def signatures(self) -> list[dict]:
+        """What the functions take and give, and the work that they are; as in generated/data/kernels.json."""
+        return [kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in self.functions]
+
+    def pair(self, stem: str = "omniroll", prefix: str = "omniroll") -> Pair:
+        """The header and the source file for a controller."""
+        return pair(self.effects, self.functions, self.programs.bounds, self.programs.names, stem, prefix)
+
+    @property
+    def in_lanes(self) -> str:
+        """The functions on vectors, for the compiled engine."""
+        return kernel_in_lanes(self.effects, self.functions)
+
+    @property
+    def python(self) -> str:
+        """The module of the functions in Python."""
+        return python_text(self.effects, self.functions, {})
+
+    def files(self) -> dict[str, str]:
+        """All texts of the set, by the names that they have in its folder."""
+        pair = self.pair()
+        return {
+            "omniroll.h": pair.header,
+            "omniroll.c": pair.source,
+            "declarations.h": pair.declarations,
+            "kernel_in_lanes.h": self.in_lanes,
+            "engine_set.h": engine_set(self.effects),
+            f"{self.name}.py": self.python,
+            "functions.json": json.dumps(self.signatures),
+        }

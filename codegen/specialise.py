@@ -14,6 +14,7 @@ from .programs import (
     Array,
     ContractError,
     EffectSet,
+    Element,
     Function,
     Loop,
     Step,
@@ -73,7 +74,40 @@ def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, mea
         for f in base.functions
         if is_called_for(f, present)
     )
-    return EffectSet(name, present, meaning, fields, functions, base=base.name)
+    return EffectSet(name, present, meaning, *_needed(fields, functions), base=base.name)
+
+
+def _needed(
+    fields: tuple[Array, ...], functions: tuple[Function, ...]
+) -> tuple[tuple[Array, ...], tuple[Function, ...]]:
+    """The fields of the model that a function reads, and the functions with these: what nobody reads is not kept."""
+    read = {e.array.name for f in functions if not f.prepares for e in _elements_read(f)}
+    kept = tuple(field for field in fields if field.name in read)
+    return kept, tuple(_prepared(f, kept) if f.prepares else replace(f, fields=kept) for f in functions)
+
+
+def _elements_read(function: Function) -> list[Element]:
+    used = set().union(*(symbols(step.expression) for step in steps(function.body)))
+    return [element for symbol, element in function.elements.items() if symbol in used]
+
+
+def _prepared(prepare: Function, fields: tuple[Array, ...]) -> Function:
+    """`prepare` for these fields alone, with the arguments that it then needs."""
+    names = {field.name for field in fields}
+    body = without_dead_steps(replace(prepare, fields=fields, body=_without_puts(prepare.body, names)))
+    needed = {element.array.name for element in _elements_read(body)}
+    return replace(body, arguments=tuple(a for a in prepare.arguments if a.name in needed))
+
+
+def _without_puts(body: Body, names: set[str]) -> Body:
+    """The steps without values for fields that are not among `names`."""
+    kept: list[Step | Loop] = []
+    for node in body:
+        if isinstance(node, Loop):
+            kept.append(replace(node, body=_without_puts(node.body, names)))
+        elif node.kind != "put" or node.name in names:
+            kept.append(node)
+    return tuple(kept)
 
 
 def is_called_for(function: Function, present: Sequence[str]) -> bool:

@@ -12,15 +12,14 @@ from types import SimpleNamespace
 from .elementary import circle_ratio, cos, number, sin
 
 
-def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_inertia, yaw_scale,
-            platform_radius, wheel_radius, roller_axis_radius, wheel_angles):
+def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_scale, platform_radius,
+            wheel_radius, roller_axis_radius, wheel_angles):
     """Constants of the vehicle, computed once.
 
     Equations: (2.1), (2.2), (7.1).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
     wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
-    roller_inertia [kg m^2]: inertia of a roller about its own axis.
     yaw_scale [1]: nu_3 per yaw rate.
     platform_radius [m]: distance of the wheel centres from S.
     wheel_radius [m]: wheel centre to the ground.

@@ -2,18 +2,21 @@
  * register: while one half waits for a result, the other has work.
  *
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. Each chi is on its roller,
- * |chi| <= pi/n. The constants are one vehicle's (shared), or stand in blocks of sixteen vehicles, so that a block
- * reads one piece of memory: constant k of vehicle v at [((v/16)*model_size + k)*16 + v%16], aligned to 128 bytes, the
- * last block filled up with any vehicle. */
+ * |chi| <= pi/n. The constants are one vehicle's (shared), or stand in blocks of sixteen vehicles, so that a block reads
+ * one piece of memory: a model in lanes and its arrays after each other, aligned to 128 bytes, the last block filled up with
+ * the last vehicle. */
 #if defined __GNUC__ && !defined __clang__
 #pragma GCC optimize ("no-ivopts")          /* a pointer for each array takes the registers that addresses need */
 #endif
 #define LANES 16
 #define UNROLLED _Pragma("GCC unroll 8")     /* so that all stays in registers */
-#define OMNIROLL_EACH_WHEEL UNROLLED
-#include OMNIROLL_ENGINE_SET
+#define LANES_EACH_WHEEL UNROLLED
+#include "set_in_lanes.h"
 
 #include "engine.h"
+#include "engine_set.h"
+
+#if !SET_IS_ACTED_ON                        /* a set of effects needs inputs that this has no place for */
 
 /* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
@@ -31,69 +34,85 @@ ALWAYS_INLINE lanes_t load(const double *from)
 }
 
 /* nu' of sixteen vehicles. */
-ALWAYS_INLINE void block(const int wheels, int rollers, const lanes_t *constants, arrays_t at)
+ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_t at)
 {
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3];
+    WITH_WHEELS(constants, wheels);
     UNROLLED
     for (int k = 0; k < 3; k++)
         nu[k] = load(at.nu + k*at.stride);
     UNROLLED
     for (int i = 0; i < wheels; i++)
         chi[i] = load(at.chi + i*at.stride);
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     lanes_t momenta[2*MOST_WHEELS];
     UNROLLED
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
-#else
-    const lanes_t *const momenta = 0;
 #endif
-    const vehicle_t vehicle = {rollers, constants};
-    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi, .momenta = momenta};
-    core_rates(wheels, &point, nu_dot, 0);
+    lanes_reduced(constants, nu, chi MOMENTA(momenta), nu_dot);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];
 }
 
-ALWAYS_INLINE void blocks(const int wheels, int rollers, const lanes_t *constants, int model_size, arrays_t at)
+/* The model of a block and the next block's. */
+static long long block_size(int wheels, int rollers_per_wheel)
+{
+    return (long long)(sizeof(lanes_model) + LANES*sizeof(double) - 1)/(long long)(LANES*sizeof(double))
+        + LANES_MODEL_SIZE((long long)wheels, (long long)rollers_per_wheel);
+}
+
+ALWAYS_INLINE void blocks(const int wheels, const lanes_t *constants, long long next, arrays_t at)
 {
     for (long long left = at.stride; left >= LANES; left -= LANES) {
-        block(wheels, rollers, constants, at);
+        block(wheels, (const lanes_model *)constants, at);
         at.nu += LANES, at.chi += LANES, at.nu_dot += LANES;
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         at.momenta += LANES;
 #endif
-        constants += model_size;
+        constants += next;
     }
 }
 
-static void rest(int wheels, int rollers_per_wheel, const lanes_t *constants, int model_size, arrays_t at);
+long long omniroll_blocks_size(long long count, int wheels, int rollers_per_wheel)
+{
+    return (count + LANES - 1)/LANES*LANES*block_size(wheels, rollers_per_wheel);
+}
 
-/* nu' of `count` vehicles. work, for shared constants: 16*model_size doubles, aligned to 128 bytes. Returns 1 where
- * there are too many wheels. */
-EACH_LEVEL int KERNEL(reduced_batch)(long long count, int wheels, int rollers_per_wheel, const double *model,
-                                     int model_size, int shared, const double *nu, const double *chi,
-                                     const double *momenta, double *nu_dot, double *work)
+void omniroll_fill_blocks(long long count, const omniroll_model *const *models, double *to)
+{
+    const long long size = block_size(models[0]->wheels, models[0]->rollers_per_wheel);
+    for (long long first = 0; first < count; first += LANES) {
+        lanes_model *const model = (lanes_model *)((lanes_t *)to + first/LANES*size);
+        lanes_spread(models[first], (lanes_t *)to + (first/LANES + 1)*size
+            - LANES_MODEL_SIZE(models[first]->wheels, models[first]->rollers_per_wheel), model);
+        for (int lane = 1; lane < LANES; lane++)
+            lanes_put(models[first + lane < count ? first + lane : count - 1], lane, model);
+    }
+}
+
+static void rest(const int wheels, const lanes_t *constants, arrays_t at);
+
+ALWAYS_INLINE void all_blocks(const int wheels, const lanes_t *constants, long long next, arrays_t at)
+{
+    blocks(wheels, constants, next, at);
+    if (at.stride%LANES)
+        rest(wheels, constants + at.stride/LANES*next, at);
+}
+
+int omniroll_reduced_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
+                           const double *nu, const double *chi, const double *momenta, double *nu_dot)
 {
     const arrays_t at = {nu, chi, momenta, nu_dot, count};
-    const lanes_t *constants = (const lanes_t *)model;
-    int next = model_size;
+    const long long next = shared ? 0 : block_size(wheels, rollers_per_wheel);
     if (wheels > MOST_WHEELS)
         return 1;
-    if (shared) {
-        for (int k = 0; k < model_size; k++)
-            ((lanes_t *)work)[k] = lanes_of(model[k]);
-        constants = (const lanes_t *)work;
-        next = 0;
-    }
     switch (wheels) {
-    case 3: blocks(3, rollers_per_wheel, constants, next, at); break;
-    case 4: blocks(4, rollers_per_wheel, constants, next, at); break;
-    default: blocks(wheels, rollers_per_wheel, constants, next, at);
+    case 3: all_blocks(3, (const lanes_t *)constants, next, at); break;
+    case 4: all_blocks(4, (const lanes_t *)constants, next, at); break;
+    default: all_blocks(wheels, (const lanes_t *)constants, next, at);
     }
-    if (count%LANES)
-        rest(wheels, rollers_per_wheel, constants + count/LANES*next, model_size, at);
     return 0;
 }
 
@@ -106,7 +125,7 @@ static void fill(double *to, const double *from, long long stride, int component
 }
 
 /* The last vehicles, fewer than sixteen: a block that is filled up with the first of them. */
-static void rest(int wheels, int rollers_per_wheel, const lanes_t *constants, int model_size, arrays_t at)
+static void rest(const int wheels, const lanes_t *constants, arrays_t at)
 {
     double nu[3*LANES], chi[MOST_WHEELS*LANES], momenta[2*MOST_WHEELS*LANES], nu_dot[3*LANES];
     const long long left = at.stride%LANES;
@@ -114,9 +133,10 @@ static void rest(int wheels, int rollers_per_wheel, const lanes_t *constants, in
     fill(chi, at.chi, at.stride, wheels);
     if (at.momenta)
         fill(momenta, at.momenta, at.stride, 2*wheels);
-    KERNEL(reduced_batch)(LANES, wheels, rollers_per_wheel, (const double *)constants, model_size, 0,
-                          nu, chi, momenta, nu_dot, 0);
+    blocks(wheels, constants, 0, (arrays_t){nu, chi, momenta, nu_dot, LANES});
     for (int k = 0; k < 3; k++)
         for (int lane = 0; lane < left; lane++)
             at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
 }
+
+#endif

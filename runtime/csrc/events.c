@@ -124,7 +124,7 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
 }
 
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost, or 1. */
-static EACH_LEVEL double turn_outside(const step_t *s, int wheel)
+static double turn_outside(const step_t *s, int wheel)
 {
     const double edge = s->joint*(1 + 8*EPS);
     return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
@@ -132,7 +132,7 @@ static EACH_LEVEL double turn_outside(const step_t *s, int wheel)
 
 #if SET_IS_ACTED_ON
 /* A guard that is positive inside the step and not at its end: where it is largest, or 1. */
-static EACH_LEVEL double turn_of_guard(const step_t *s, int guard)
+static double turn_of_guard(const step_t *s, int guard)
 {
     const nodes_t rate = guard_rate(s, guard);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard_start[guard],

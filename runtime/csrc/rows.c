@@ -11,12 +11,11 @@ typedef struct {
     double *end_core, *weight, *rise_core;
 } work_t;
 
-/* The parts in `memory`, lanes; returns how many lanes they are. */
-static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers, int model_size)
+/* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. */
+static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 {
-    lanes_t *next = memory + model_size;
+    lanes_t *next = memory + LANES_MODEL_SIZE((long long)wheels, (long long)rollers);
     const long long axial = (long long)wheels*(rollers - 1), core = core_size(wheels, rollers);
-    work->vehicle = (vehicle_t){rollers, memory};
     work->core = (int)core;
     work->momenta = next, next += 2*wheels;
     work->axial = next, next += axial;
@@ -70,7 +69,7 @@ static void put_row_after(omniroll_run_t *run)
     put_row(run);
 }
 
-static EACH_LEVEL void put_step(omniroll_run_t *run, const step_t *s)
+static void put_step(omniroll_run_t *run, const step_t *s)
 {
     if (!run->steps)
         return;

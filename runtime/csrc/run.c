@@ -4,10 +4,9 @@
  * events.c       where it ends
  * rows.c         what the caller gets
  * transitions.c  what happens there */
-#ifndef OMNIROLL_ENGINE_SET
-#error "engine_<set>.c names the header of a set"
-#endif
-#include OMNIROLL_ENGINE_SET
+#include "set_in_lanes.h"
+
+#include "engine_set.h"
 
 #define MOST_GUARDS (2*MOST_WHEELS)
 
@@ -85,7 +84,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     core_dot = work->core_dot;
 #endif
     core_rates(wheels, &now.point, nu_dot, core_dot);
-    set_wheel_speeds(wheels, &s->vehicle, now.arrays.nu, chi_dot);
+    set_wheel_speeds(wheels, s->vehicle, now.arrays.nu, chi_dot);
     s->h = most;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
@@ -187,9 +186,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
          * too long costs more than a step that is too short. */
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
-        return OMNIROLL_DONE;
+        return OMNIROLL_RUN_DONE;
     }
-    return OMNIROLL_NO_STEP;
+    return OMNIROLL_RUN_NO_STEP;
 }
 
 /* a + b rounded, and what the rounding leaves over (Knuth). */
@@ -265,15 +264,16 @@ static int ask(omniroll_run_t *run, const work_t *work)
     if (run->elapsed >= run->next_time || guards_passed(run, work)) {
         run->phase_start = run->elapsed;
         run->at_event = 0;
-        return has_progress(run, 1) ? OMNIROLL_ASK : OMNIROLL_STUCK;
+        return has_progress(run, 1) ? OMNIROLL_RUN_ASK : OMNIROLL_RUN_STUCK;
     }
     run->at_event = 0;
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
 static int complete_rows(omniroll_run_t *run)
 {
+    (void)run;
 #if SET_INPUTS
     const int size = SET_INPUTS*run->wheels;
     const double *slopes = run->inputs + size, *last = run->rows + row_size(run)*run->row_count - size;
@@ -283,12 +283,12 @@ static int complete_rows(omniroll_run_t *run)
         same &= fabs(now - last[k]) <= PASSED*EPS*(fabs(last[k]) + fabs(run->inputs[k]) + fabs(moved));
     }
     if (same)
-        return OMNIROLL_DONE;
+        return OMNIROLL_RUN_DONE;
     if (run->row_count == run->row_capacity)
-        return OMNIROLL_FULL;
+        return OMNIROLL_RUN_FULL;
     put_row_after(run);
 #endif
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 #endif
 
@@ -299,7 +299,7 @@ static int first_row(omniroll_run_t *run, const work_t *work)
 #if SET_IS_ACTED_ON
     if (!run->started) {
         const int status = ask(run, work);
-        if (status != OMNIROLL_DONE)
+        if (status != OMNIROLL_RUN_DONE)
             return status;
     }
 #endif
@@ -307,31 +307,30 @@ static int first_row(omniroll_run_t *run, const work_t *work)
     run->started = 1;
     if (run->row_count == 0)
         put_row(run);
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
-/* All that happens at this instant. Returns a status; OMNIROLL_DONE: a phase follows, or the duration is over. */
+/* All that happens at this instant. Returns a status; OMNIROLL_RUN_DONE: a phase follows, or the duration is over. */
 static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
 #if SET_IS_ACTED_ON
-    if (status == OMNIROLL_DONE && run->elapsed < run->duration)
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = ask(run, work);
-    if (status == OMNIROLL_DONE && run->elapsed < run->duration)
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = complete_rows(run);
 #endif
     return status;
 }
 
-ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int model_size, const int wheels)
+ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
 {
     work_t work;
     step_t s;
-    lanes_t *const model = (lanes_t *)run->work;
-    lay_out(&work, model, wheels, run->rollers_per_wheel, model_size);
-    for (int k = 0; k < model_size; k++)
-        model[k] = lanes_of(model_[k]);
-    s.wheels = wheels, s.vehicle = work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
+    lanes_t *const memory = (lanes_t *)run->work;
+    lay_out(&work, memory, wheels, run->rollers_per_wheel);
+    lanes_spread(constants, memory, &work.vehicle);
+    s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
 #if SET_CORE_PARTS
     if (!run->started) {
@@ -340,23 +339,23 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
             work.rise_core[c] = 0;
     }
 #endif
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, &work);
 #endif
     int status = first_row(run, &work);
-    while (status == OMNIROLL_DONE) {
+    while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
-        if (status != OMNIROLL_DONE || run->elapsed >= run->duration)
+        if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
         if (run->row_count == run->row_capacity) {
-            status = OMNIROLL_FULL;
+            status = OMNIROLL_RUN_FULL;
             break;
         }
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         wheel_momenta(run, &work);
 #endif
         status = advance(run, &work, &s, wheels);
-        if (status == OMNIROLL_DONE)
+        if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }
     run->sweep_count += s.sweeps;
@@ -364,31 +363,31 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const double *model_, int mode
 }
 
 /* Doubles that run->work needs, aligned to 64 bytes. */
-long long KERNEL(run_work_size)(int wheels, int rollers_per_wheel, int model_size)
+long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
 {
     work_t work;
-    return LANES*lay_out(&work, (lanes_t *)0, wheels, rollers_per_wheel, model_size);
+    return LANES*lay_out(&work, (lanes_t *)0, wheels, rollers_per_wheel);
 }
 
-const char *KERNEL(states)(void)
+const char *omniroll_run_states(void)
 {
     return SET_STATE_NAMES;
 }
 
-const char *KERNEL(inputs)(void)
+const char *omniroll_run_inputs(void)
 {
     return SET_INPUT_NAMES;
 }
 
-/* Phases and switches until the duration is over or there is no more room. The usual numbers of wheels are compiled with
- * their loops unrolled. */
-EACH_LEVEL int KERNEL(run)(omniroll_run_t *run, const double *model, int model_size)
+/* Phases, events and transitions until the duration is over or there is no more room. The usual numbers of wheels are
+ * compiled with their loops unrolled. */
+int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
 {
     if (run->wheels > MOST_WHEELS)
-        return OMNIROLL_NO_STEP;
+        return OMNIROLL_RUN_NO_STEP;
     switch (run->wheels) {
-    case 3: return run_phases(run, model, model_size, 3);
-    case 4: return run_phases(run, model, model_size, 4);
-    default: return run_phases(run, model, model_size, run->wheels);
+    case 3: return run_phases(run, model, 3);
+    case 4: return run_phases(run, model, 4);
+    default: return run_phases(run, model, run->wheels);
     }
 }

@@ -45,7 +45,7 @@ ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t
 #endif
 }
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
@@ -63,7 +63,7 @@ static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
 
 #if SET_CORE_PARTS
 /* The rest of the core begins anew with the rollers that are free now. */
-static EACH_LEVEL void begin_core(omniroll_run_t *run, const work_t *work)
+static void begin_core(omniroll_run_t *run, const work_t *work)
 {
     axial_in_lanes(run, work->axial);
     start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
@@ -73,7 +73,7 @@ static EACH_LEVEL void begin_core(omniroll_run_t *run, const work_t *work)
 }
 
 /* The axial speeds of the free rollers as they are now. */
-static EACH_LEVEL void update_axial(omniroll_run_t *run, const work_t *work)
+static void update_axial(omniroll_run_t *run, const work_t *work)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
     axial_in_lanes(run, work->axial);
@@ -90,7 +90,7 @@ static EACH_LEVEL void update_axial(omniroll_run_t *run, const work_t *work)
 
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 /* The free rollers of a wheel change places: the leaving roller gets its place, the entering one loses it. */
 static double exchange_places(double *axial, int places, int direction, double leaving)
 {
@@ -105,7 +105,7 @@ static double exchange_places(double *axial, int places, int direction, double l
 }
 #endif
 
-static EACH_LEVEL void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
+static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     const vehicle_t *const vehicle = &work->vehicle;
@@ -120,12 +120,12 @@ static EACH_LEVEL void apply_switch(omniroll_run_t *run, const work_t *work, con
         }
         after[i] = lanes_of(run->chi[i]);
     }
-#ifndef OMNIROLL_MASSLESS
+#ifdef LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
 #if SET_CORE_PARTS
     update_axial(run, work);
 #endif
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     set_contact_axial(wheels, vehicle, nu, before, left);
     set_contact_axial(wheels, vehicle, nu, after, demanded);
 #else
@@ -136,7 +136,7 @@ static EACH_LEVEL void apply_switch(omniroll_run_t *run, const work_t *work, con
     for (int i = 0; i < wheels; i++) {
         double came_with = 0, stopped = 0;
         if (directions[i]) {
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
             came_with = exchange_places(run->axial + i*(rollers - 1), rollers - 1, directions[i], left[i][0]);
 #else
             stopped = left[i][0];
@@ -168,7 +168,7 @@ static double tau(const omniroll_run_t *run, double phase_length)
 static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, lanes_t *chi_ddot)
 {
     lanes_t nu_dot[3];
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
     rates_at_this_instant(run, work, run->wheels, nu_dot);
@@ -177,7 +177,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
 
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
  * time than tau (rule 5), be it to a switch or to another event. Returns how many. */
-static EACH_LEVEL int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
+static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
     const int at_end = (run->elapsed >= run->duration || run->at_event) && phase_length > 0;
@@ -230,9 +230,9 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
     int directions[MOST_WHEELS];
     while (switching_wheels(run, work, run->elapsed - run->phase_start, directions)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
-            return OMNIROLL_FULL;
+            return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
-            return OMNIROLL_STUCK;
+            return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
@@ -240,7 +240,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = directions[i];
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];
@@ -248,7 +248,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         run->switch_count++;
         put_row_after(run);
     }
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
 #if SET_IS_ACTED_ON
@@ -267,7 +267,7 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
 
 /* Which guards are passed now: those beyond their rounding, and those that are on it, or closer in time than tau to it,
  * and rise. Returns how many. */
-static EACH_LEVEL int guards_passed(const omniroll_run_t *run, const work_t *work)
+static int guards_passed(const omniroll_run_t *run, const work_t *work)
 {
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     int count = 0, near = run->at_event;

@@ -12,7 +12,7 @@ from omniroll.effects.effect import Part, Process, Signal
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.numbers import Curve
 from omniroll.effects.torque import Drive
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 
 PAPER = Vehicle.paper()
 MOTOR = {"voltage": 1.0, "torque_constant": 0.01, "resistance": 2.0}
@@ -143,7 +143,7 @@ def test_rollers_that_lose_speed_to_viscous_friction_cost_the_same_for_any_numbe
     def loops(bearings):
         acting = EffectSet.checked([bearings], PAPER)
         called = {*acting.functions("free"), "reduced", "wheel_speeds", "pose_rates"}
-        of_set = specialised.functions("free", acting.kernel(PAPER, "free", "python").effects)
+        of_set = sets.functions("free", acting.kernel(PAPER, "free", "python").effects)
         operations = [function["operations"] for function in of_set if function["name"] in called]
         assert len(operations) == len(called)
         return sum(sum(counts[place].values()) for counts in operations for place in ("roller", "slot")) > 0

@@ -17,7 +17,7 @@ from omniroll.codegen.on_demand import kernel_on_demand
 from omniroll.codegen.programs import ContractError
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import kernel as kernels
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, PythonKernel, kernel
 
 EFFECTS = {
@@ -37,7 +37,7 @@ CONSTANTS = {
 
 @cache
 def made(base, effects):
-    return kernel_on_demand(specialised.programs(), base, effects)
+    return kernel_on_demand(sets.programs(), base, effects)
 
 
 def operations(texts, name=KERNEL, wheels=3, rollers=5):
@@ -96,7 +96,7 @@ def test_a_committed_set_is_what_is_made_on_demand():
     for entry in generated_data.load("kernels")["sets"]:
         if "base" in entry and entry["base"] != "parts":
             texts = made(entry["base"], tuple(entry["effects"]))
-            module = specialised.python_module(entry["base"], tuple(entry["effects"]))
+            module = sets.python_module(entry["base"], tuple(entry["effects"]))
             with open(module.__file__, encoding="utf-8") as file:
                 committed = file.read()
             assert texts.python.split("from types")[1] == committed.split("from types")[1]
@@ -137,7 +137,7 @@ def test_other_number_types(number_type):
 def fresh_cache(tmp_path, monkeypatch):
     """An empty folder for kernels, and no kernel remembered."""
     monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "kernels"))
-    remembered = (specialised._cache, specialised._loaded, specialised._opened, kernels.kernel, kernels.signatures)
+    remembered = (sets._cache, sets._loaded, sets._opened, kernels.kernel, kernels.signatures)
     for cached in remembered:
         cached.cache_clear()
     yield tmp_path / "kernels"
@@ -153,10 +153,10 @@ def test_without_a_compiler_there_is_the_python_kernel(fresh_cache, monkeypatch)
 
 
 def test_a_kernel_is_kept_and_found_again(fresh_cache):
-    first = specialised.compiled_library("locked", ("slope",), "double")
+    first = sets.compiled_library("locked", ("slope",), "double")
     files = {path: path.stat().st_mtime_ns for path in fresh_cache.rglob("*")}
-    specialised._opened.cache_clear()
-    again = specialised.compiled_library("locked", ("slope",), "double")
+    sets._opened.cache_clear()
+    again = sets.compiled_library("locked", ("slope",), "double")
     assert first.lib is not again.lib
     assert {path: path.stat().st_mtime_ns for path in fresh_cache.rglob("*")} == files
 
@@ -183,7 +183,7 @@ def test_two_threads_and_two_processes_ask_at_once(fresh_cache):
             )
             for _ in range(2)
         ]
-        own = [pool.submit(specialised.compiled_library, "free", ("slope",), "double") for _ in range(2)]
+        own = [pool.submit(sets.compiled_library, "free", ("slope",), "double") for _ in range(2)]
         printed = {run.result().stdout for run in others}
         assert len({id(library.result()) for library in own}) == 1
     assert len(printed) == 1 and printed.pop().startswith("compiled [")

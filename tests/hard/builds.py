@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from hard.sampling import Sample
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import VEHICLE_SCALARS, Argument, Signature, signatures
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -129,7 +129,7 @@ def in_c(shape: list) -> str:
 
 def set_source(set_name: str) -> str:
     """The C function that reads states and calls every function of a set."""
-    called = [f for f in specialised.functions(set_name, ()) if f["name"] in functions(set_name, 3, 5)]
+    called = [f for f in sets.functions(set_name, ()) if f["name"] in functions(set_name, 3, 5)]
     of_role = lambda function, role: [a for a in function["arguments"] if a["role"] == role]  # noqa: E731
     inputs = {a["name"]: in_c(a["shape"]) for f in called for a in of_role(f, "in")}
     results = {f"{f['name']}_{a['name']}": in_c(a["shape"]) for f in called for a in of_role(f, "out")}

@@ -7,7 +7,7 @@ from hard.case import Case, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import SHARP, optional_effects, signatures
 
 
@@ -84,8 +84,8 @@ def with_effects(part: Sample, set_name: str, seed: int) -> Sample:
 def compiled_on_demand(part: Sample, set_name: str) -> dict[str, np.ndarray]:
     """Outputs (M, K) of every function of the set's C kernel, made and compiled as for a scene."""
     base, effects = rounding.split_key(set_name)
-    library = specialised.compiled_library(base, effects, "double")
-    prefix = f"omniroll_{specialised.set_name(base, effects)}_"
+    library = sets.compiled_library(base, effects, "double")
+    prefix = f"omniroll_{sets.set_name(base, effects)}_"
     wanted = rounding.functions(set_name, part)
     prepare = signatures(base, effects, part.wheels, part.rollers)["prepare"].inputs
     model = np.empty(getattr(library.lib, prefix + "model_size")(part.wheels, part.rollers))

@@ -17,7 +17,7 @@ import numpy as np
 from flint import acb, arb, ctx
 
 from hard.sampling import Sample
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import signatures
 
 BITS = 160
@@ -38,7 +38,7 @@ def split_key(set_name: str) -> tuple[str, tuple[str, ...]]:
 
 
 def module(set_name: str):
-    return specialised.python_module(*split_key(set_name))
+    return sets.python_module(*split_key(set_name))
 
 
 def functions(set_name: str, sample: Sample) -> dict:

@@ -7,7 +7,7 @@ import pytest
 
 from omniroll import generated_data
 from omniroll.codegen.on_demand import kernel_on_demand
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 
 MODELS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
@@ -18,7 +18,7 @@ OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactio
 
 @cache
 def made(base, effects):
-    return kernel_on_demand(specialised.programs(), base, effects)
+    return kernel_on_demand(sets.programs(), base, effects)
 
 
 def bodies(texts):

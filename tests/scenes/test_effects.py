@@ -90,6 +90,29 @@ def test_what_is_wrong_is_said_by_table_and_key(more, said, tmp_path):
     assert lines_of(tmp_path, more) == said
 
 
+def test_a_rotor_counts_once_and_has_one_gear(tmp_path):
+    """In [vehicle] parts or in [drive], not in both; the two gear ratios may not contradict each other."""
+    parts = Path("scenes/robot-soccer-kit.toml").read_text().split("[start]")[0].split("[drive]")[0]
+    start = "[start]\nnu = [1, 0, 0]\n[run]\nduration = 0.1\n"
+    motor = "[drive]\nvoltage = 1\ntorque_constant = 0.02\nresistance = 1\n"
+
+    def refused(vehicle: str, drive: str) -> list[str]:
+        path = tmp_path / "scene.toml"
+        path.write_text(parts + vehicle + start + motor + drive)
+        try:
+            load_scene(path)
+        except SceneError as error:
+            return [problem.key for problem in error.problems]
+        return []
+
+    rotor = "rotor_mass = 0.01\nrotor_axial_inertia = 1e-7\nrotor_transverse_inertia = 1e-7\ngear_ratio = 20\n"
+    assert refused("", "rotor_inertia = 1e-7\ngear_ratio = 20\n") == []
+    assert refused(rotor, "gear_ratio = 20\n") == []
+    assert refused(rotor, "gear_ratio = 20\nrotor_inertia = 1e-7\n") == ["rotor_inertia"]
+    assert refused(rotor, "gear_ratio = -20\n") == ["gear_ratio"]
+    assert refused(rotor, "") == ["gear_ratio"]
+
+
 def test_rows_that_do_not_match_their_times(tmp_path):
     (said,) = lines_of(tmp_path, "[drive]\ntorque = [[1, 0, 0]]\ntimes = [0, 1]\n")
     assert said.startswith("[drive] torque = [[1, 0, 0]]: must have 2 rows")

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from omniroll.errors import OmnirollError
+from omniroll.progress import reporting
 from omniroll.scenes import load_scene
 from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
-from omniroll.scenes.progress import progress
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
+DELAY = 1.0  # s of work before a bar is shown
 LEDGER = {
     "start": "at the start",
     "end": "at the end",
@@ -41,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     early = [str(doubt) for doubt in scene.doubts()]
     _warn(early)
-    with progress(scene.options["duration"]) as report:
+    with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
         outcome = run_scene(scene, report)
     files = write(outcome, folder, picture=arguments.plot)
     print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")

@@ -16,7 +16,7 @@ A kind of effect is one file of this folder with two classes.
 What is not said here costs nothing: no state, no call.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar
 
@@ -26,6 +26,7 @@ from omniroll.effects.guards import Guard
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import Entry
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,11 @@ class Effect:
 
     needs: ClassVar[tuple[str, ...]] = ()
     potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
+
+    def _keep_checked(self, entries: Iterable[Entry]) -> None:
+        """Put the fields of these names, checked, in place of what was given. Raises InvalidValueError."""
+        for entry in entries:
+            object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))  # effects are frozen
 
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
         """Raise InvalidValueError where it does not fit the vehicle, or the effects with which it acts."""

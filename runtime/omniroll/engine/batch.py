@@ -6,17 +6,18 @@ arrays, components first: they go to the C code as they are.
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 
-from omniroll.engine.compiled_engine import ALIGNMENT, MOST_WHEELS, aligned, engine_module
+from omniroll.engine.compiled_engine import MOST_WHEELS, aligned
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import ROLLER_MODELS, CompiledKernel, kernel
+from omniroll.kernels import sets
+from omniroll.kernels.kernel import CompiledKernel, kernel
 from omniroll.validation import choice
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.vehicle import Vehicle
-
-LANES = ALIGNMENT // 8
+from omniroll.vocabulary import ROLLER_MODELS
 
 
 class Batch:
@@ -30,15 +31,14 @@ class Batch:
 
     def __init__(self, vehicles: Vehicle | Sequence[Vehicle], roller_model: str = "free"):
         choice("roller_model", roller_model, ROLLER_MODELS)
-        module = engine_module()
         self.shared = isinstance(vehicles, Vehicle)
         self.vehicles = [vehicles] if self.shared else list(vehicles)
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
-        self._ffi, self._function = module.ffi, getattr(module.lib, f"omniroll_{first.set_name}_reduced_batch")
-        self._size = len(first.model)
-        self._constants = first.model if self.shared else _blocks([own.model for own in kernels])
+        module = sets.library(first.base, first.effects, "double")
+        self._ffi, self._function = module.ffi, module.lib.omniroll_reduced_batch
+        self._constants = _blocks(module, kernels)
         self._largest_angle = joint_angle(self.rollers_per_wheel)
 
     def accelerations(self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None) -> np.ndarray:
@@ -78,9 +78,8 @@ class Batch:
             _refuse_unless_bindable(field, array, shapes.get(field, shapes["nu"]))
         pointers = [self._pointer(arrays[field]) for field in ("nu", "chi")]
         pointers.append(self._pointer(arrays["momenta"]) if self.has_momenta else self._ffi.NULL)
-        head = (count, self.wheels, self.rollers_per_wheel, self._pointer(self._constants), self._size)
-        work = self._pointer(aligned(LANES * self._size))
-        return partial(self._function, *head, self.shared, *pointers, self._pointer(nu_dot), work)
+        head = (count, self.wheels, self.rollers_per_wheel, self._pointer(self._constants), self.shared)
+        return partial(self._function, *head, *pointers, self._pointer(nu_dot))
 
     def _shapes(self, count: int, momenta: np.ndarray | None) -> dict[str, tuple[int, ...]]:
         """Shapes of the inputs for `count` vehicles; refuses momenta that are missing, or one too many."""
@@ -121,12 +120,12 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
     return kernels
 
 
-def _blocks(models: list[np.ndarray]) -> np.ndarray:
-    """Constants of each vehicle in blocks of sixteen, the last one filled up; batch.c."""
-    blocks, size = -(-len(models) // LANES), len(models[0])
-    constants = aligned(blocks * size * LANES)
-    padded = np.array(models + [models[-1]] * (blocks * LANES - len(models)))
-    constants.reshape(blocks, size, LANES)[:] = padded.reshape(blocks, LANES, size).transpose(0, 2, 1)
+def _blocks(module: SimpleNamespace, kernels: list[CompiledKernel]) -> np.ndarray:
+    """The constants of all vehicles in blocks of sixteen; batch.c. The model in a block points into the block."""
+    first, count = kernels[0], len(kernels)
+    constants = aligned(module.lib.omniroll_blocks_size(count, first.wheels, first.rollers_per_wheel))
+    models = module.ffi.new("omniroll_model *[]", [own.model for own in kernels])
+    module.lib.omniroll_fill_blocks(count, models, module.ffi.from_buffer("double[]", constants))
     return constants
 
 

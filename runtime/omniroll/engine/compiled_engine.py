@@ -4,10 +4,8 @@ A call runs until a buffer is full; then progress is reported and the rows are c
 must be asked for the inputs of the next phase.
 """
 
-import importlib
-import importlib.util
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from math import comb
 from typing import Any
 
@@ -16,13 +14,12 @@ import numpy as np
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
 from omniroll.errors import SimulationStopped
-from omniroll.kernels import on_demand
-from omniroll.kernels.kernel import Kernel, KernelsMissingError
-from omniroll.kernels.shared_kernels import has_shared_engine, shared_engine
+from omniroll.kernels import sets
+from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
 
 NODES = 16  # of a step; gauss.h
-MOST_WHEELS = 64  # kernel_in_lanes.h
+MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # a buffer's length
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
@@ -56,33 +53,15 @@ def can_run(task: Task) -> bool:
     )
 
 
-def module_of(kernel: Kernel) -> Any:
+def engine_of(kernel: Kernel) -> Any:
     """`ffi` and `lib` with the engine of a kernel's set."""
-    if not kernel.effects:
-        return engine_module()
-    return on_demand.compiled_library(kernel.base, kernel.effects, "double")
-
-
-def function_of(kernel: Kernel, name: str) -> Any:
-    return getattr(module_of(kernel).lib, f"omniroll_{kernel.set_name}_{name}")
+    return sets.library(kernel.base, kernel.effects, "double")
 
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
     """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
-    return module_of(kernel).ffi.string(function_of(kernel, kind)()).decode().split()
-
-
-@cache
-def engine_module() -> Any:
-    """The module of the engine, `ffi` and `lib`. Raises KernelsMissingError where it was not built."""
-    if importlib.util.find_spec("omniroll._engine") is None and has_shared_engine():
-        return shared_engine()
-    try:
-        return importlib.import_module("omniroll._engine")
-    except ImportError as error:
-        raise KernelsMissingError(
-            f"omniroll._engine is not there ({error}): install omniroll with a C compiler, or choose the Python engine"
-        ) from error
+    engine = engine_of(kernel)
+    return engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split()
 
 
 class CompiledRun:
@@ -90,7 +69,7 @@ class CompiledRun:
 
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
-        self.module = module_of(self.kernel)
+        self.module = engine_of(self.kernel)
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self.columns = Columns(self.kernel, task)
         self.acting = EffectRun(task.effects, self.kernel, task.start_time)
@@ -100,8 +79,7 @@ class CompiledRun:
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        step, model = function_of(self.kernel, "run"), self.kernel.model
-        arguments = (self.struct, self._pointer(model), len(model))
+        step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model)
         parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
@@ -162,8 +140,7 @@ class CompiledRun:
         self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
         self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
         self.contact = state.contact.astype(np.int64)
-        size = function_of(self.kernel, "run_work_size")
-        self.work = aligned(size(wheels, self.kernel.rollers_per_wheel, len(self.kernel.model)))
+        self.work = aligned(self.module.lib.omniroll_run_work_size(wheels, self.kernel.rollers_per_wheel))
         self.core, self.core_before = np.zeros(columns.added + 1), np.zeros(columns.added + 1)
         self.accounts = np.zeros(columns.added + 1)
         self.part_sizes = columns.part_sizes()

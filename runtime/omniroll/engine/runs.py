@@ -8,7 +8,8 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.results.trajectory import SWITCH_FIELDS, Trajectory
+from omniroll.results.trajectory import Trajectory
+from omniroll.results.trajectory_files import SWITCH_FIELDS
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 

@@ -14,16 +14,17 @@ from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.python_engine import Run
 from omniroll.engine.runs import Progress, Task
-from omniroll.engine.switching import EPS, LAWS
+from omniroll.engine.switching import EPS
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
-from omniroll.kernels.kernel import ROLLER_MODELS, Kernel, best_backend
+from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.comparison import difference, distance_at
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
-ENGINES = ("compiled", "python")
+ENTRIES = by_name(RUN)
 
 CONTROL = 100.0  # the control run's tolerance is this much coarser
 TRIALS = 4  # runs, each with a tighter tolerance, before the accuracy counts as out of reach
@@ -34,6 +35,7 @@ FINE = 1e-4  # the tolerance of that run, over MOVED
 PROBES = 201  # times at which it is compared
 
 
+@documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
 def simulate(
     vehicle: Vehicle,
     *,
@@ -53,27 +55,17 @@ def simulate(
 ) -> Trajectory:
     """Simulate a vehicle with N wheels of n rollers from a given state.
 
-    nu            (3,) in 1/s
-    chi           (N,) in rad, |chi| <= pi/n, or one angle for all wheels; roller 0 of each wheel has contact
-    spins         (N, n-1) in rad/s of the free rollers j = 2..n relative to their disks, or one number for
-                  all; must be 0 for locked and massless rollers
-    pose          x, y in m, theta in rad
-    duration      in s, not negative
-    start_time    in s
-    roller_model  "free", "locked" or "massless"
-    switching     "impact" or "smooth": the law at a change of rollers, see omniroll.engine.switching
-    accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this; with
-                  effects nu is taken over the largest |nu| of the run
-    engine        "compiled": C kernels; "python": Python kernels
-    effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor,
-                  Controller, Bearings, Slope. With effects the Python engine integrates, over their kernel
-    progress      called as progress(time done, duration) now and then
-    control       compare with a second, coarser run: its distance is the measure of the error
+    vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
+    effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
+                  Controller, Bearings, Slope
+    {entries}
+    progress      function that is called as progress(time done, duration) now and then, or None
+    control       True: compare with a second, coarser run; its distance is the measure of the error
                   (stats["error_estimate"]), and where it is too large the run is made again with a tighter
                   tolerance. A run from a start moved by 1e-7 gives stats["sensitivity"]: how much larger a small
-                  error of the start becomes. The estimate is never below eps times that. Without control both
-                  are None.
+                  error of the start becomes. The estimate is never below eps times that. False: both are None
 
+    The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
     SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
     time, or when the compiled engine has filled 1 GiB with steps; KernelsMissingError for the compiled engine
@@ -114,19 +106,19 @@ def checked_task(
     """The arguments of simulate, checked. Raises InvalidValueError."""
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
-    validation.choice("roller_model", roller_model, ROLLER_MODELS)
-    validation.choice("switching", switching, LAWS)
-    validation.choice("engine", engine, ENGINES)
+    ROLLER_MODEL.checked(roller_model)
+    SWITCHING.checked(switching)
+    ENTRIES["engine"].checked(engine)
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(
         vehicle=vehicle,
         kernel=bound,
         state=_initial_state(bound, nu, chi, spins, pose),
-        duration=_duration(duration),
-        start_time=validation.real("start_time", start_time),
+        duration=ENTRIES["duration"].checked(duration),
+        start_time=ENTRIES["start_time"].checked(start_time),
         switching=switching,
-        accuracy=_accuracy(accuracy),
+        accuracy=ENTRIES["accuracy"].checked(accuracy),
         engine=engine,
         progress=progress,
         effects=acting,
@@ -151,20 +143,6 @@ def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLik
         axial = np.pad(free, ((0, 0), (1, 0)))  # contact is 0, so that j and the physical number agree
     pose = validation.real_array("pose", pose, (3,))
     return State(nu, chi, pose, np.zeros(vehicle.wheels, int), axial)
-
-
-def _duration(duration: float) -> float:
-    number = validation.real("duration", duration)
-    if number < 0:
-        raise InvalidValueError("duration", duration, "must not be negative")
-    return number if number == 0 else validation.positive("duration", number)
-
-
-def _accuracy(accuracy: float) -> float:
-    number = validation.real("accuracy", accuracy)
-    if not 0 < number < 1:
-        raise InvalidValueError("accuracy", accuracy, "must lie between 0 and 1")
-    return number
 
 
 def _check_range(task: Task) -> None:

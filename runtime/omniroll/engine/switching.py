@@ -27,7 +27,7 @@ The contract, numbered:
  8. The energy after minus before is reported; in a joint switch it is shared equally among its wheels, so
     that the reported jumps add up. Under impact it is never positive but for rounding.
  9. After a switch the rules apply anew at the same instant: a wheel that an impact has sent back stands at
-    its joint and moves outwards, and switches again. A watchdog (omniroll.simulate) stops a run that switches
+    its joint and moves outwards, and switches again. A watchdog of the engine stops a run that switches
     without progress in time.
 """
 
@@ -39,7 +39,6 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State, by_roller
 
-LAWS = ("smooth", "impact")
 EPS = float(np.finfo(float).eps)
 
 

@@ -3,33 +3,30 @@
 `kernel(vehicle, roller_model)` gives a Kernel; its methods are the generated functions of the set, on NumPy
 arrays whose leading axes broadcast. Two backends have the same methods:
 
-  compiled   the C kernels, through the cffi modules omniroll._kernels_double, _float, _long_double
+  compiled   the C kernels, plain shared libraries that cffi calls in its ABI mode
   python     the Python kernels omniroll.generated.python.<set>
 
 What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
-code here beyond its method. A kernel has the effects that it is asked for and no others; sets that were not
-generated beforehand are made by omniroll.kernels.on_demand. N is the number of wheels, n of rollers per wheel; units
-as in omniroll.vehicles.vehicle.
+code here beyond its method. A kernel has the effects that it is asked for and no others; sets.py finds or makes what it
+needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicles.vehicle.
 """
 
 import importlib
-import importlib.util
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from types import ModuleType, SimpleNamespace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import generated_data
-from omniroll.errors import KernelsMissingError
-from omniroll.kernels import on_demand as specialised
-from omniroll.kernels.shared_kernels import has_shared_kernels, shared_kernels
+from omniroll.errors import InvalidValueError, KernelsMissingError
+from omniroll.kernels import sets
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODELS
 
-ROLLER_MODELS = ("massless", "locked", "free")
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
 C_TYPES = {"double": "double", "float": "float", "long_double": "long double"}
@@ -80,7 +77,7 @@ def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_whe
 
     return {
         function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
-        for function in specialised.functions(base, effects)
+        for function in sets.functions(base, effects)
     }
 
 
@@ -91,7 +88,7 @@ def kernel_base(vehicle: Vehicle, roller_model: str) -> str:
     only the twin is accurate.
     """
     twin = f"{roller_model}_sharp"
-    sharp = vehicle.sharpness() > SHARP and twin in specialised.set_names()
+    sharp = vehicle.sharpness() > SHARP and twin in sets.set_names()
     return twin if sharp else roller_model
 
 
@@ -120,7 +117,7 @@ def _constants_of(vehicle: Vehicle, constants: Constants) -> dict[str, ArrayLike
 def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> list[np.ndarray]:
     """The arguments of `prepare` in its order. One number stands for all wheels."""
     wanted = [argument.name for argument in signature.inputs]
-    if set(wanted) != set(given):
+    if not set(wanted) <= set(given):
         raise TypeError(f"constants {sorted(given)}; these effects need {wanted}")
     return [
         np.array(np.broadcast_to(np.asarray(given[argument.name], float), argument.shape), order="C")
@@ -150,9 +147,11 @@ class Kernel:
         self.vehicle, self.roller_model = vehicle, roller_model
         self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
         self.base, self.effects = kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)
-        self.set_name = specialised.set_name(self.base, self.effects)
+        self.set_name = sets.set_name(self.base, self.effects)
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
-        self.constants = _prepare_arguments(self.signatures.pop("prepare"), _constants_of(vehicle, constants))
+        prepare = self.signatures.pop("prepare")
+        self._constant_names = [argument.name for argument in prepare.inputs]
+        self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
 
     def call(self, name: str, *values: ArrayLike):
@@ -324,7 +323,7 @@ class PythonKernel(Kernel):
 
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         super().__init__(vehicle, roller_model, effects, constants)
-        self._module = specialised.python_module(self.base, self.effects)
+        self._module = sets.python_module(self.base, self.effects)
         self._model = self._module.prepare(
             vehicle.wheels, vehicle.rollers_per_wheel, *(value.tolist() for value in self.constants)
         )
@@ -407,58 +406,74 @@ class CompiledKernel(Kernel):
     ):
         super().__init__(vehicle, roller_model, effects, constants)
         self.number_type, self.dtype = number_type, NUMBER_TYPES[number_type]
-        module = (
-            compiled_module(number_type)
-            if self.set_name in specialised.set_names()
-            else specialised.compiled_library(self.base, self.effects, number_type)
-        )
-        self._ffi, self._lib = module.ffi, module.lib
+        library = sets.library(self.base, self.effects, number_type)
+        self._ffi, self._lib = library.ffi, library.lib
         self._array = self._ffi.typeof(f"{C_TYPES[number_type]}[]")
-        self._prefix = f"omniroll_{self.set_name}_"
-        self._model = self._prepare()
-        self._head = (self.wheels, self.rollers_per_wheel, self._pointer(self._model))
+        self._bound: dict[str, _Bound] = {}
+        self._prepare()
 
     @property
-    def model(self) -> np.ndarray:
-        """The constants of the vehicle, in the layout of the generated header."""
+    def model(self):
+        """The constants of the vehicle: a cffi pointer to the struct omniroll_model of the header."""
         return self._model
 
     def _function(self, name: str):
-        return getattr(self._lib, self._prefix + name)
+        return getattr(self._lib, f"omniroll_{name}")
 
     def _pointer(self, array: np.ndarray):
         """A pointer to the first number of a contiguous array; keeps the array alive."""
         return self._ffi.from_buffer(self._array, array)
 
-    def _prepare(self) -> np.ndarray:
-        size = self._function("model_size")(self.wheels, self.rollers_per_wheel)
-        model = np.zeros(size, self.dtype)
+    def _prepare(self) -> None:
+        ffi = self._ffi
+        has_roller = "omniroll_roller" in ffi.list_types()[0]
+        vehicle = ffi.new("omniroll_vehicle *")
+        vehicle.wheels, vehicle.rollers_per_wheel = self.wheels, self.rollers_per_wheel
         arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
-        self._function("prepare")(
-            self.wheels,
-            self.rollers_per_wheel,
-            *(self._pointer(array) if array.ndim else float(array) for array in arrays),
-            self._pointer(model),
-        )
-        return model
+        pointers = [self._pointer(array) if array.ndim else array for array in arrays]
+        for name, array, value in zip(self._constant_names, arrays, pointers, strict=True):
+            setattr(vehicle, name, value if array.ndim else self._number(array))
+        self._model = ffi.new("omniroll_model *")
+        storage = [ffi.new("omniroll_wheel[]", self.wheels)]
+        kinds = ["omniroll_vehicle", "omniroll_wheel"]
+        if has_roller:
+            storage.append(ffi.new("omniroll_roller[]", self.rollers_per_wheel - 1))
+            kinds.append("omniroll_roller")
+        self._storage = storage  # the model points to it
+        sizes = [ffi.sizeof(kind) for kind in (*kinds, "omniroll_model")]
+        if self._lib.omniroll_check_layout(*sizes) != self._lib.OMNIROLL_OK:
+            raise KernelsMissingError(f"the library of {self.set_name} has other structs than its declarations")
+        status = self._lib.omniroll_prepare(vehicle, *storage, self._model)
+        if status == self._lib.OMNIROLL_BAD_COUNT:
+            raise InvalidValueError("vehicle", self.vehicle, "the C kernel refuses its numbers of wheels and rollers")
+
+    def _number(self, array: np.ndarray):
+        """One number as cffi takes it; a long double keeps its digits."""
+        return self._pointer(array.reshape(1))[0] if self.number_type == "long_double" else float(array)
 
     def call(self, name: str, *values: ArrayLike):
-        signature, function = self.signatures[name], self._function(name)
+        bound = self._bound.get(name)
+        if bound is None:
+            bound = self._bound[name] = _Bound(self._function(name), self.signatures[name], self._model)
+        found = bound.one_state(values, self.dtype, self._pointer)
+        return self._many_states(name, bound, values) if found is None else found
+
+    def _many_states(self, name: str, bound: "_Bound", values: Sequence[ArrayLike]):
+        """The function for each state of the leading axes."""
         lead, arrays = self._broadcast(name, values, self.dtype)
-        outputs = tuple(np.empty(lead + argument.shape, self.dtype) for argument in signature.outputs)
-        arguments = [
-            (self._pointer(array), int(np.prod(argument.shape)), not argument.shape)
-            for argument, array in zip(signature.inputs, arrays, strict=True)
+        outputs = tuple(np.empty(lead + shape, self.dtype) for shape in bound.out_shapes)
+        places = [
+            (self._pointer(array), math.prod(shape), not shape)
+            for array, shape in zip(arrays, bound.in_shapes, strict=True)
         ]
-        results = [
-            (self._pointer(output), int(np.prod(argument.shape)), False)
-            for argument, output in zip(signature.outputs, outputs, strict=True)
+        places += [
+            (self._pointer(array), math.prod(shape), False)
+            for array, shape in zip(outputs, bound.out_shapes, strict=True)
         ]
-        places = arguments + results
-        for k in range(int(np.prod(lead))):
+        for k in range(math.prod(lead)):
             # A scalar input goes by value, everything else by pointer.
-            function(
-                *self._head,
+            bound.function(
+                self._model,
                 *(pointer[k] if by_value else pointer + k * size for pointer, size, by_value in places),
             )
         return outputs if len(outputs) > 1 else outputs[0]
@@ -470,14 +485,14 @@ class CompiledKernel(Kernel):
         y, dy = self._pointer(state) + 0, self._pointer(rates) + 0
         constants = () if momenta is None else (self._pointer(np.ascontiguousarray(momenta, self.dtype)),)
         reduced, wheel_speeds, pose_rates = map(self._function, ("reduced", "wheel_speeds", "pose_rates"))
-        head, nu, chi = self._head, y, y + 3
+        model, nu, chi = self._model, y, y + 3
         nu_dot, chi_dot, pose_dot = dy, dy + 3, dy + 3 + wheels
 
         def flow(_: float, values: np.ndarray) -> np.ndarray:
             state[:] = values
-            reduced(*head, nu, chi, *constants, nu_dot)
-            wheel_speeds(*head, nu, chi_dot)
-            pose_rates(*head, nu, state[-1], pose_dot)
+            reduced(model, nu, chi, *constants, nu_dot)
+            wheel_speeds(model, nu, chi_dot)
+            pose_rates(model, nu, state[-1], pose_dot)
             return rates.astype(float)
 
         return flow
@@ -488,35 +503,50 @@ class CompiledKernel(Kernel):
         pointers = [self._pointer(array) for array in arrays]
         scalars = [k for k, argument in enumerate(signature.inputs) if not argument.shape]
         if not scalars:
-            return partial(function, *self._head, *pointers)
+            return partial(function, self._model, *pointers)
 
         def call() -> None:
             for k in scalars:  # a scalar input goes by value
                 pointers[k] = arrays[k].item()
-            function(*self._head, *pointers)
+            function(self._model, *pointers)
 
         return call
 
 
+class _Bound:
+    """A C function with its shapes, for calls that cost little more than the function."""
+
+    def __init__(self, function: Callable, signature: Signature, model):
+        self.function, self.model = function, model
+        self.in_shapes = tuple(argument.shape for argument in signature.inputs)
+        self.out_shapes = tuple(argument.shape for argument in signature.outputs)
+
+    def one_state(self, values: Sequence[ArrayLike], dtype: type, pointer: Callable):
+        """The outputs for one state; None where the values are not one state of these shapes."""
+        if len(values) != len(self.in_shapes):
+            return None
+        arguments, kept = [], []
+        for value, shape in zip(values, self.in_shapes, strict=True):
+            array = np.ascontiguousarray(value, dtype)
+            if not shape:
+                if np.ndim(value):
+                    return None
+                arguments.append(pointer(array)[0])
+            elif array.shape == shape:
+                arguments.append(pointer(array))
+            else:
+                return None
+            kept.append(array)  # its pointer does not keep a view's owner
+        outputs = tuple(np.empty(shape, dtype) for shape in self.out_shapes)
+        self.function(self.model, *arguments, *map(pointer, outputs))
+        return outputs if len(outputs) > 1 else outputs[0]
+
+
 @cache
-def compiled_module(number_type: str = "double") -> ModuleType | SimpleNamespace:
-    """The cffi module of a number type, or what stands in for it; KernelsMissingError where there is none."""
-    choice("number_type", number_type, tuple(NUMBER_TYPES))
-    name = f"omniroll._kernels_{number_type}"
-    if importlib.util.find_spec(name) is None and has_shared_kernels(number_type):
-        return shared_kernels(number_type)
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        raise KernelsMissingError(
-            f"{name} is not there ({error}): install omniroll with a C compiler, or choose the Python engine"
-        ) from error
-
-
 def best_backend() -> str:
-    """ "compiled" where the C kernels were built, else "python"."""
+    """ "compiled" where the C kernels are there or can be made, else "python"."""
     try:
-        compiled_module()
+        sets.library("free", (), "double")
     except KernelsMissingError:
         return "python"
     return "compiled"
@@ -550,9 +580,6 @@ def kernel(
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
     except KernelsMissingError:
-        if (
-            specialised.set_name(kernel_base(vehicle, roller_model), _effects_of(vehicle, effects))
-            in specialised.set_names()
-        ):
+        if sets.set_name(kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)) in sets.set_names():
             raise
         return PythonKernel(vehicle, roller_model, effects, constants)

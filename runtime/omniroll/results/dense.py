@@ -10,7 +10,6 @@ from itertools import pairwise
 from math import comb
 
 import numpy as np
-from scipy.optimize import brentq
 
 DEPTH = 40  # halvings of a step before a tangency counts as a crossing
 
@@ -77,6 +76,8 @@ def first_positive(coefficients: Sequence[float], depth: int = DEPTH) -> float |
     if _rises_at_once(coefficients) or depth == 0:
         return 0.0
     if coefficients[-1] > 0 and _sign_changes(coefficients) == 1 and coefficients[0] < 0:
+        from scipy.optimize import brentq  # SciPy is large; a motion without switches does without it
+
         return float(brentq(lambda x: value(coefficients, x), 0.0, 1.0, xtol=1e-15))
     left, right = halves(coefficients)
     found = first_positive(left, depth - 1)

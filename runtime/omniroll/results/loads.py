@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.spatial import ConvexHull
 
 from omniroll.errors import InvalidValueError
 
@@ -46,6 +44,8 @@ def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, 
     C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23: loads + null z with the least z,
     subject to null z >= -loads, is a least-squares problem in variables that are not negative.
     """
+    from scipy.optimize import nnls
+
     program = np.vstack([null.T, -loads / np.abs(loads).max()])
     wanted = np.zeros(len(program))
     wanted[-1] = 1
@@ -67,6 +67,8 @@ class SupportPolygon:
     @classmethod
     def of(cls, places: np.ndarray) -> "SupportPolygon":
         """The smallest polygon around the contacts (N, 2)."""
+        from scipy.spatial import ConvexHull
+
         return cls(places[ConvexHull(places).vertices])
 
     def margin(self, points: np.ndarray) -> np.ndarray:

@@ -16,8 +16,9 @@ from omniroll.results.loads import SupportPolygon, contact_loads, refuse_colline
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
 
-STANDARD_GRAVITY = 9.80665
+ENTRIES = by_name(REACTIONS)
 CENTRED = 1e-12  # distance, per R, within which the wheels' centroid is the centre of mass
 
 
@@ -95,6 +96,7 @@ class Reactions:
         return f"<Reactions: N={wheels}, {len(self.t)} rows, {self.load_rule} loads, {len(self.doubts)} doubts>"
 
 
+@documented(*REACTIONS)
 def reactions(
     trajectory: Trajectory,
     *,
@@ -107,20 +109,12 @@ def reactions(
 ) -> Reactions:
     """Contact forces, loads, and the margins to slipping and tipping, for every row of a trajectory.
 
-    trajectory         what simulate() gave
-    height             in m, centre of mass of the whole vehicle above the ground
-    friction           coefficient of friction between rollers and ground; None: no margin to slipping
-    gravity            in m/s^2; by default that of the run's slope, or 9.80665
-    wheel_mass         in kg, of one wheel with its rollers. Needed only where the wheels' centroid is not below the
-                       centre of mass; elsewhere it has no influence
-    platform_products  in kg m^2, the integrals of z x and of z y over the mass of what is not wheels, about its own
-                       centre of mass. (0, 0) is exact where that has a vertical axis or a horizontal plane of symmetry
-    spin_inertia       in kg m^2, angular momentum about an axle per rate of the wheel, one number or (N,). By default
-                       wheel_inertia, with the rotors of the run's motors; that is exact unless wheel_inertia itself
-                       holds a rotor behind a gear: then wheel_inertia - gear (gear - 1) rotor inertia
+    trajectory  Trajectory, of a vehicle with three wheels or more
+    {entries}
 
-    Warns with RollingWarning where rolling without slip could not have held. Raises InvalidValueError for fewer
-    than three wheels, for contacts on one line, and for numbers that make no sense.
+    Returns Reactions, whose arrays have a row for each row of the trajectory. The forces and the sums of the loads are
+    generated functions (maxima, reactions). Warns with RollingWarning where rolling without slip could not have held.
+    Raises InvalidValueError for fewer than three wheels, for contacts on one line, and for numbers that make no sense.
     """
     if not isinstance(trajectory, Trajectory):
         raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
@@ -145,10 +139,10 @@ def judged_reactions(
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
     vehicle = trajectory.vehicle
-    friction = None if friction is None else validation.positive("friction", friction)
+    friction = ENTRIES["friction"].checked(friction)
     numbers = {
-        "height": validation.positive("height", height),
-        "platform_products": validation.real_array("platform_products", platform_products, (2,)),
+        "height": ENTRIES["height"].checked(height),
+        "platform_products": np.array(ENTRIES["platform_products"].checked(platform_products)),
         "normal_gravity": _normal_gravity(trajectory, gravity),
         "spin_inertia": _spin_inertia(trajectory, spin_inertia),
         "wheel_mass": 0.0 if wheel_mass is None else _wheel_mass(vehicle, wheel_mass),
@@ -239,7 +233,7 @@ def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:
     slope = next((effect for effect in trajectory.effects.effects if isinstance(effect, Slope)), None)
     if gravity is None:
         gravity = STANDARD_GRAVITY if slope is None else slope.gravity
-    gravity = validation.positive("gravity", gravity)
+    gravity = ENTRIES["gravity"].checked(gravity)
     if slope is None:
         return gravity
     if gravity != slope.gravity:
@@ -270,7 +264,7 @@ def _part(vehicle: Vehicle, name: str, **values: float) -> float:
 
 
 def _wheel_mass(vehicle: Vehicle, wheel_mass: float) -> float:
-    wheel_mass = validation.positive("wheel_mass", wheel_mass)
+    wheel_mass = ENTRIES["wheel_mass"].checked(wheel_mass)
     if vehicle.wheels * wheel_mass >= vehicle.mass:
         bound = f"wheels must be lighter than the whole vehicle, {vehicle.mass!r} kg"
         raise InvalidValueError("wheel_mass", wheel_mass, bound)

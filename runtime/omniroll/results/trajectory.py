@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.effects import KINDS
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.layout import Layout
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
+from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
-SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
+DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
 @dataclass(frozen=True)
@@ -248,16 +251,36 @@ class Trajectory:
     def save(self, path: str | PathLike, *, dense: bool = True) -> None:
         """Write to a .npz or .csv file, by the name's ending; `load` gives the same trajectory, bit by bit.
 
-        dense=False leaves the polynomials out: a smaller file, a table to look at; it can then be sampled at
-        its rows only.
-        """
-        from omniroll.results import trajectory_files
+        path   str or path
+        dense  False leaves the polynomials out: a smaller file, a table to look at; the trajectory that `load` makes
+               of it can then be sampled at its rows only
 
-        trajectory_files.save(self, path, dense=dense)
+        Raises InvalidValueError for another ending, OSError where the file cannot be written.
+        """
+        description = {name: getattr(self, name) for name in DESCRIPTION} | {
+            "vehicle": self.vehicle.as_dict(),
+            "effects": [effect.as_dict() for effect in self.effects.effects],
+        }
+        arrays = {name: getattr(self, name) for name in ARRAYS} | ({} if dense else {"dense": None})
+        trajectory_files.write(Stored(description, arrays, self.switches), path)
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Trajectory":
-        """Read what `save` wrote. Raises InvalidValueError for a file that is not a trajectory."""
-        from omniroll.results import trajectory_files
+        """Read what `save` wrote.
 
-        return trajectory_files.load(path)
+        path  str or path
+
+        Raises InvalidValueError for a file that is not a trajectory, OSError where it cannot be read.
+        """
+        stored = trajectory_files.read(path)
+        with trajectory_files.refusing_damage(path):
+            described = stored.description
+            vehicle = Vehicle(**described["vehicle"])
+            effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
+            return cls(
+                vehicle=vehicle,
+                effects=EffectSet.checked(effects, vehicle),
+                switches=stored.switches.view(np.recarray),
+                **{name: described[name] for name in DESCRIPTION},
+                **stored.arrays,
+            )

@@ -18,6 +18,7 @@ def effects_of(tables: dict[str, dict[str, Any]], found: Findings) -> dict[str, 
     """The effect of each table that has one and is good; what is wrong goes into `found`."""
     if "drive" in tables:
         _say_what_does_not_fit(tables["drive"], found)
+        _check_rotors(tables.get("vehicle", {}), tables["drive"], found)
     effects = {}
     for table, make in MAKERS.items():
         if table in tables and not found.keys_in(table):
@@ -64,6 +65,20 @@ def _say_what_does_not_fit(drive: dict[str, Any], found: Findings) -> None:
         found.add("drive", None, "needs torque or voltage")
     if "interpolation" in drive and "times" not in drive and "times" not in already:
         found.add("drive", "interpolation", "needs times", shown(drive["interpolation"]))
+
+
+def _check_rotors(vehicle: dict[str, Any], drive: dict[str, Any], found: Findings) -> None:
+    """A motor's rotor and its gear are given once: as a part of the vehicle, or with the drive."""
+    if "voltage" not in drive:
+        return
+    if vehicle.get("rotor_axial_inertia") and drive.get("rotor_inertia"):
+        expected = "must be 0: [vehicle] rotor_axial_inertia holds the rotor already, and it would count twice"
+        found.add("drive", "rotor_inertia", expected, shown(drive["rotor_inertia"]))
+    if vehicle.get("rotor_axial_inertia") or "gear_ratio" in vehicle:
+        ratio, driven = vehicle.get("gear_ratio", 1), drive.get("gear_ratio", 1)
+        if driven != ratio:
+            expected = f"must be {ratio:g}, as in [vehicle]: the rotor has one gear"
+            found.add("drive", "gear_ratio", expected, shown(driven))
 
 
 def _drive(said: dict[str, Any]) -> Effect:

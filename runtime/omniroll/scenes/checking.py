@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from omniroll.scenes.kinds import Sizes
+from omniroll.kinds import Sizes
 from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
 from omniroll.scenes.schema import PRESET, SCENE, TABLES, Table, keys

@@ -8,7 +8,7 @@ from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import one_run
 from omniroll.errors import SimulationStopped
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("reduced", "wheel_speeds", "pose_rates")
@@ -34,7 +34,7 @@ class Cost:
 def operations(task: Task) -> list[Cost]:
     """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine."""
     bound = task.kernel
-    counted = {entry["name"]: entry["operations"] for entry in specialised.functions(bound.base, bound.effects)}
+    counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
     names = dict.fromkeys(ALWAYS + task.effects.functions(bound.roller_model))
     return [_cost(name, counted[name], bound.vehicle) for name in names]
 

@@ -18,12 +18,11 @@ from omniroll.effects import Bearings, Effect, Motor, Slope, Torque
 from omniroll.effects.torque import Drive
 from omniroll.engine.runs import Progress
 from omniroll.engine.simulate import checked_task, one_run
-from omniroll.engine.switching import LAWS
 from omniroll.errors import OmnirollError
-from omniroll.kernels.kernel import ROLLER_MODELS
 from omniroll.results.comparison import distance_at
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene
+from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
 PROBE = 2.0  # s, the time over which motions are compared
 TIMES = 101

@@ -12,6 +12,7 @@ from omniroll.scenes.costs import nanoseconds, operations
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.loading import Scene
+from omniroll.vocabulary import STATE, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
@@ -69,13 +70,12 @@ def state_variables(task: Task) -> list[dict[str, Any]]:
     bound = task.kernel
     wheels, places = bound.wheels, bound.rollers_per_wheel - 1
     layout = task.effects.layout(bound)
-    state = [
-        ("nu", 3, "1/s", "speeds of the vehicle, integrated"),
-        ("chi", wheels, "rad", "wheel angles, integrated"),
-        ("pose", 3, "m, m, rad", "place and heading, integrated"),
-    ]
+    counts = {"nu": 3, "chi": wheels, "pose": 3}
+    entries = by_name(STATE)
+    state = [(name, count, entries[name].unit, entries[name].meaning) for name, count in counts.items()]
     for quantity in layout.quantities:
-        kind = "integrated for the ledger" if quantity.account else "of the rollers, integrated"
+        about = generated_data.described(quantity.rate if quantity.account else quantity.name).meaning
+        kind = f"integral of the {about}, for the ledger" if quantity.account else about
         state.append((quantity.name, math.prod(layout.shapes[quantity.name]), UNITS[quantity.size], kind))
     state.append(("contact", wheels, "", "the roller in contact of each wheel, changed by switches"))
     if bound.has_spins and "axial" not in layout.shapes:

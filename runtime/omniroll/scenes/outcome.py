@@ -13,11 +13,12 @@ import numpy as np
 
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
+from omniroll.progress import Report
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.reactions import Reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
-from omniroll.scenes.progress import Report
+from omniroll.scenes.picture import draw
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
 FILES = (
@@ -124,9 +125,7 @@ def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
         _write_reactions(outcome.reactions, folder / "reactions.csv")
     (folder / "summary.json").write_text(as_json(outcome.summary()) + "\n", encoding="utf-8")
     if picture:
-        from omniroll.scenes.picture import draw
-
-        draw(outcome, folder / "picture.png")
+        draw(trajectory, outcome.scene.name, folder / "picture.png", stopped=outcome.stopped is not None)
     return [name for name in FILES if (folder / name).exists()]
 
 

@@ -16,11 +16,11 @@ from omniroll.effects import Effect
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import InvalidValueError, SimulationStopped
-from omniroll.kernels.kernel import ROLLER_MODELS
 from omniroll.scenes import Scene
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.peers import TOLERANCES, Outcome, Peer, outcome_of
 from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
+from omniroll.vocabulary import ROLLER_MODELS
 
 # Errors of models are large: these tolerances show where they end. Effects run on the Python engine, which is slower.
 SETTINGS, SETTINGS_WITH_EFFECTS = TOLERANCES[::2][:6], TOLERANCES[1:8:3]

@@ -20,7 +20,7 @@ import numpy as np
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task
 from omniroll.engine.switching import tau
 from omniroll.errors import OmnirollError, SimulationStopped
-from omniroll.kernels import on_demand as specialised
+from omniroll.kernels import sets
 from omniroll.studies.accuracy.deviation import deviation
 
 DIGITS, ORDER = 28, 26
@@ -70,7 +70,7 @@ class Mechanics:
     def __init__(self, task: Task, number: Callable[[float], Any]):
         bound = task.kernel
         self.task, self.number = task, number
-        self.module = specialised.python_module(bound.base, bound.effects)
+        self.module = sets.python_module(bound.base, bound.effects)
         self.wheels, self.rollers = bound.wheels, bound.rollers_per_wheel
         constants = [_numbers(value.tolist(), number) for value in bound.constants]
         self.model = self.module.prepare(self.wheels, self.rollers, *constants)

@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from html import escape
 
+from omniroll.results.pictures import SHORT
 from omniroll.studies.motions import measures
-from omniroll.studies.motions.cases import ACCURACY, LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, SHORT, Motion, Runs
+from omniroll.studies.motions.cases import ACCURACY, LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, Motion, Runs
 from omniroll.studies.motions.claims import CLOSE, CONSTANT, Claim, Finding
 
 STYLE = """

@@ -4,11 +4,13 @@ import csv
 import time
 from pathlib import Path
 
-import omniroll
+from omniroll.results import pictures
+from omniroll.results.pictures import SHORT
 from omniroll.studies.motions import figures
-from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, SHORT, Runs, run_all
+from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, Runs, run_all
 from omniroll.studies.motions.claims import Finding, judge
 from omniroll.studies.motions.page import data_name, page
+from omniroll.vehicles.vehicle import Vehicle
 
 
 def progress(total: int):
@@ -29,15 +31,17 @@ def progress(total: int):
 
 def write_figures(folder: Path, runs: Runs) -> list[Path]:
     """Every picture of the page; returns their paths."""
+    import matplotlib
+
     smooth = [setting for setting in SETTINGS if setting.switching == "smooth"]
     massive = [setting for setting in SETTINGS if setting != MASSLESS]
     twist = MOTIONS[2]
     written = []
 
     def put(figure, name: str) -> None:
-        written.append(figures.save(figure, folder / name))
+        written.append(pictures.save(figure, folder / name))
 
-    with figures.plt.rc_context(figures.STYLE):
+    with matplotlib.rc_context(pictures.STYLE):
         for name, setting, end, title in (
             ("figure-5", MASSLESS, LONG, "Figure 5: motion 3 without rollers"),
             ("figure-6", PAPER, LONG, "Figure 6: motion 3 with rollers"),
@@ -85,7 +89,7 @@ def write_all(folder: Path) -> Path:
     pictures = write_figures(folder, runs)
     data = [*write_data(folder, runs), write_findings(folder / "findings.csv", findings)]
     index = folder / "index.html"
-    index.write_text(page(omniroll.Vehicle.paper(), runs, findings), encoding="utf-8")
+    index.write_text(page(Vehicle.paper(), runs, findings), encoding="utf-8")
     held = sum(found.holds for found in findings)
     print(f"  {held} of {len(findings)} statements of the paper hold; the others are listed on the page")
     print(f"wrote {len(pictures)} pictures (PNG), {len(data)} tables (CSV) and the page with both:\n{index}")

@@ -1,0 +1,148 @@
+"""Filling templates: the one environment, and what the templates use beside the printers."""
+
+import re
+import textwrap
+from collections.abc import Iterable
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from .latex import escaped
+from .programs import Array, Loop
+
+SOURCE = "maxima/derive.mac"
+PLACE_WORDS = {
+    "once": "once",
+    "wheel": "per wheel",
+    "slot": "per free-roller slot",
+    "roller": "per free roller",
+}
+
+
+def template(file: str, **values: object) -> str:
+    """The text of one emitted file. file: the template's name without .j2."""
+    return ENVIRONMENT.get_template(f"{file}.j2").render(
+        template=f"codegen/templates/{file}.j2", source=SOURCE, **values
+    )
+
+
+def sizes(array: Array) -> str:
+    """[N][n-1] after the array's name in comments."""
+    return "".join(f"[{size}]" for size in array.shape)
+
+
+def wrapped(text: str, before: str, then: str | None = None, width: int = 110) -> str:
+    """Prose in lines of which the first starts with `before`, each other one with `then` or `before`."""
+    return (
+        "\n".join(
+            textwrap.wrap(
+                text,
+                width,
+                initial_indent=before,
+                subsequent_indent=before if then is None else then,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )
+        or before.rstrip()
+    )
+
+
+def comment(text: str, width: int = 110) -> str:
+    """Prose as one C comment."""
+    return wrapped(text, "/* ", " * ", width - 3) + " */"
+
+
+def count_of(array: Array, holder: str) -> str:
+    """The number of elements of an array as C text; the counts stand in the struct `holder`."""
+    sizes = {"N": f"{holder}->wheels", "n-1": f"({holder}->rollers_per_wheel - 1)"}
+    return "*".join(str(sizes.get(size, size)) for size in array.shape)
+
+
+# Numbers of the header's example: a vehicle of 15 cm whose wheels have a radius of 5 cm; any other number is zero.
+EXAMPLE = {
+    "mass": "2.0", "yaw_inertia": "0.02", "wheel_inertia": "5e-4", "roller_inertia": "1e-6", "yaw_scale": "1.0",
+    "platform_radius": "0.15", "wheel_radius": "0.05", "roller_axis_radius": "0.038",
+}  # fmt: skip
+EXAMPLE_ANGLES = ("0", "2.0944", "4.1888")
+
+
+def example_number(array: Array, prefix: str) -> str:
+    """The example's value of a constant."""
+    number = EXAMPLE.get(array.name, "0")
+    return f"({prefix}_real){number}"
+
+
+def example_count(array: Array) -> str:
+    return "*".join("WHEELS" if size == "N" else str(size) for size in array.shape)
+
+
+def example_numbers(array: Array, prefix: str) -> str:
+    """The example's values of an array of constants."""
+    return ", ".join(f"({prefix}_real){angle}" for angle in EXAMPLE_ANGLES) if array.name == "wheel_angles" else "0"
+
+
+def broken_list(head: str, items: list[str], width: int = 110) -> str:
+    """`head` with the items and a closing bracket, broken between items."""
+    lines = [head]
+    for place, item in enumerate(items):
+        text = item + (")" if place == len(items) - 1 else ", ")
+        if len(lines[-1]) + len(text.rstrip()) > width - 4:
+            lines[-1] = lines[-1].rstrip()
+            lines.append(" " * 8)
+        lines[-1] += text
+    return "\n".join(lines)
+
+
+def work(function) -> str:
+    """The operation counts as one sentence."""
+    places = []
+    for place, counts in function.operations.items():
+        told = ", ".join(f"{number} {kind}" for kind, number in counts.items() if number)
+        if told:
+            places.append(f"{PLACE_WORDS[place]} {told}")
+    return f"Operations: {'; '.join(places) or 'none'}. Intermediates: {function.intermediates}."
+
+
+def equations_of(numbers: Iterable[str]) -> str:
+    """(3.1), (3.4) and plain words for what is not a number."""
+    return ", ".join(f"({n})" if re.fullmatch(r"\d+\.\d+(:\w+)?", n) else n for n in numbers)
+
+
+def called(names: list[str], text: str) -> list[str]:
+    """The functions that the text calls."""
+    return [name for name in names if re.search(rf"\b{name}\(", text)]
+
+
+def is_loop(node: object) -> bool:
+    return isinstance(node, Loop)
+
+
+def environment() -> Environment:
+    made = Environment(
+        loader=FileSystemLoader(Path(__file__).with_name("templates")),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    made.filters |= {
+        "sizes": sizes,
+        "wrapped": wrapped,
+        "broken_list": broken_list,
+        "work": work,
+        "equations": equations_of,
+        "tex": escaped,
+        "called": called,
+        "comment": comment,
+        "count_of": count_of,
+        "example_count": example_count,
+        "example_number": example_number,
+        "example_numbers": example_numbers,
+    }
+    made.tests["loop"] = is_loop
+    return made
+
+
+ENVIRONMENT = environment()

@@ -1,0 +1,169 @@
+"""A set of effects as files to compile: a header and a source file for a controller, and the compiled engine's kernel.
+
+The functions' texts are those of generated/c. What stands around them (structs, checks, steps from joint to joint)
+comes from templates.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from .c import CFunction, Model, prototype
+from .expressions import ZERO, Call, Canonical, Expression, symbols
+from .filling import template
+from .infix import Infix
+from .operations import called_functions
+from .programs import EffectSet, Function, steps
+from .short_angles import LARGEST, short_angles
+
+CARRIED = {"roller_rates": "axial", "momenta_rates": "momenta"}  # function: what a set with it integrates besides
+STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates", "wheel_rates")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The two files of a set, and what cffi must know of them: declarations that need a typedef of <prefix>_real."""
+
+    header: str
+    source: str
+    declarations: str
+
+
+class LanesFunction(CFunction):
+    """The text of a function on vectors. Half a wheel angle is short by nature; any other angle may be long."""
+
+    @cached_property
+    def short(self) -> set[str]:
+        """The names of what is made of a wheel's angle alone."""
+        names = {"chi"}
+        for step in steps(self.function.body):
+            if step.kind == "let" and symbols(step.expression) and symbols(step.expression) <= names:
+                names.add(step.name)
+        return names
+
+    def expression(self, e: Expression) -> str:
+        if isinstance(e, Call) and e.function in ("sin", "cos"):
+            kind = "short" if symbols(e) <= self.short else "long"
+            return f"lanes_{kind}_{e.function}({self.expression(e.argument)})"
+        return super().expression(e)
+
+
+class Margin(Infix):
+    """The text of what a bound of the derivation demands to be positive."""
+
+    def __init__(self, names: dict[str, str], prefix: str):
+        self.names, self.prefix = names, prefix
+
+    def symbol(self, name: str) -> str:
+        return self.names[name]
+
+    def call(self, function: str, argument: str) -> str:
+        return f"{self.prefix}_{function}({argument})"
+
+    def ratio(self, p: int, q: int) -> str:
+        return f"{self.prefix.upper()}_NUMBER({p})/{q}"
+
+
+def pair(
+    effects: EffectSet, functions: Sequence[Function], bounds: Sequence[dict], names: dict, stem: str, prefix: str
+) -> Pair:
+    """The pair of files of a set.
+
+    functions  with shared subexpressions, in the order in which they stand in the files
+    bounds     of the derivation's data: field, positive, reason
+    names      the derivation's symbols: {symbol: its argument in the code}
+    stem       of the files' names
+    prefix     of all names that the header declares
+    """
+    prepare = next(f for f in functions if f.prepares)
+    in_c = [CFunction(f, prefix) for f in functions]
+    values = {
+        "set": effects, "prefix": prefix, "PREFIX": prefix.upper(), "functions": in_c, "header": f"{stem}.h",
+        "model": Model(effects.fields), "constants": prepare.inputs,
+        "calls": set().union(*map(called_functions, functions)) | {"cos"},  # of the functions and the bounds
+        "short_angles": short_angles(), "largest_square": LARGEST,
+        "bounds": _margins(prepare, bounds, names, prefix),
+    }  # fmt: skip
+    values |= {"motion": "", **_motion(effects, functions, prefix)}
+    values["prepare_prototype"] = _prepare(values["model"], prefix)
+    types = template("types.h", **values)
+    motion = template("motion.h", **values) if values["motion"] else ""
+    header = template("pair.h", **values | {"types": types, "motion": motion, "example": _example(values)})
+    declarations = [
+        types,
+        *(f"{f.prototype};" for f in in_c if not f.function.prepares),
+        f"{values['prepare_prototype']};",
+        motion,
+    ]
+    return Pair(header, template("pair.c", **values), "\n".join(declarations))
+
+
+def kernel_in_lanes(effects: EffectSet, functions: Sequence[Function]) -> str:
+    """The kernel of the compiled engine: the functions on vectors, without `prepare`."""
+    own = [LanesFunction(f, "lanes") for f in functions if not f.prepares]
+    return template(
+        "kernel_in_lanes.h",
+        set=effects, functions=own, model=Model(effects.fields), prefix="lanes", PREFIX="LANES",
+        calls=set().union(*(called_functions(f.function) for f in own)),
+        short_angles=short_angles(),
+    )  # fmt: skip
+
+
+def _prepare(model: Model, prefix: str) -> str:
+    roller = [f"{prefix}_roller *roller"] if model.roller else []
+    parameters = [f"const {prefix}_vehicle *vehicle", f"{prefix}_wheel *wheel", *roller, f"{prefix}_model *model"]
+    return prototype("int", f"{prefix}_prepare", parameters)
+
+
+def _margins(prepare: Function, bounds: Sequence[dict], names: dict[str, str], prefix: str) -> list[dict]:
+    """The bounds of the derivation as C text; what this set does not take is zero in them."""
+    given = {a.name: f"vehicle->{a.name}" for a in prepare.inputs if not a.shape}
+    texts = {symbol: given[name] for symbol, name in names.items() if name in given}
+    texts |= {
+        "N": f"{prefix.upper()}_NUMBER(vehicle->wheels)",
+        "n": f"{prefix.upper()}_NUMBER(vehicle->rollers_per_wheel)",
+    }
+    texts["pi"] = f"{prefix.upper()}_NUMBER(3.141592653589793238462643383279502884L)"
+    if "center_of_mass" in {a.name for a in prepare.inputs}:
+        texts |= {"com_x": "vehicle->center_of_mass[0]", "com_y": "vehicle->center_of_mass[1]"}
+    canonical, margins = Canonical(), []
+    for bound in bounds:
+        expression = canonical.read(bound["positive"])
+        absent = {name: ZERO for name in symbols(expression) - texts.keys()}
+        if bound["field"] in given:
+            text = Margin(texts, prefix).expression(canonical.substituted(expression, absent))
+            margins.append({"field": bound["field"], "reason": bound["reason"], "margin": text})
+    return margins
+
+
+def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> dict:
+    """What the templates of steps and switches need to know; nothing for a set that lacks their functions."""
+    named = {f.name: f for f in functions}
+    if not all(name in named for name in STEP_NEEDS):
+        return {}
+    reduced = named["reduced"]
+    carried = next((what for name, what in CARRIED.items() if name in named), "")
+    per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]
+    stage = {"nu": "stage", "chi": "stage + 6", "heading": "stage[5]", "roller_drag": "scratch + 2*wheels"}
+    stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
+    inputs = [a for a in reduced.inputs if a.name not in stage]
+    return {
+        "motion": True, "free": "momenta" in named, "impact": "impact" in named, "inputs": inputs,
+        "carried": carried, "carried_size": per_wheel, "work": _work(carried),
+        "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in reduced.inputs],
+    }  # fmt: skip
+
+
+def _work(carried: str) -> str:
+    """The numbers of scratch of a state: four vectors of what is integrated, and what its rates need."""
+    slots = "(wheels)*((rollers_per_wheel) - 1)"
+    return {
+        "": "24 + 5*(wheels)",
+        "momenta": f"24 + 14*(wheels) + {slots}",
+        "axial": f"24 + 7*(wheels) + 4*{slots}",
+    }[carried]
+
+
+def _example(values: dict) -> list[str]:
+    """The example of the header, which the tests compile and run as it stands."""
+    return template("example.c", **values).splitlines()

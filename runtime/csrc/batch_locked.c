@@ -1,2 +1,0 @@
-#define OMNIROLL_BATCH
-#include "engine_locked.c"

@@ -1,0 +1,28 @@
+/* A set's generated kernel with lanes as its numbers, for the files of the compiled engine.
+ *
+ * Compiled once for each set of effects, in whose folder omniroll.h and kernel_in_lanes.h are. */
+#ifndef OMNIROLL_SET_IN_LANES_H
+#define OMNIROLL_SET_IN_LANES_H
+
+#include "lanes.h"
+
+#include "omniroll.h"
+
+#include "kernel_in_lanes.h"
+
+/* Tells the compiler the number of wheels, so that it unrolls the loops of the kernel. */
+#define WITH_WHEELS(model, number) \
+    do { \
+        if ((model)->wheels != (number)) \
+            __builtin_unreachable(); \
+    } while (0)
+
+#ifdef LANES_HAS_MOMENTA
+#define MOMENTA(momenta) , momenta
+#else
+#define MOMENTA(momenta)
+#endif
+
+#define MOST_WHEELS 64
+
+#endif

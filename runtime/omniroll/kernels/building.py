@@ -1,0 +1,95 @@
+"""Compiles C into plain shared libraries: the same way when omniroll is installed and when a scene calls for a kernel.
+
+This file uses the standard library alone, since setup.py runs it before omniroll is there.
+
+OMNIROLL_CFLAGS holds further compiler flags, for instance `-march=native`; they come last and so win. CC names the
+compiler.
+"""
+
+import os
+import shlex
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+# A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
+FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
+ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
+ENGINE_SOURCES = ("run.c", "batch.c")
+LONGEST = 300  # seconds
+NUMBER_TYPES = {  # C type and the macro that chooses it
+    "double": ("double", None),
+    "float": ("float", "OMNIROLL_FLOAT"),
+    "long_double": ("long double", "OMNIROLL_LONG_DOUBLE"),
+}
+# Levels of the machine's vector instructions, the widest first, and the processor's flags that they need. No level
+# fuses multiplications and additions, so that all give the same bits.
+LEVELS = {
+    "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
+    "x86-64-v3": ("avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"),
+    "x86-64": (),
+}
+
+
+class CompilationError(RuntimeError):
+    """There is no compiler, or it refused the source; the message has its last words."""
+
+
+def compiler() -> list[str]:
+    """The command and its flags."""
+    return [*shlex.split(os.environ.get("CC", "cc")), *FLAGS, *shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))]
+
+
+def levels_here() -> list[str]:
+    """The levels that this machine has, the widest first."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    flags = set(next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), []))
+    return [level for level, needed in LEVELS.items() if flags.issuperset(needed)]
+
+
+def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:
+    """Compile C files into the shared library `target`, which appears whole or not at all.
+
+    folders  where included files are searched
+    Raises CompilationError.
+    """
+    command = compiler()
+    if shutil.which(command[0]) is None:
+        raise CompilationError(f"no C compiler: {command[0]} is not there; set CC")
+    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
+        made = Path(scratch, target.name)
+        include = [f"-I{folder}" for folder in folders]
+        try:
+            done = subprocess.run(
+                [*command, *flags, *include, *map(str, sources), "-lm", "-o", str(made)],
+                capture_output=True, text=True, timeout=LONGEST,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise CompilationError(f"{command[0]} did not finish within {LONGEST} s on {target.stem}") from None
+        if done.returncode:
+            raise CompilationError(f"{command[0]} failed on {target.stem}: {done.stderr.strip()[-500:]}")
+        os.replace(made, target)
+
+
+def kernel_library(folder: Path, number_type: str) -> None:
+    """Compile the pair of files in a set's folder for a number type into <number type>.so."""
+    _, macro = NUMBER_TYPES[number_type]
+    flags = [f"-D{macro}=1"] if macro else []
+    compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
+
+
+def engine_library(folder: Path, engine: Path, constants: Path, level: str) -> None:
+    """Compile the pair in doubles and the engine over it into engine-<level>.so.
+
+    engine     folder of the engine's C files
+    constants  folder of gauss.h
+    level      of LEVELS
+    """
+    flags = [*ENGINE_FLAGS, f"-march={level}"]
+    sources = [folder / "omniroll.c", *(engine / name for name in ENGINE_SOURCES)]
+    compile_library(sources, folder / f"engine-{level}.so", [folder, engine, constants], flags)

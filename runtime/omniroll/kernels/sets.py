@@ -1,0 +1,204 @@
+"""Sets of effects: their texts and their compiled libraries, made beforehand or when a scene calls for them.
+
+A set has a folder with its files:
+
+    omniroll.h omniroll.c    the pair that a controller takes
+    kernel_in_lanes.h        the functions on vectors, for the compiled engine
+    engine_set.h             what the compiled engine must know of the set
+    declarations.h           what cffi must know of the pair
+    functions.json           what the functions take and give
+    float.so ...             the compiled pair, one library a number type
+    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions
+
+The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
+Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
+omniroll.codegen.cache says where.
+
+Where there is no C compiler ($CC or cc) only the Python kernel can be made.
+"""
+
+import hashlib
+import importlib.util
+import json
+import os
+import platform
+import shutil
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import TYPE_CHECKING
+
+import cffi
+
+from omniroll import generated_data
+from omniroll.codegen import cache as cache_folder
+from omniroll.errors import KernelsMissingError
+from omniroll.kernels import building
+from omniroll.kernels.building import NUMBER_TYPES, CompilationError
+
+if TYPE_CHECKING:
+    from omniroll.codegen.on_demand import Programs
+
+BUILT = Path(__file__).with_name("built")
+MAKING = threading.RLock()  # what two threads ask for is made once
+
+
+@cache
+def set_names() -> frozenset[str]:
+    """The sets that were generated beforehand."""
+    return frozenset(entry["name"] for entry in generated_data.load("kernels")["sets"])
+
+
+def set_name(base: str, effects: tuple[str, ...]) -> str:
+    """The set of a roller model and further effects."""
+    return "_".join([base, *effects])
+
+
+def functions(base: str, effects: tuple[str, ...]) -> list[dict]:
+    """What the functions of a set take and give, and the operations that they are; as in kernels.json."""
+    name = set_name(base, effects)
+    if name in set_names():
+        return [f for f in generated_data.load("kernels")["functions"] if name in f["sets"]]
+    return json.loads((folder(base, effects) / "functions.json").read_text(encoding="utf-8"))
+
+
+def python_module(base: str, effects: tuple[str, ...]) -> ModuleType:
+    """The Python kernel of a set."""
+    name = set_name(base, effects)
+    qualified = f"omniroll.generated.python.{name}"
+    if name in set_names():
+        return importlib.import_module(qualified)
+    with MAKING:
+        return _loaded(qualified, folder(base, effects) / f"{name}.py")
+
+
+@cache
+def _loaded(qualified: str, path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(qualified, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+# Libraries
+
+
+@cache
+def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
+    """`ffi` and `lib` of a set's compiled functions; those in doubles have the engine with them.
+
+    Raises KernelsMissingError where they cannot be had.
+    """
+    place, file = _engine(base, effects) if number_type == "double" else _pair(base, effects, number_type)
+    ffi = cffi.FFI()
+    c_type, _ = NUMBER_TYPES[number_type]
+    declarations = [f"typedef {c_type} omniroll_real;", (place / "declarations.h").read_text(encoding="utf-8")]
+    if file.startswith("engine"):
+        declarations.append((_engine_sources() / "engine_calls.h").read_text(encoding="utf-8"))
+    ffi.cdef("\n".join(declarations))
+    return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(place / file)))
+
+
+def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, str]:
+    """The folder and the library of a set's functions."""
+    file = f"{number_type}.so"
+    return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
+
+
+def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
+    """The folder and the library of a set's functions and its engine, at the widest level that runs here."""
+    levels = building.levels_here()
+    constants = Path(str(resources.files("omniroll.generated") / "c"))
+
+    def build(place: Path) -> None:
+        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once", file=sys.stderr)
+        building.engine_library(place, _engine_sources(), constants, levels[0])
+
+    return _made(base, effects, [f"engine-{level}.so" for level in levels], build)
+
+
+def _engine_sources() -> Path:
+    return Path(str(resources.files("omniroll.csrc")))
+
+
+def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable[[Path], None]) -> tuple[Path, str]:
+    """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none."""
+    built = BUILT / set_name(base, effects)
+    for file in files:
+        if (built / file).exists():
+            return built, file
+    with MAKING:
+        place = _for_this_compiler(folder(base, effects))
+        with cache_folder.lock(place / "libraries"):
+            if not (place / files[0]).exists():
+                try:
+                    build(place)
+                except CompilationError as problem:
+                    raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+    return place, files[0]
+
+
+def _for_this_compiler(place: Path) -> Path:
+    """The folder for what this compiler makes of a set; its texts are those of the set's folder."""
+    key = hashlib.sha256("\0".join([*building.compiler(), platform.machine()]).encode()).hexdigest()[:16]
+    own = place / key
+    if not own.is_dir():
+        _put_in_place(own, {file.name: file.read_text(encoding="utf-8") for file in place.iterdir() if file.is_file()})
+    return own
+
+
+# Texts
+
+
+def _put_in_place(place: Path, texts: dict[str, str]) -> None:
+    """A folder of files, whole or not at all: they are written aside and put in place in one move."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(dir=place.parent))
+    for file, text in texts.items():
+        (scratch / file).write_text(text, encoding="utf-8")
+    try:
+        os.replace(scratch, place)
+    except OSError:  # another process was faster
+        shutil.rmtree(scratch, ignore_errors=True)
+        if not place.is_dir():
+            raise
+
+
+@cache
+def programs() -> "Programs":
+    """What kernels are made of."""
+    from omniroll.codegen.on_demand import Programs  # jinja2 only where a set is made
+
+    return Programs.load(Path(str(resources.files("omniroll.generated") / "data")))
+
+
+@cache
+def _source_key() -> str:
+    """Of all that the texts depend on: the programs, and codegen itself."""
+    digest = hashlib.sha256()
+    for name in ("programs", "effects", "symbols", "bounds"):
+        digest.update((resources.files("omniroll.generated") / "data" / f"{name}.json").read_bytes())
+    for package in ("omniroll.codegen", "omniroll.csrc"):
+        root = resources.files(package)
+        entries = [*root.iterdir(), *((root / "templates").iterdir() if package == "omniroll.codegen" else ())]
+        for entry in sorted(entries, key=lambda entry: entry.name):
+            if entry.name.endswith((".py", ".j2", ".c", ".h")):
+                digest.update(entry.name.encode() + entry.read_bytes())
+    return digest.hexdigest()
+
+
+def folder(base: str, effects: tuple[str, ...]) -> Path:
+    """The folder with the texts of a set; written now where it is not there."""
+    name = set_name(base, effects)
+    key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
+    with MAKING:
+        place = cache_folder.folder() / key
+        if not place.is_dir():
+            _put_in_place(place, programs().kernel(base, effects).files())
+    return place
