@@ -1,4 +1,40 @@
-/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See engine.h. */
+/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See engine.h.
+ *
+ * What acts on a vehicle is made of signals: numbers for every wheel, affine in time between two events. The first signals
+ * are the inputs of the kernel; the last one is the voltages of the motors. */
+
+/* Numbers over time, linear or held between two times, constant before the first and after the last. */
+typedef struct {
+    int width, held;
+    long long count, next;      /* next: the first time that is still to come                           */
+    const double *times, *values;   /* times from the start of the run; values: count x width            */
+} omniroll_curve_t;
+
+/* A curve that a signal follows. */
+typedef struct {
+    int signal;
+    omniroll_curve_t curve;
+} omniroll_table_t;
+
+/* A sampled controller of the wheels' speeds, whose output a signal holds up to the next sample. */
+typedef struct {
+    int signal;
+    double sample_time, limit;
+    long long samples;          /* how many there were                                                  */
+    omniroll_curve_t target;    /* of nu                                                                */
+    const double *proportional, *integral;  /* N                                                        */
+    double *sum, *output;       /* N                                                                    */
+} omniroll_sampler_t;
+
+/* Motors, one on each wheel. mode: 0, or the sign of the limit that the current is at. */
+typedef struct {
+    double volt_torque, rate_voltage, inverse_resistance;
+    double limit;               /* of the current; infinite where there is none                         */
+    double limit_torque;
+    const double *wheel_rows;   /* N x 3: the wheels' speeds for each of nu                              */
+    long long *modes;           /* N                                                                    */
+} omniroll_motors_t;
+
 typedef struct {
     int wheels, rollers_per_wheel;
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
@@ -30,9 +66,16 @@ typedef struct {
     double axial_elapsed;       /* elapsed there                                                        */
     double *inputs;             /* of the kernel: values at inputs_elapsed and slopes (2 x inputs x N)   */
     double inputs_elapsed;
-    double next_time;           /* elapsed at which the caller gives new inputs                         */
+    double next_time;           /* elapsed at the next time known beforehand                            */
     int guard_count;            /* guards: constant and slope, from inputs_elapsed on, and weights of nu  */
-    const double *guards;       /* (count x 5)                                                          */
+    double *guards;             /* (count x 5)                                                          */
+    int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
+    int table_count, sampler_count, motors_count;
+    omniroll_table_t *tables;
+    omniroll_sampler_t *samplers;
+    omniroll_motors_t *motors;  /* one or none                                                          */
+    double *signals;            /* values and slopes of all signals (2 x (inputs + 1) x N); scratch      */
+    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */

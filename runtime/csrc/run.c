@@ -3,7 +3,8 @@
  * collocation.c  a step: the state at its nodes
  * events.c       where it ends
  * rows.c         what the caller gets
- * transitions.c  what happens there */
+ * transitions.c  what happens there
+ * inputs.c       what acts on the vehicle between two events */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
@@ -14,6 +15,7 @@
 #include "events.c"
 #include "rows.c"
 #include "transitions.c"
+#include "inputs.c"
 
 /* A step as it begins: the state, and what acts. */
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
@@ -258,18 +260,6 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 }
 
 #if SET_IS_ACTED_ON
-/* Asks the caller where a time has come or a guard is passed. */
-static int ask(omniroll_run_t *run, const work_t *work)
-{
-    if (run->elapsed >= run->next_time || guards_passed(run, work)) {
-        run->phase_start = run->elapsed;
-        run->at_event = 0;
-        return has_progress(run, 1) ? OMNIROLL_RUN_ASK : OMNIROLL_RUN_STUCK;
-    }
-    run->at_event = 0;
-    return OMNIROLL_RUN_DONE;
-}
-
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
 static int complete_rows(omniroll_run_t *run)
 {
@@ -298,7 +288,9 @@ static int first_row(omniroll_run_t *run, const work_t *work)
 {
 #if SET_IS_ACTED_ON
     if (!run->started) {
-        const int status = ask(run, work);
+        if (!run->asks)
+            renew_inputs(run);
+        const int status = pass_events(run, work);
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
@@ -316,7 +308,7 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
     int status = switch_all(run, work);
 #if SET_IS_ACTED_ON
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
-        status = ask(run, work);
+        status = pass_events(run, work);
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = complete_rows(run);
 #endif

@@ -1,7 +1,7 @@
 """The compiled engine: runtime/csrc does phases, events and transitions; here its buffers are filled and read.
 
-A call runs until a buffer is full; then progress is reported and the rows are copied out. It also returns where effects
-must be asked for the inputs of the next phase.
+A call runs until a buffer is full; then progress is reported and the rows are copied out. Tables, controllers and
+motors act within a call. An effect of another kind is asked at each event, between two calls.
 """
 
 from dataclasses import replace
@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.effect import Motors, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
+from omniroll.effects.numbers import Curve
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
@@ -73,9 +75,12 @@ class CompiledRun:
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self.columns = Columns(self.kernel, task)
         self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.asked = 0
+        self.described: dict[str, list[dict[str, Any]]] = {}
+        self.kept: list[Any] = []  # what the engine has pointers to
         self._allocate()
         self._fill()
+        if self.task.effects:
+            self._describe_what_acts()
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
@@ -83,7 +88,6 @@ class CompiledRun:
         parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
-            self._give_inputs()
             status = step(*arguments)
             while status == ASK:
                 self._answer()
@@ -103,7 +107,6 @@ class CompiledRun:
 
     def _answer(self) -> None:
         """A time has come, or guards are passed: the effects say what acts from now on."""
-        self.asked += 1
         if self.run.elapsed >= self.acting.next_time():
             state = replace(self.task.state, nu=self.nu.copy(), chi=self.chi.copy(), pose=self.pose.copy())
             self.acting.pass_time(self.run.elapsed, state)
@@ -112,20 +115,63 @@ class CompiledRun:
         self._give_inputs()
 
     def _give_inputs(self) -> None:
-        if not self.task.effects:
-            return
         guards = self.acting.begin_phase(self.run.elapsed)
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
             if name in self.acting.signals:
-                self.inputs[0, k], self.inputs[1, k] = (
-                    self.acting.signals[name].value,
-                    self.acting.signals[name].slope,
-                )
+                signal = self.acting.signals[name]
+                self.inputs[0, k], self.inputs[1, k] = signal.value, signal.slope
         for row, guard in zip(self.guards, guards, strict=False):
             row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights))]
         self.run.guard_count = len(guards)
         self.run.inputs_elapsed, self.run.next_time = self.run.elapsed, self.acting.next_time()
+
+    def _describe_what_acts(self) -> None:
+        """Tables, controllers and motors, which the engine asks itself; it asks effects of other kinds here."""
+        described = [process.compiled() for process in self.acting.processes]
+        forms = [form for forms in described if forms is not None for form in forms]
+        by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Motors)}
+        if None in described or len(by_kind[Motors]) > 1:
+            self.run.asks = 1
+            self._give_inputs()
+            return
+        signals = [*self.columns.inputs, "voltage"]
+        for form in by_kind[Table]:
+            self._put("tables", {"signal": signals.index(form.signal), "curve": self._curve(form.curve)})
+        for form in by_kind[Sampler]:
+            numbers = {"sum": np.zeros(self.wheels), "output": np.zeros(self.wheels)}
+            numbers |= {"proportional": form.proportional, "integral": form.integral}
+            own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
+            self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
+        for form in by_kind[Motors]:
+            self.modes = np.zeros(self.wheels, np.int64)
+            own = {name: value for name, value in vars(form).items() if name != "wheel_rows"}
+            own["modes"] = self.module.ffi.from_buffer("long long[]", self.modes)
+            self._put("motors", own | self._pointers({"wheel_rows": form.wheel_rows}))
+        for name, entries in self.described.items():
+            kind = name if name == "motors" else name.removesuffix("s")
+            array = self.module.ffi.new(f"omniroll_{kind}_t[]", entries)
+            self.kept.append(array)
+            setattr(self.run, name, array)
+            setattr(self.run, f"{kind}_count", len(entries))
+
+    def _put(self, kind: str, entry: dict[str, Any]) -> None:
+        self.described.setdefault(kind, []).append(entry)
+
+    def _pointers(self, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+        """Pointers to contiguous arrays, which live as long as this run."""
+        made = {name: np.array(array, float, order="C") for name, array in arrays.items()}
+        self.kept += made.values()
+        return {name: self._pointer(array) for name, array in made.items()}
+
+    def _curve(self, curve: Curve) -> dict[str, Any]:
+        numbers = {"times": curve.knots, "values": curve.values}
+        return {
+            "width": curve.values.shape[1],
+            "held": int(curve.interpolation == "hold"),
+            "count": len(curve.knots),
+            "next": int(np.searchsorted(curve.knots, 0.0, side="right")),
+        } | self._pointers(numbers)
 
     # Buffers
 
@@ -146,7 +192,8 @@ class CompiledRun:
         self.part_sizes = columns.part_sizes()
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
         self.guards = np.zeros((MOST_GUARDS, 5))
-        self.passed = np.zeros(MOST_GUARDS, np.int64)
+        self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
+        self.signals = np.zeros((2, len(columns.inputs) + 1, wheels))
 
     def _fill(self) -> None:
         task, step = self.task, max(self.tolerance, FINEST_STEP)
@@ -163,10 +210,10 @@ class CompiledRun:
         run.speed, run.next_time = speed_scale(task), np.inf
         for name in (
             "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
-            "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
+            "core", "core_before", "accounts", "part_sizes", "inputs", "guards", "signals",
         ):  # fmt: skip
             setattr(run, name, self._pointer(getattr(self, name)))
-        for name in ("contact", "passed"):
+        for name in ("contact", "passed", "leads_to"):
             setattr(run, name, self.module.ffi.from_buffer("long long[]", getattr(self, name)))
 
     def _phases_expected(self) -> float:
