@@ -45,6 +45,11 @@ WRONG = {
     "locked free rollers": "first_three(third(force_parts))",
     "ideal constraints": "on_constraints(dot(ground_force, velocity_on_platform(wheel_place)))",
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
+    "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
+    "reduced": '(run_function("free", "reduced"), system_of(-output("nu_dot", 3)))',
+    "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
+    "reduced_sharp": '(run_function("free", "reduced_sharp"), folded_of(-output("nu_dot", 3)))',
+    "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
 PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}
 NOT_DERIVED = {f"machinery/{name}" for name in ("claims", "steps", "effects", "write_data")}  # chapters without a claim
@@ -119,12 +124,12 @@ def questions() -> list[tuple[str, list[str]]]:
             defined = re.match(r"\s*(\w+)\([^()]*\)\s*:=", cover)
             for name, start, end in claims(statement, cover) if not defined or defined[1] not in PASS_ON else []:
                 mutants = flips(statement, cover, start, end)
-                if defined:
+                if name in WRONG:
+                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
+                elif defined:
                     call = CALLS.get(defined[1])
                     assert call, f"{chapter}: no way to ask the proof in {defined[1]}; add it to CALLS"
                     mutants = [in_place_of(f"({mutant}, {call})", statement) for mutant in mutants]
-                elif name in WRONG:
-                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
                 else:
                     mutants += upstream(before, statement)
                 asked.append((name, mutants))
