@@ -31,6 +31,7 @@ class Programs:
         self._data = dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
             "format": FORMAT, "symbols": symbols, "effects": effects, "bases": programs["bases"],
         }  # fmt: skip
+        self._data["steps"] = programs["steps"]
         self._functions = programs["functions"]
         self._bases: dict[str, EffectSet] = {}
         self.registry = Registry.read(effects)
@@ -45,8 +46,8 @@ class Programs:
     def base(self, name: str) -> EffectSet:
         """The programs of one roller model. KeyError for one that there is not."""
         if name not in self._bases:
-            functions = [f for f in self._functions if f["set"] == name]
-            self._bases[name] = Derivation(self._data | {"functions": functions}).bases[name]
+            functions = [f for f in self._functions if name in f["sets"]]
+            self._bases[name] = Derivation(self._data | {"functions": functions}).base(name)
         return self._bases[name]
 
     def kernel(self, base: str, wanted: Sequence[str]) -> "SetKernel":

@@ -43,7 +43,7 @@ class Engine:
 
     def __call__(self):
         run = CompiledRun(self.task, self.tolerance)
-        step = getattr(run.module.lib, f"omniroll_{run.kernel.set_name}_run")
+        step = getattr(run.module.lib, f"omniroll_{run.kernel.engine_name}_run")
         model, size = run._pointer(run.kernel.model), len(run.kernel.model)
         seconds, status, self.switches = 0.0, FULL, 0
         while status == FULL:

@@ -16,10 +16,11 @@ import numpy as np
 
 from hard.sampling import Sample
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import VEHICLE_SCALARS, Argument, Signature, signatures
+from omniroll.kernels.kernel import VEHICLE_SCALARS, Argument, Signature, form, signatures
 
 ROOT = Path(__file__).resolve().parents[2]
-SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
+MODELS = ("massless", "locked", "free")
+SETS = (*MODELS, "locked_sharp", "free_sharp")  # the last two call the functions for sharp tips
 ROUNDINGS = ("FE_TONEAREST", "FE_UPWARD", "FE_DOWNWARD", "FE_TOWARDZERO")
 NUMBER_TYPES = {  # macro, NumPy type, machine epsilon
     "double": ([], np.float64),
@@ -43,12 +44,12 @@ static void *numbers(size_t count)
 SET = """
 static int run_{set}(int N, int n)
 {{
-    real_t *const model = numbers(omniroll_{set}_model_size(N, n));
+    real_t *const model = numbers(omniroll_{base}_model_size(N, n));
     {buffers}
     while (fread(vehicle, sizeof(real_t), 8, stdin) == 8) {{
         {reads}
-        omniroll_{set}_prepare(N, n, vehicle[0], vehicle[1], vehicle[2], vehicle[3], vehicle[4], vehicle[5],
-                               vehicle[6], vehicle[7], wheel_angles, model);
+        omniroll_{base}_prepare(N, n, vehicle[0], vehicle[1], vehicle[2], vehicle[3], vehicle[4], vehicle[5],
+                                vehicle[6], vehicle[7], wheel_angles, model);
         {calls}
     }}
     {frees}
@@ -110,7 +111,8 @@ class Build:
 
 def functions(set_name: str, wheels: int, rollers: int) -> dict[str, Signature]:
     """The functions that a build calls: all of a set but prepare."""
-    return {name: s for name, s in signatures(set_name, (), wheels, rollers).items() if s.outputs}
+    base = set_name.removesuffix("_sharp")
+    return {name: s for name, s in signatures(base, (), wheels, rollers).items() if s.outputs}
 
 
 def number_of(argument: Argument) -> int:
@@ -129,7 +131,8 @@ def in_c(shape: list) -> str:
 
 def set_source(set_name: str) -> str:
     """The C function that reads states and calls every function of a set."""
-    called = [f for f in sets.functions(set_name, ()) if f["name"] in functions(set_name, 3, 5)]
+    base = set_name.removesuffix("_sharp")
+    called = [f for f in sets.functions(base, ()) if f["name"] in functions(set_name, 3, 5)]
     of_role = lambda function, role: [a for a in function["arguments"] if a["role"] == role]  # noqa: E731
     inputs = {a["name"]: in_c(a["shape"]) for f in called for a in of_role(f, "in")}
     results = {f"{f['name']}_{a['name']}": in_c(a["shape"]) for f in called for a in of_role(f, "out")}
@@ -141,12 +144,14 @@ def set_source(set_name: str) -> str:
     for function in called:
         outputs = [f"{function['name']}_{a['name']}" for a in of_role(function, "out")]
         given = [a["name"] if a["shape"] else f"*{a['name']}" for a in of_role(function, "in")] + outputs
-        calls.append(f"omniroll_{set_name}_{function['name']}(N, n, model, {', '.join(given)});")
+        name = form(function["name"], base != set_name)
+        calls.append(f"omniroll_{base}_{name}(N, n, model, {', '.join(given)});")
         calls += [f"fwrite({name}, sizeof(real_t), (size_t)({results[name]}), stdout);" for name in outputs]
     sizes = {"vehicle": "8", "wheel_angles": "N"} | inputs | results
     lines = lambda parts, indent: ("\n" + " " * indent).join(parts)  # noqa: E731
     return SET.format(
         set=set_name,
+        base=base,
         buffers=lines([f"real_t *const {name} = numbers((size_t)({count}));" for name, count in sizes.items()], 4),
         reads=lines(reads, 8),
         calls=lines(calls, 8),
@@ -156,7 +161,7 @@ def set_source(set_name: str) -> str:
 
 def source() -> str:
     choices = "".join(f'    if (!strcmp(arguments[1], "{name}"))\n        return run_{name}(N, n);\n' for name in SETS)
-    includes = "\n".join(f'#include "omniroll_{name}.h"' for name in SETS)
+    includes = "\n".join(f'#include "omniroll_{name}.h"' for name in MODELS)
     parts = [HEAD.format(includes=includes), *map(set_source, SETS)]
     return "".join([*parts, MAIN.format(modes=", ".join(ROUNDINGS), choices=choices)])
 
@@ -173,7 +178,7 @@ def program(build: Build) -> Path:
     place = Path(folder().name)
     driver, made = place / "driver.c", place / f"program-{len(os.listdir(place))}"
     driver.write_text(source(), encoding="ascii")
-    kernels = [ROOT / f"generated/c/omniroll_{name}.c" for name in SETS]
+    kernels = [ROOT / f"generated/c/omniroll_{name}.c" for name in MODELS]
     macro = NUMBER_TYPES[build.number_type][0]
     command = [build.compiler, "-std=c99", *build.flags, *macro, f"-I{ROOT / 'generated/c'}", driver, *kernels]
     done = subprocess.run([*map(str, command), "-lm", "-o", str(made)], capture_output=True, text=True)

@@ -8,7 +8,7 @@ from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurement
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import SHARP, optional_effects, signatures
+from omniroll.kernels.kernel import SHARP, form, optional_effects, signatures
 
 
 def effect_sets(scale: Scale) -> list[str]:
@@ -21,6 +21,7 @@ def effect_sets(scale: Scale) -> list[str]:
 
 def short_name(set_name: str) -> str:
     base, effects = rounding.split_key(set_name)
+    base += "_sharp" if rounding.is_sharp(set_name) else ""
     return f"{base} and all effects" if len(effects) > 1 else set_name
 
 
@@ -41,6 +42,11 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
         "gravity": radius * speed**2 * draw.log(1e-2, 1e2),
         "slope_angle": draw.rng.uniform(0, 1.5, draw.count),
         "slope_direction": draw.rng.uniform(-np.pi, np.pi, draw.count),
+        "torque_constant": draw.log(1e-3, 1e3),
+        "resistance": draw.log(1e-3, 1e3),
+        "motor_gear_ratio": draw.signed(1e-1, 1e2),
+        "back_emf": draw.log(1e-3, 1e3),
+        "current_limit": draw.log(1e-3, 1e3),
     }
 
 
@@ -53,6 +59,8 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
     return {
         "heading": part.state["theta"],
         "torque": signed(force, wheels),
+        "voltage": draw.signed(1e-2, 1e2, wheels),
+        "modes": draw.rng.integers(-1, 2, (draw.count, wheels)).astype(float),
         "damping": per_state(vehicle["wheel_inertia"] * speed, (wheels,)) * draw.log(1e-3, 1e3, wheels),
         "roller_drag": signed(B * speed**2, wheels),
         "pose": np.concatenate([signed(radius, 2), part.state["theta"][:, None]], axis=1),
@@ -101,7 +109,8 @@ def compiled_on_demand(part: Sample, set_name: str) -> dict[str, np.ndarray]:
         called("prepare", [part.vehicle[a.name][row] for a in prepare], model)
         for name, signature in wanted.items():
             outputs = [np.empty(max(1, int(np.prod(a.shape)))) for a in signature.outputs]
-            called(name, [part.state[a.name][row] for a in signature.inputs], *outputs)
+            generated = form(name, rounding.is_sharp(set_name))
+            called(generated, [part.state[a.name][row] for a in signature.inputs], *outputs)
             found[name].append(np.concatenate(outputs))
     return {name: np.transpose(rows) for name, rows in found.items()}
 

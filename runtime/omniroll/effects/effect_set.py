@@ -1,4 +1,4 @@
-"""All effects of a run together: what the engine asks, it asks here, and this asks each effect."""
+"""All effects of a run together. The engine asks the set, and the set asks each effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
-DRIVES = ("torque", "damping")
+DRIVES = ("torque", "damping")  # inputs of the kernel that drives give, in the order of a trajectory's columns
 
 
 @dataclass(frozen=True)

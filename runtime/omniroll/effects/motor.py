@@ -89,6 +89,15 @@ class Motor(Drive):
     def kernel_effects(self) -> tuple[str, ...]:
         return (*super().kernel_effects(), "motor")
 
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        return {
+            "torque_constant": self.torque_constant,
+            "resistance": self.resistance,
+            "motor_gear_ratio": self.gear_ratio,
+            "back_emf": self.back_emf,
+            "current_limit": 0.0 if self.current_limit is None else self.current_limit,
+        }
+
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
         return Driving(self, kernel, self._curve(kernel.wheels, start_time))
 

@@ -1,7 +1,7 @@
-"""nu' of many vehicles at once: the reduced kernel with sixteen vehicles in the lanes, runtime/csrc/batch.c.
+"""nu' of many vehicles in one call: runtime/csrc/batch.c computes sixteen vehicles at a time in vector registers.
 
-For whoever integrates thousands of vehicles in step, samples rollouts or fits parameters. Arrays are structures of
-arrays, components first: they go to the C code as they are.
+This serves who integrates thousands of vehicles together, samples rollouts or fits parameters. In all arrays the
+vehicle is the last index, so that the C code reads them as they are.
 """
 
 from collections.abc import Callable, Sequence
@@ -120,7 +120,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "must have as many wheels and rollers as the first")
         kernels.append(kernel(vehicle, roller_model))
-        if kernels[k].set_name != kernels[0].set_name:
+        if kernels[k].sharp != kernels[0].sharp:
             bound = "has rollers with far sharper or blunter tips than the first; put them into a batch of their own"
             raise InvalidValueError(f"vehicles[{k}]", vehicle, bound)
     return kernels

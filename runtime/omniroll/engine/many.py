@@ -22,7 +22,7 @@ from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, documented
 
-TASKS_PER_WORKER = 8  # enough for a progress bar, and for workers of unequal speed
+TASKS_PER_WORKER = 8  # chunks of runs for each worker: a progress bar moves, and fast workers take more of them
 SAMPLED = tuple(field.name for field in fields(Samples))
 COUNTS = ("switches", "steps", "evaluations")
 
@@ -224,7 +224,7 @@ def _scattered(
 
 
 def run_chunk(chunk: Chunk) -> list[dict[str, Any]]:
-    """What is kept of each run of a chunk. This is what a worker does."""
+    """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
     return [_one(run, chunk.times, chunk.control) for run in chunk.runs]
 
 

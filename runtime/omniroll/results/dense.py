@@ -11,7 +11,7 @@ from math import comb
 
 import numpy as np
 
-DEPTH = 40  # halvings of a step before a tangency counts as a crossing
+DEPTH = 40  # halvings of a step after which a polynomial that only touches zero counts as crossing it
 
 
 def _nested_form_to_bernstein(powers: int) -> np.ndarray:

@@ -75,7 +75,8 @@ class Trajectory:
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
-                  takes damping * chi' from it; None without drives. At a row that ends a phase, the values before
+                  takes damping * chi' from it; None without drives. A row that ends a phase has the values of that
+                  phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how contact_spin, spins, energy, switches and dense are computed when they are first read
     """
@@ -171,7 +172,7 @@ class Trajectory:
 
     def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
-        # A clock late in its life is coarse: a time that is some row's t is that row's time.
+        # Where t is large, several elapsed times round to one t. A time that equals a row's t is taken as that row.
         row = np.searchsorted(self.t, times, side="right") - 1
         on_row = self.t[row] == times
         y = self._rows(row)
@@ -191,7 +192,7 @@ class Trajectory:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
         starts, lengths = self._steps
         step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
-        with np.errstate(divide="ignore", invalid="ignore"):  # the clock may not see the shortest steps
+        with np.errstate(divide="ignore", invalid="ignore"):  # a step may be shorter than the rounding of the time
             x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
         return values_at(self.dense[step], x)
 

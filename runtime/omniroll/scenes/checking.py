@@ -1,4 +1,4 @@
-"""Checks of a scene's tables against the schema: every key by itself, all of them before anybody complains."""
+"""Checks of a scene's tables against the schema: every key by itself, so that one message names all that is wrong."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -24,16 +24,16 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene
 from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
-PROBE = 2.0  # s, the time over which motions are compared
-TIMES = 101
-ACCURACY = 1e-8
+PROBE = 2.0  # s, the simulated time over which two motions are compared, at most
+TIMES = 101  # the number of times at which they are compared
+ACCURACY = 1e-8  # of the runs
 FELT = 1e-7  # a smaller distance may be the error of the two runs
-STILL = 1e-9  # of the wheels' speed: what turns slower does not turn
-LEVEL = 0.01  # rad: a floor that looks level
-BESIDE = 0.01  # of the platform radius: as well as a centre of mass is known
-LONGEST = 5.0  # s of this machine for a motion
-SPIN_DOWN = 10.0  # s that a good bearing turns by itself
-FADE = 0.05  # of the fastest speed: where Coulomb's friction gives way
+STILL = 1e-9  # a roller that turns slower than this part of the fastest wheel's speed counts as not turning
+LEVEL = 0.01  # rad, the inclination of a floor that looks level
+BESIDE = 0.01  # distance of the centre of mass from S, over the platform radius: as well as it is known
+LONGEST = 5.0  # s that a run may take on this machine
+SPIN_DOWN = 10.0  # s in which a good bearing stops what turns by itself
+FADE = 0.05  # named speed of Coulomb's friction, over the fastest speed in the motion
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def explained(scene: Scene) -> dict[str, Any]:
             for effect in generated_data.load("effects")["effects"]
             if effect["table"] or effect["name"] in on
         ],
-        "events": [JOINTS, *(event for effect in task.effects.effects for event in effect.events())],
+        "events": events_of(task),
         "compared": compared,
         "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
@@ -51,11 +51,15 @@ def explained(scene: Scene) -> dict[str, Any]:
     }
 
 
+def events_of(task: Task) -> list[str]:
+    """The events that steps end on, in words."""
+    return [JOINTS, *(event for effect in task.effects.effects for event in effect.events())]
+
+
 def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
     asked = {"reactions"} if "reactions" in scene.tables else set()
-    sharp = {"sharp"} if task.kernel.base.endswith("_sharp") else set()
-    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked | sharp
+    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
 
 
 def called_by(scene: Scene, effect: dict[str, Any]) -> list[str]:

@@ -14,9 +14,9 @@ from omniroll.scenes.loading import Scene
 from omniroll.vehicles.parts import cylinder, evaluate
 from omniroll.vehicles.vehicle import Vehicle
 
-FAR = 2.0  # a vehicle may reach this many times as far as its wheels do
-BLUNT = 0.05  # least height of a roller's axis at the joint, over that in the roller's middle
-NEGLIGIBLE = 1e-4  # a difference of the motion that is not worth a model
+FAR = 2.0  # the mass of a vehicle lies at most this many times as far from S as its wheels reach
+BLUNT = 0.05  # least height of a roller's axis above the ground at the joint, over that in the middle of the roller
+NEGLIGIBLE = 1e-4  # where massive rollers change the motion by less than this, massless ones would do
 PART_ARGUMENTS = tuple(
     argument["name"]
     for function in generated_data.load("kernels")["functions"]
@@ -119,7 +119,7 @@ def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
     if model == "free" and law == "smooth":
         yield Lint("switching", "law", "smooth switches of free rollers pump energy in over long runs; impact does not")
-    # It is exactly 0 where nothing moves, which says nothing of the rollers.
+    # The distance is exactly 0 where nothing moves; that tells nothing about the rollers.
     if model != "massless" and without_inertia and without_inertia < NEGLIGIBLE:
         text = f"the rollers' inertia changes this motion by {without_inertia:.1e}: massless would do"
         yield Lint("rollers", "model", text)

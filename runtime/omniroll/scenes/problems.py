@@ -59,7 +59,7 @@ def _name(name: str) -> str:
 
 
 def shown(value: Any) -> str | None:
-    """A value as text of bearable length, as a file says it; None for what is not there."""
+    """A value as text of at most LONGEST characters, as a TOML file has it; None for what is not there."""
     if value is None:
         return None
     if isinstance(value, bool):

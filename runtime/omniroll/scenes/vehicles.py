@@ -18,13 +18,14 @@ BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from 
     "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
     "roller_mass": (("roller_axial_inertia", "roller_transverse_inertia"), ("roller_radius", "roller_length")),
 }
-# Numbers that break no bound, in place of those that are missing or wrong: the others are then judged by themselves.
+# Numbers that break no bound of the derivation. They take the place of numbers that are missing or wrong, so that the
+# bounds judge the numbers that are there.
 LENIENT = {
     "wheels": 1, "platform_radius": 1.0, "wheel_radius": 1e100, "roller_axis_radius": 1e-100, "mass": 1e-100,
     "yaw_inertia": 1e100, "wheel_inertia": 1.0, "roller_inertia": 1e-100,
 }  # fmt: skip
-MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # lenient only together
-REPAIRS = (1e-9, 1e9)  # a number that breaks a bound keeps it when it is this much smaller or larger
+MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # so many rollers fit only if they are light
+REPAIRS = (1e-9, 1e9)  # a number that breaks a bound is multiplied by one of these to see which bounds the others break
 
 
 def vehicle_of(content: dict[str, Any], findings: Findings) -> Vehicle | None:

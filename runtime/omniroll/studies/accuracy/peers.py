@@ -184,7 +184,10 @@ def by_fixed_steps(number_type: str) -> Callable:
 
 
 def fixed_steps(task: Task, times: np.ndarray, per_sample: int, number_type: str) -> Outcome:
-    """The generated C step, `per_sample` times from one sample to the next; a wheel beyond its joint switches then."""
+    """The generated C step, `per_sample` times from one sample to the next.
+
+    A wheel that is beyond its joint after a step switches there.
+    """
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "compiled", number_type)
     law = SwitchingModel(task.kernel, task.switching)
     wheels, joint = bound.wheels, np.pi / bound.rollers_per_wheel

@@ -24,14 +24,14 @@ from omniroll.kernels import sets
 from omniroll.studies.accuracy.deviation import deviation
 
 DIGITS, ORDER = 28, 26
-TAYLOR_ERROR = 1e-22  # of a step, relative
-COLUMNS = 6  # of the extrapolation table; more would cost digits
-EXTRAPOLATED_STEP = 0.05  # of the joint's angle, at the speed of the fastest wheel
-EXTRAPOLATION_ERROR = 1e-17  # of the column before the last, relative
-LANDING = 7  # Newton's rule from a linear guess
-FINER = 100.0  # a reference is so much finer than any error that is shown
-LEAST = 1e-18  # no reference counts as finer
-LONGEST = 100_000  # steps
+TAYLOR_ERROR = 1e-22  # relative error of a Taylor step
+COLUMNS = 6  # columns of the extrapolation table; further ones would lose digits to rounding
+EXTRAPOLATED_STEP = 0.05  # longest step: the fastest wheel turns by this part of the joint's angle
+EXTRAPOLATION_ERROR = 1e-17  # relative error of the last column but one
+LANDING = 7  # steps of Newton's rule that locate a joint, from a linear guess
+FINER = 100.0  # no error is shown that is smaller than this many times the reference's own
+LEAST = 1e-18  # the reference's own error is never taken as smaller
+LONGEST = 100_000  # steps before a run is given up
 
 
 @dataclass
@@ -77,13 +77,17 @@ class Mechanics:
         self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
         self.free = bound.has_spins
 
+    def form(self, name: str) -> Callable:
+        """The generated function for the rollers' tips."""
+        return getattr(self.module, self.task.kernel.form(name))
+
     def momenta(self, axial: Any) -> tuple:
         return (self.module.momenta(self.model, axial),) if self.free else ()
 
     def rates(self, y: list, momenta: tuple) -> list:
         """y' of y = (nu, chi, x, y, theta)."""
         nu, chi = y[:3], y[3 : 3 + self.wheels]
-        nu_dot = self.module.reduced(self.model, nu, chi, *momenta)
+        nu_dot = self.form("reduced")(self.model, nu, chi, *momenta)
         return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
 
     def energy(self, y: list, axial: Any) -> Any:
@@ -113,7 +117,7 @@ class Mechanics:
                 leaving[i] = left_with[i]
             entering[i] = spin - demanded[i]
         if self.task.switching == "impact" and hasattr(self.module, "impact"):
-            nu = self.module.impact(self.model, nu, after, entering, leaving)
+            nu = self.form("impact")(self.model, nu, after, entering, leaving)
         return [*nu, *after, *y[-3:]], axial
 
 
@@ -187,13 +191,13 @@ def horner(coefficients: list, time: Any) -> Any:
 
 
 class Extrapolated:
-    """Steps by Gragg's rule with 2, 4, 6 ... parts, extrapolated to none, in long double."""
+    """Steps by Gragg's rule with 2, 4, 6 ... parts, extrapolated to a part length of zero, in long double."""
 
     probes = 2
 
     def __init__(self, task: Task):
         self.mechanics = Mechanics(task, np.longdouble)
-        self.part = 1.0  # of the longest step, as the last one went
+        self.part = 1.0  # the last step's length over the longest step's
 
     def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         m = self.mechanics
