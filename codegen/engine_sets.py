@@ -1,4 +1,4 @@
-"""What the compiled engine must know of a set of effects, as text: the header engine_set_<set>.h.
+"""What the compiled engine must know of a set of effects, as text: the header engine_set.h of its folder.
 
 The engine (runtime/csrc) knows no effect by name. It has a core (nu, and what else must be solved for), followers (chi,
 the pose) and accounts (integrals that feed nothing back); this file says which quantities those are and which generated
@@ -7,6 +7,7 @@ functions give their rates, and the template writes the calls. No other file cal
 
 from dataclasses import dataclass
 
+from .filling import template
 from .programs import Array, EffectSet, Function
 
 CORE, ACCOUNT = "core", "account"
@@ -74,12 +75,20 @@ class EngineSet:
         asked = [array.name for array in reduced.inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
-        self.free = effects.function("momenta") is not None
-        self.massless = effects.name.split("_")[0] == "massless"
         names = [state.name for state in self.core]
         self.rollers = SINGLE if "axial" in names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
         self.plain = [f for f in map(effects.function, PLAIN) if f is not None]
+
+    @property
+    def solving(self) -> bool:
+        """Whether the set has functions for sharp tips beside the usual ones."""
+        return self.set.function("reduced_sharp") is not None
+
+    def called(self, function: Function) -> str:
+        """The name of a function in C."""
+        has_form = self.set.function(f"{function.name}_sharp") is not None
+        return f"SOLVED({function.name})" if has_form else f"lanes_{function.name}"
 
     def function(self, name: str) -> Function:
         found = self.set.function(name)
@@ -169,3 +178,11 @@ class EngineSet:
                 known[array.name] = array.name
             calls.append(Call(function, tuple(arguments), tuple(own)))
         return calls
+
+
+MOTION = ("reduced", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
+
+
+def engine_set(effects: EffectSet) -> str:
+    """The text of the header; a set without a motion has none."""
+    return template("engine_set.h", facts=EngineSet(effects)) if all(map(effects.function, MOTION)) else ""

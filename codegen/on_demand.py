@@ -9,8 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from .derivation import FORMAT, Derivation, kernel_to_json
-from .engine_sets import EngineSet
-from .filling import template
+from .engine_sets import engine_set
 from .operations import count_intermediates, count_operations
 from .pair import Pair, kernel_in_lanes, pair
 from .programs import EffectSet, Function
@@ -89,11 +88,6 @@ class SetKernel:
         return kernel_in_lanes(self.effects, self.functions)
 
     @property
-    def engine_set(self) -> str:
-        """What the compiled engine must know of the set."""
-        return template("engine_set.h", facts=EngineSet(self.effects))
-
-    @property
     def python(self) -> str:
         """The module of the functions in Python."""
         return python_text(self.effects, self.functions, {})
@@ -106,7 +100,7 @@ class SetKernel:
             "omniroll.c": pair.source,
             "declarations.h": pair.declarations,
             "kernel_in_lanes.h": self.in_lanes,
-            "engine_set.h": self.engine_set,
+            "engine_set.h": engine_set(self.effects),
             f"{self.name}.py": self.python,
             "functions.json": json.dumps(self.signatures),
         }

@@ -57,8 +57,8 @@ class LanesFunction(CFunction):
 
     def expression(self, e: Expression) -> str:
         if isinstance(e, Call) and e.function in ("sin", "cos"):
-            name = f"short_{e.function}" if symbols(e) <= self.short else f"{e.function}_of_any"
-            return f"lanes_{name}({self.expression(e.argument)})"
+            kind = "short" if symbols(e) <= self.short else "long"
+            return f"lanes_{kind}_{e.function}({self.expression(e.argument)})"
         return super().expression(e)
 
 

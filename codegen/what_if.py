@@ -97,7 +97,10 @@ def report(found: dict, changes: list[Change]) -> str:
     failures, stopped = found["failures"], found["stopped"]
     lines = [f"{found['proofs']} proofs hold, {len(failures)} fail"]
     for failure in failures:
-        lines += [f"  {failure['name']} ({failure['file']}): {failure['claim']}", f"    leaves {shortened(failure['residual'])}"]
+        lines += [
+            f"  {failure['name']} ({failure['file']}): {failure['claim']}",
+            f"    leaves {shortened(failure['residual'])}",
+        ]
     for stop in stopped:
         lines += [f"{stop['file']} stopped before its end: {shortened(stop['error'])}"]
     changed = [change for change in changes if change.old != change.new]

@@ -11,11 +11,12 @@
 #define LANES 16
 #define UNROLLED _Pragma("GCC unroll 8")     /* so that all stays in registers */
 #define LANES_EACH_WHEEL UNROLLED
-#include "engine_set.h"
+#include "set_in_lanes.h"
 
 #include "engine.h"
+#include "engine_set.h"
 
-#if !SET_IS_ACTED_ON                        /* inputs do not come in batches */
+#if !SET_IS_ACTED_ON                        /* a set of effects needs inputs that this has no place for */
 
 /* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
@@ -35,24 +36,21 @@ ALWAYS_INLINE lanes_t load(const double *from)
 /* nu' of sixteen vehicles. */
 ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_t at)
 {
-    const vehicle_t vehicle = {constants->rollers_per_wheel, constants};
     lanes_t nu[3], chi[MOST_WHEELS], nu_dot[3];
+    WITH_WHEELS(constants, wheels);
     UNROLLED
     for (int k = 0; k < 3; k++)
         nu[k] = load(at.nu + k*at.stride);
     UNROLLED
     for (int i = 0; i < wheels; i++)
         chi[i] = load(at.chi + i*at.stride);
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     lanes_t momenta[2*MOST_WHEELS];
     UNROLLED
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
-    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi, .momenta = momenta};
-#else
-    const point_t point = {.vehicle = &vehicle, .nu = nu, .chi = chi};
 #endif
-    core_rates(wheels, &point, nu_dot, 0);
+    lanes_reduced(constants, nu, chi MOMENTA(momenta), nu_dot);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];
@@ -70,7 +68,7 @@ ALWAYS_INLINE void blocks(const int wheels, const lanes_t *constants, long long 
     for (long long left = at.stride; left >= LANES; left -= LANES) {
         block(wheels, (const lanes_model *)constants, at);
         at.nu += LANES, at.chi += LANES, at.nu_dot += LANES;
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         at.momenta += LANES;
 #endif
         constants += next;
@@ -140,4 +138,5 @@ static void rest(const int wheels, const lanes_t *constants, arrays_t at)
         for (int lane = 0; lane < left; lane++)
             at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
 }
+
 #endif

@@ -4,7 +4,7 @@
  * Picard's iteration finds them, all nodes at once in the lanes of the generated kernel. The followers are integrals of
  * the core's; the accounts are evaluated once, when the core has settled.
  *
- * The file knows no mechanics and no effect by name: engine_set_<set>.h says what there is, and calls the generated
+ * The file knows no mechanics and no effect by name: engine_set.h says what there is, and calls the generated
  * kernel. What a set does not have is not compiled. */
 #include "gauss.h"
 #include "engine.h"
@@ -18,7 +18,7 @@
 /* What a step works on. */
 typedef struct {
     int wheels;
-    vehicle_t vehicle;
+    const vehicle_t *vehicle;
     const lanes_t *momenta;
     double joint;
     double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
@@ -104,12 +104,12 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t chi_dot[MOST_WHEELS];
-        set_wheel_speeds(wheels, &s->vehicle, nu, chi_dot);
+        set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
         for (int i = 0; i < wheels; i++)
             s->rate_chi[i].lanes[b] = chi_dot[i];
 #if SET_HAS_HEADING
         lanes_t pose_dot[3];
-        set_pose_rates(wheels, &s->vehicle, nu, lanes_of(0), pose_dot);
+        set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
         s->rate_pose[2].lanes[b] = pose_dot[2];
 #endif
     }
@@ -135,7 +135,7 @@ typedef struct {
 /* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not asked. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
-    point_t point = {.vehicle = &s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
+    point_t point = {.vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
     for (int k = 0; k < 3; k++)
         at->nu[k] = s->at_nu[k].lanes[b];
     for (int i = 0; i < wheels; i++)
@@ -267,7 +267,7 @@ static void integrate_pose(step_t *s, const double *pose)
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
         lanes_t rate[3];
-        set_pose_rates(s->wheels, &s->vehicle, nu, lanes_of(0), rate);
+        set_pose_rates(s->wheels, s->vehicle, nu, lanes_of(0), rate);
         for (int k = 0; k < 3; k++)
             s->rate_pose[k].lanes[b] = rate[k];
     }

@@ -5,7 +5,6 @@
 #ifndef OMNIROLL_LANES_H
 #define OMNIROLL_LANES_H
 
-#include <math.h>
 #include <string.h>
 
 #ifndef LANES
@@ -49,21 +48,6 @@ ALWAYS_INLINE double lanes_largest(lanes_t x)
     return largest;
 }
 
-ALWAYS_INLINE lanes_t lanes_sqrt(lanes_t x)
-{
-    for (int k = 0; k < LANES; k++)
-        x[k] = sqrt(x[k]);
-    return x;
-}
-
-/* For transitions, where its price does not count. */
-ALWAYS_INLINE lanes_t lanes_exp(lanes_t x)
-{
-    for (int k = 0; k < LANES; k++)
-        x[k] = exp(x[k]);
-    return x;
-}
-
 /* Sine and cosine for |x| <= pi/4: the polynomials of Sun's fdlibm (k_sin.c, k_cos.c, 1993). Other angles go through
  * lanes_reduce() first; half a wheel angle has a shorter polynomial in the generated kernel. */
 ALWAYS_INLINE lanes_t lanes_sin(lanes_t x)
@@ -100,18 +84,19 @@ ALWAYS_INLINE reduced_angle_t lanes_reduce(lanes_t x)
         .quarter = (lane_mask_t)shifted};
 }
 
-ALWAYS_INLINE lanes_t lanes_sin_of_any(lanes_t x)
+/* Sine and cosine of any angle up to 1e5. */
+ALWAYS_INLINE lanes_t lanes_long_sin(lanes_t x)
 {
     const reduced_angle_t reduced = lanes_reduce(x);
-    const lanes_t u = lanes_select((reduced.quarter & 1) != 0, lanes_cos(reduced.rest), lanes_sin(reduced.rest));
-    return (lanes_t)((lane_mask_t)u ^ ((reduced.quarter & 2) << 62));
+    const lane_mask_t odd = (reduced.quarter & 1) != 0, flip = (reduced.quarter & 2) << 62;
+    return (lanes_t)((lane_mask_t)lanes_select(odd, lanes_cos(reduced.rest), lanes_sin(reduced.rest)) ^ flip);
 }
 
-ALWAYS_INLINE lanes_t lanes_cos_of_any(lanes_t x)
+ALWAYS_INLINE lanes_t lanes_long_cos(lanes_t x)
 {
     const reduced_angle_t reduced = lanes_reduce(x);
-    const lanes_t u = lanes_select((reduced.quarter & 1) != 0, lanes_sin(reduced.rest), lanes_cos(reduced.rest));
-    return (lanes_t)((lane_mask_t)u ^ (((reduced.quarter + 1) & 2) << 62));
+    const lane_mask_t odd = (reduced.quarter & 1) != 0, flip = ((reduced.quarter + 1) & 2) << 62;
+    return (lanes_t)((lane_mask_t)lanes_select(odd, lanes_sin(reduced.rest), lanes_cos(reduced.rest)) ^ flip);
 }
 
 /* The vector (x, y) turned by an angle. */

@@ -2,8 +2,6 @@
 
 /* The parts of run->work. */
 typedef struct {
-    lanes_model *model;             /* the vehicle's constants, and                                          */
-    lanes_t *fields;                /* those of its wheels and rollers                                       */
     vehicle_t vehicle;
     int core;
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
@@ -13,14 +11,11 @@ typedef struct {
     double *end_core, *weight, *rise_core;
 } work_t;
 
-/* The parts in `memory`, lanes; returns how many lanes they are. */
+/* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. */
 static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 {
-    lanes_t *const fields = memory + (sizeof(lanes_model) + sizeof(lanes_t) - 1)/sizeof(lanes_t);
-    lanes_t *next = fields + LANES_MODEL_SIZE(wheels, rollers);
+    lanes_t *next = memory + LANES_MODEL_SIZE((long long)wheels, (long long)rollers);
     const long long axial = (long long)wheels*(rollers - 1), core = core_size(wheels, rollers);
-    work->vehicle = (vehicle_t){rollers, (lanes_model *)memory};
-    work->model = (lanes_model *)memory, work->fields = fields;
     work->core = (int)core;
     work->momenta = next, next += 2*wheels;
     work->axial = next, next += axial;

@@ -3,7 +3,10 @@
  * collocation.c  a step: the state at its nodes
  * events.c       where it ends
  * rows.c         what the caller gets
- * transitions.c  what happens there */
+ * transitions.c  what happens there
+ * inputs.c       what acts on the vehicle between two events */
+#include "set_in_lanes.h"
+
 #include "engine_set.h"
 
 #define MOST_GUARDS (2*MOST_WHEELS)
@@ -12,6 +15,7 @@
 #include "events.c"
 #include "rows.c"
 #include "transitions.c"
+#include "inputs.c"
 
 /* A step as it begins: the state, and what acts. */
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
@@ -82,7 +86,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     core_dot = work->core_dot;
 #endif
     core_rates(wheels, &now.point, nu_dot, core_dot);
-    set_wheel_speeds(wheels, &s->vehicle, now.arrays.nu, chi_dot);
+    set_wheel_speeds(wheels, s->vehicle, now.arrays.nu, chi_dot);
     s->h = most;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
@@ -184,9 +188,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
          * too long costs more than a step that is too short. */
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
-        return OMNIROLL_DONE;
+        return OMNIROLL_RUN_DONE;
     }
-    return OMNIROLL_NO_STEP;
+    return OMNIROLL_RUN_NO_STEP;
 }
 
 /* a + b rounded, and what the rounding leaves over (Knuth). */
@@ -256,21 +260,10 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 }
 
 #if SET_IS_ACTED_ON
-/* Asks the caller where a time has come or a guard is passed. */
-static int ask(omniroll_run_t *run, const work_t *work)
-{
-    if (run->elapsed >= run->next_time || guards_passed(run, work)) {
-        run->phase_start = run->elapsed;
-        run->at_event = 0;
-        return has_progress(run, 1) ? OMNIROLL_ASK : OMNIROLL_STUCK;
-    }
-    run->at_event = 0;
-    return OMNIROLL_DONE;
-}
-
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
 static int complete_rows(omniroll_run_t *run)
 {
+    (void)run;
 #if SET_INPUTS
     const int size = SET_INPUTS*run->wheels;
     const double *slopes = run->inputs + size, *last = run->rows + row_size(run)*run->row_count - size;
@@ -280,12 +273,12 @@ static int complete_rows(omniroll_run_t *run)
         same &= fabs(now - last[k]) <= PASSED*EPS*(fabs(last[k]) + fabs(run->inputs[k]) + fabs(moved));
     }
     if (same)
-        return OMNIROLL_DONE;
+        return OMNIROLL_RUN_DONE;
     if (run->row_count == run->row_capacity)
-        return OMNIROLL_FULL;
+        return OMNIROLL_RUN_FULL;
     put_row_after(run);
 #endif
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 #endif
 
@@ -295,8 +288,10 @@ static int first_row(omniroll_run_t *run, const work_t *work)
 {
 #if SET_IS_ACTED_ON
     if (!run->started) {
-        const int status = ask(run, work);
-        if (status != OMNIROLL_DONE)
+        if (!run->asks)
+            renew_inputs(run);
+        const int status = pass_events(run, work);
+        if (status != OMNIROLL_RUN_DONE)
             return status;
     }
 #endif
@@ -304,29 +299,30 @@ static int first_row(omniroll_run_t *run, const work_t *work)
     run->started = 1;
     if (run->row_count == 0)
         put_row(run);
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
-/* All that happens at this instant. Returns a status; OMNIROLL_DONE: a phase follows, or the duration is over. */
+/* All that happens at this instant. Returns a status; OMNIROLL_RUN_DONE: a phase follows, or the duration is over. */
 static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
 #if SET_IS_ACTED_ON
-    if (status == OMNIROLL_DONE && run->elapsed < run->duration)
-        status = ask(run, work);
-    if (status == OMNIROLL_DONE && run->elapsed < run->duration)
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+        status = pass_events(run, work);
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = complete_rows(run);
 #endif
     return status;
 }
 
-ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *model, const int wheels)
+ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
 {
     work_t work;
     step_t s;
-    lay_out(&work, (lanes_t *)run->work, wheels, run->rollers_per_wheel);
-    lanes_spread(model, work.fields, work.model);
-    s.wheels = wheels, s.vehicle = work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
+    lanes_t *const memory = (lanes_t *)run->work;
+    lay_out(&work, memory, wheels, run->rollers_per_wheel);
+    lanes_spread(constants, memory, &work.vehicle);
+    s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
 #if SET_CORE_PARTS
     if (!run->started) {
@@ -335,23 +331,23 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *model, c
             work.rise_core[c] = 0;
     }
 #endif
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, &work);
 #endif
     int status = first_row(run, &work);
-    while (status == OMNIROLL_DONE) {
+    while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
-        if (status != OMNIROLL_DONE || run->elapsed >= run->duration)
+        if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
         if (run->row_count == run->row_capacity) {
-            status = OMNIROLL_FULL;
+            status = OMNIROLL_RUN_FULL;
             break;
         }
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         wheel_momenta(run, &work);
 #endif
         status = advance(run, &work, &s, wheels);
-        if (status == OMNIROLL_DONE)
+        if (status == OMNIROLL_RUN_DONE)
             take(run, &work, &s, wheels);
     }
     run->sweep_count += s.sweeps;
@@ -365,22 +361,22 @@ long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
     return LANES*lay_out(&work, (lanes_t *)0, wheels, rollers_per_wheel);
 }
 
-const char *omniroll_state_names(void)
+const char *omniroll_run_states(void)
 {
     return SET_STATE_NAMES;
 }
 
-const char *omniroll_input_names(void)
+const char *omniroll_run_inputs(void)
 {
     return SET_INPUT_NAMES;
 }
 
-/* Phases and switches until the duration is over or there is no more room. The usual numbers of wheels are compiled with
- * their loops unrolled. */
+/* Phases, events and transitions until the duration is over or there is no more room. The usual numbers of wheels are
+ * compiled with their loops unrolled. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
 {
     if (run->wheels > MOST_WHEELS)
-        return OMNIROLL_NO_STEP;
+        return OMNIROLL_RUN_NO_STEP;
     switch (run->wheels) {
     case 3: return run_phases(run, model, 3);
     case 4: return run_phases(run, model, 4);

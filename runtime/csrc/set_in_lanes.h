@@ -17,6 +17,12 @@
             __builtin_unreachable(); \
     } while (0)
 
+#ifdef LANES_HAS_MOMENTA
+#define MOMENTA(momenta) , momenta
+#else
+#define MOMENTA(momenta)
+#endif
+
 #define MOST_WHEELS 64
 
 #endif

@@ -45,7 +45,7 @@ ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t
 #endif
 }
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
@@ -90,7 +90,7 @@ static void update_axial(omniroll_run_t *run, const work_t *work)
 
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
 /* The free rollers of a wheel change places: the leaving roller gets its place, the entering one loses it. */
 static double exchange_places(double *axial, int places, int direction, double leaving)
 {
@@ -120,12 +120,12 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         }
         after[i] = lanes_of(run->chi[i]);
     }
-#ifndef OMNIROLL_MASSLESS
+#ifdef LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
 #if SET_CORE_PARTS
     update_axial(run, work);
 #endif
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     set_contact_axial(wheels, vehicle, nu, before, left);
     set_contact_axial(wheels, vehicle, nu, after, demanded);
 #else
@@ -136,7 +136,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     for (int i = 0; i < wheels; i++) {
         double came_with = 0, stopped = 0;
         if (directions[i]) {
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
             came_with = exchange_places(run->axial + i*(rollers - 1), rollers - 1, directions[i], left[i][0]);
 #else
             stopped = left[i][0];
@@ -168,7 +168,7 @@ static double tau(const omniroll_run_t *run, double phase_length)
 static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, lanes_t *chi_ddot)
 {
     lanes_t nu_dot[3];
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
     rates_at_this_instant(run, work, run->wheels, nu_dot);
@@ -230,9 +230,9 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
     int directions[MOST_WHEELS];
     while (switching_wheels(run, work, run->elapsed - run->phase_start, directions)) {
         if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
-            return OMNIROLL_FULL;
+            return OMNIROLL_RUN_FULL;
         if (!has_progress(run, 0))
-            return OMNIROLL_STUCK;
+            return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
@@ -240,7 +240,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         *out++ = (double)run->row_count;
         for (int i = 0; i < run->wheels; i++)
             *out++ = directions[i];
-#ifdef OMNIROLL_FREE_ROLLERS
+#ifdef LANES_HAS_MOMENTA
         const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
         for (long long k = 0; k < size; k++)
             run->switch_axial[run->switch_count*size + k] = run->axial[k];
@@ -248,7 +248,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         run->switch_count++;
         put_row_after(run);
     }
-    return OMNIROLL_DONE;
+    return OMNIROLL_RUN_DONE;
 }
 
 #if SET_IS_ACTED_ON

@@ -56,8 +56,15 @@ class FirmwareVehicle:
         self.nu, self.pose, self.contact = np.zeros(3), np.zeros(3), np.zeros(self.wheels, np.intc)
         self.state = self.ffi.new("omniroll_state *")
         slots = self.wheels * (self.rollers - 1)
-        sizes = {"chi": self.wheels, "axial": slots, "momenta": 2 * self.wheels, "work": 100 + 20 * self.wheels + 8 * slots}
-        self.arrays = {name: np.zeros(sizes[name], self.real) for name in sizes if name in self.fields("omniroll_state *")}
+        sizes = {
+            "chi": self.wheels,
+            "axial": slots,
+            "momenta": 2 * self.wheels,
+            "work": 100 + 20 * self.wheels + 8 * slots,
+        }
+        self.arrays = {
+            name: np.zeros(sizes[name], self.real) for name in sizes if name in self.fields("omniroll_state *")
+        }
         for name, array in self.arrays.items():
             setattr(self.state, name, self.pointer(array))
         self.state.contact = self.ffi.from_buffer("int[]", self.contact)

@@ -261,8 +261,7 @@ CASES = [
         "naive: 400 impacts, not driven)",
         naive="the energy drifts between the impacts",
         promise=(
-            "no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the "
-            "loss"
+            "no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the loss"
         ),
         run=impacts,
     ),

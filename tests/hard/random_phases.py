@@ -125,8 +125,7 @@ CASES = [
         title="No switch missed or doubled in 10^6 random phases (Python engine: 10^3)",
         naive="misses none in 40 runs of 20 phases",
         promise=(
-            "in every step every wheel stays on its roller; every switch is of a wheel that moves outwards at its "
-            "joint"
+            "in every step every wheel stays on its roller; every switch is of a wheel that moves outwards at its joint"
         ),
         run=random_phases,
     )

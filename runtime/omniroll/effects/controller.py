@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.effect import Effect, Influence, Process, Signal
+from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
 from omniroll.effects.numbers import Curve, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
@@ -101,6 +101,10 @@ class Sampling(Process):
         self.samples = 0
         self.sum = np.zeros(kernel.wheels)  # of the errors, rad
         self.output = np.zeros(kernel.wheels)
+
+    def compiled(self) -> tuple[Sampler]:
+        output, sample_time = self.controller.output, self.controller.sample_time
+        return (Sampler(output, sample_time, self.limit, self.target, self.proportional, self.integral),)
 
     def next_time(self) -> float:
         return self.samples * self.controller.sample_time

@@ -23,6 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from omniroll.effects.guards import Guard
+from omniroll.effects.numbers import Curve
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -71,8 +72,47 @@ class Influence:
     guards: tuple[Guard, ...] = ()
 
 
+@dataclass(frozen=True)
+class Table:
+    """A signal that follows a curve (K, N): a form in which the compiled engine knows a process. So are these two."""
+
+    signal: str
+    curve: Curve
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """A sampled controller of the wheels' speeds; arrays are (N,), the target's curve is of nu (K, 3)."""
+
+    signal: str
+    sample_time: float
+    limit: float
+    target: Curve
+    proportional: np.ndarray
+    integral: np.ndarray
+
+
+@dataclass(frozen=True)
+class Motors:
+    """Motors that make torque and damping of voltages; limit is inf where the currents have none.
+
+    wheel_rows  (N, 3) the wheels' speeds for each of nu
+    """
+
+    volt_torque: float
+    rate_voltage: float
+    inverse_resistance: float
+    limit: float
+    limit_torque: float
+    wheel_rows: np.ndarray
+
+
 class Process:
     """An effect in one run. Times are counted from the start of the run."""
+
+    def compiled(self) -> "tuple[Table | Sampler | Motors, ...] | None":
+        """The same for the compiled engine, before the run starts; None where that must ask this process."""
+        return () if type(self) is Process else None
 
     def next_time(self) -> float:
         """The time in s at which pass_time must be called: a phase ends there exactly. inf: never."""

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Influence, Signal
+from omniroll.effects.effect import Effect, Influence, Motors, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
@@ -118,6 +118,21 @@ class Driving(Following):
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
         self.mode = np.full(kernel.wheels, LINEAR)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
+
+    def compiled(self) -> tuple[Table, Motors]:
+        motor = self.motor
+        volt_torque = motor.gear_ratio * motor.torque_constant / motor.resistance
+        limit = np.inf if motor.current_limit is None else motor.current_limit
+        limit_torque = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * limit
+        motors = Motors(
+            volt_torque=volt_torque,
+            rate_voltage=motor.gear_ratio * motor.back_emf,
+            inverse_resistance=1 / motor.resistance,
+            limit=limit,
+            limit_torque=limit_torque,
+            wheel_rows=self.wheel_speed_per_nu,
+        )
+        return Table("voltage", self.curve), motors
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         motor, linear = self.motor, self.mode == LINEAR

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Influence, Process, Quantity, Signal
+from omniroll.effects.effect import Effect, Influence, Process, Quantity, Signal, Table
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -36,6 +36,9 @@ class Following(Process):
     def __init__(self, name: str, curve: Curve):
         self.name, self.curve = name, curve
         self.knot = curve.next_knot(0.0)
+
+    def compiled(self) -> tuple[Table, ...] | None:
+        return (Table(self.name, self.curve),) if type(self) is Following else None
 
     def next_time(self) -> float:
         return self.knot

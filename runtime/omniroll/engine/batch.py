@@ -36,7 +36,7 @@ class Batch:
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
-        module = sets.library(first.base, first.effects, "double")
+        module = sets.engine(first.base, first.effects, first.sharp)
         self._ffi, self._function = module.ffi, module.lib.omniroll_reduced_batch
         self._constants = _blocks(module, kernels)
         self._largest_angle = joint_angle(self.rollers_per_wheel)
@@ -130,7 +130,7 @@ def _blocks(module: SimpleNamespace, kernels: list[CompiledKernel]) -> np.ndarra
     """The constants of all vehicles in blocks of sixteen; batch.c. The model in a block points into the block."""
     first, count = kernels[0], len(kernels)
     constants = aligned(module.lib.omniroll_blocks_size(count, first.wheels, first.rollers_per_wheel))
-    models = module.ffi.new("omniroll_model *[]", [own.model for own in kernels])
+    models = module.ffi.new("omniroll_model *[]", [own.model_for(module.ffi) for own in kernels])
     module.lib.omniroll_fill_blocks(count, models, module.ffi.from_buffer("double[]", constants))
     return constants
 

@@ -1,7 +1,7 @@
 """The compiled engine: runtime/csrc does phases, events and transitions; here its buffers are filled and read.
 
-A call runs until a buffer is full; then progress is reported and the rows are copied out. It also returns where effects
-must be asked for the inputs of the next phase.
+A call runs until a buffer is full; then progress is reported and the rows are copied out. Tables, controllers and
+motors act within a call. An effect of another kind is asked at each event, between two calls.
 """
 
 from dataclasses import replace
@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.effect import Motors, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
+from omniroll.effects.numbers import Curve
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
@@ -47,7 +49,7 @@ def can_run(task: Task) -> bool:
     run = EffectRun(task.effects, task.kernel, task.start_time)
     if not task.kernel.effects:
         return not run.next_time() < np.inf and not run.begin_phase(0.0)
-    known = names_of(task.kernel, "state")
+    known = names_of(task.kernel, "states")
     return all(quantity.name in known for quantity in run.state_vector.quantities) and all(
         len(guard.weights) <= 3 for guard in run.begin_phase(0.0)
     )
@@ -55,13 +57,13 @@ def can_run(task: Task) -> bool:
 
 def engine_of(kernel: Kernel) -> Any:
     """`ffi` and `lib` with the engine of a kernel's set."""
-    return sets.engine(kernel.base, kernel.effects)
+    return sets.engine(kernel.base, kernel.effects, kernel.sharp)
 
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
-    """What the engine of a set integrates beside nu, chi and the pose ("state"), or needs ("input")."""
-    module = engine_of(kernel)
-    return module.ffi.string(getattr(module.lib, f"omniroll_{kind}_names")()).decode().split()
+    """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
+    engine = engine_of(kernel)
+    return engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split()
 
 
 class CompiledRun:
@@ -73,21 +75,23 @@ class CompiledRun:
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self.columns = Columns(self.kernel, task)
         self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.asked = 0
+        self.described: dict[str, list[dict[str, Any]]] = {}
+        self.kept: list[Any] = []  # what the engine has pointers to
         self._allocate()
         self._fill()
+        if self.task.effects:
+            self._describe_what_acts()
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        step, model = self.module.lib.omniroll_run, self._model()
+        step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
         parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
-            self._give_inputs()
-            status = step(self.struct, model)
+            status = step(*arguments)
             while status == ASK:
                 self._answer()
-                status = step(self.struct, model)
+                status = step(*arguments)
             parts.append(self._copied())
             size += sum(array.nbytes for array in parts[-1].values())
             if status == FULL and size > MOST_BYTES:
@@ -99,16 +103,10 @@ class CompiledRun:
             raise self._stopped(status, result)
         return result
 
-    def _model(self):
-        """The kernel's model as the engine's library takes it; the kernel's may be another library."""
-        address = self.kernel.ffi.cast("uintptr_t", self.kernel.model)
-        return self.module.ffi.cast("omniroll_model *", int(address))
-
     # What acts
 
     def _answer(self) -> None:
         """A time has come, or guards are passed: the effects say what acts from now on."""
-        self.asked += 1
         if self.run.elapsed >= self.acting.next_time():
             state = replace(self.task.state, nu=self.nu.copy(), chi=self.chi.copy(), pose=self.pose.copy())
             self.acting.pass_time(self.run.elapsed, state)
@@ -117,20 +115,63 @@ class CompiledRun:
         self._give_inputs()
 
     def _give_inputs(self) -> None:
-        if not self.task.effects:
-            return
         guards = self.acting.begin_phase(self.run.elapsed)
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
             if name in self.acting.signals:
-                self.inputs[0, k], self.inputs[1, k] = (
-                    self.acting.signals[name].value,
-                    self.acting.signals[name].slope,
-                )
+                signal = self.acting.signals[name]
+                self.inputs[0, k], self.inputs[1, k] = signal.value, signal.slope
         for row, guard in zip(self.guards, guards, strict=False):
             row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights))]
         self.run.guard_count = len(guards)
         self.run.inputs_elapsed, self.run.next_time = self.run.elapsed, self.acting.next_time()
+
+    def _describe_what_acts(self) -> None:
+        """Tables, controllers and motors, which the engine asks itself; it asks effects of other kinds here."""
+        described = [process.compiled() for process in self.acting.processes]
+        forms = [form for forms in described if forms is not None for form in forms]
+        by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Motors)}
+        if None in described or len(by_kind[Motors]) > 1:
+            self.run.asks = 1
+            self._give_inputs()
+            return
+        signals = [*self.columns.inputs, "voltage"]
+        for form in by_kind[Table]:
+            self._put("tables", {"signal": signals.index(form.signal), "curve": self._curve(form.curve)})
+        for form in by_kind[Sampler]:
+            numbers = {"sum": np.zeros(self.wheels), "output": np.zeros(self.wheels)}
+            numbers |= {"proportional": form.proportional, "integral": form.integral}
+            own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
+            self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
+        for form in by_kind[Motors]:
+            self.modes = np.zeros(self.wheels, np.int64)
+            own = {name: value for name, value in vars(form).items() if name != "wheel_rows"}
+            own["modes"] = self.module.ffi.from_buffer("long long[]", self.modes)
+            self._put("motors", own | self._pointers({"wheel_rows": form.wheel_rows}))
+        for name, entries in self.described.items():
+            kind = name if name == "motors" else name.removesuffix("s")
+            array = self.module.ffi.new(f"omniroll_{kind}_t[]", entries)
+            self.kept.append(array)
+            setattr(self.run, name, array)
+            setattr(self.run, f"{kind}_count", len(entries))
+
+    def _put(self, kind: str, entry: dict[str, Any]) -> None:
+        self.described.setdefault(kind, []).append(entry)
+
+    def _pointers(self, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+        """Pointers to contiguous arrays, which live as long as this run."""
+        made = {name: np.array(array, float, order="C") for name, array in arrays.items()}
+        self.kept += made.values()
+        return {name: self._pointer(array) for name, array in made.items()}
+
+    def _curve(self, curve: Curve) -> dict[str, Any]:
+        numbers = {"times": curve.knots, "values": curve.values}
+        return {
+            "width": curve.values.shape[1],
+            "held": int(curve.interpolation == "hold"),
+            "count": len(curve.knots),
+            "next": int(np.searchsorted(curve.knots, 0.0, side="right")),
+        } | self._pointers(numbers)
 
     # Buffers
 
@@ -151,7 +192,8 @@ class CompiledRun:
         self.part_sizes = columns.part_sizes()
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
         self.guards = np.zeros((MOST_GUARDS, 5))
-        self.passed = np.zeros(MOST_GUARDS, np.int64)
+        self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
+        self.signals = np.zeros((2, len(columns.inputs) + 1, wheels))
 
     def _fill(self) -> None:
         task, step = self.task, max(self.tolerance, FINEST_STEP)
@@ -168,10 +210,10 @@ class CompiledRun:
         run.speed, run.next_time = speed_scale(task), np.inf
         for name in (
             "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
-            "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
+            "core", "core_before", "accounts", "part_sizes", "inputs", "guards", "signals",
         ):  # fmt: skip
             setattr(run, name, self._pointer(getattr(self, name)))
-        for name in ("contact", "passed"):
+        for name in ("contact", "passed", "leads_to"):
             setattr(run, name, self.module.ffi.from_buffer("long long[]", getattr(self, name)))
 
     def _phases_expected(self) -> float:
@@ -236,7 +278,7 @@ class Columns:
 
     def __init__(self, kernel: Kernel, task: Task):
         self.kernel, self.state_vector = kernel, task.effects.state_vector(kernel)
-        self.states, self.inputs = names_of(kernel, "state"), names_of(kernel, "input")
+        self.states, self.inputs = names_of(kernel, "states"), names_of(kernel, "inputs")
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}
         rates = {quantity.name: quantity.rate for quantity in self.state_vector.quantities}
         self.sizes = [int(np.prod(outputs[(RATES | rates)[name]])) for name in self.states]
@@ -280,9 +322,7 @@ def joined(parts: list[dict[str, np.ndarray]], task: Task, columns: Columns) -> 
         y=y,
         contact=rows[:, columns.end : columns.end + wheels].astype(int),
         axial=axial_speeds(parts, task, columns, rows[:, 0], y, switch_rows) if task.kernel.has_spins else None,
-        dense=lambda: (
-            dense_polynomials(rows[:, 1 : columns.end], steps, starts, columns) if len(starts) else None
-        ),
+        dense=lambda: dense_polynomials(rows[:, 1 : columns.end], steps, starts, columns) if len(starts) else None,
         step_rows=starts,
         directions=switches[:, 2 : 2 + wheels].astype(int),
         switch_rows=switch_rows,

@@ -83,13 +83,19 @@ def kernel_library(folder: Path, number_type: str) -> None:
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 
-def engine_library(folder: Path, engine: Path, constants: Path, level: str) -> None:
-    """Compile the pair in doubles and the engine over it into engine-<level>.so.
+def engine_file(level: str, sharp: bool) -> str:
+    """The name of the library of an engine."""
+    return f"engine-{level}{'-sharp' * sharp}.so"
+
+
+def engine_library(folder: Path, engine: Path, constants: Path, level: str, sharp: bool = False) -> None:
+    """Compile the pair in doubles and the engine over it.
 
     engine     folder of the engine's C files
     constants  folder of gauss.h
     level      of LEVELS
+    sharp      whether the engine solves for nu' by the functions for sharp tips
     """
-    flags = [*ENGINE_FLAGS, f"-march={level}"]
+    flags = [*ENGINE_FLAGS, f"-march={level}", *(["-DOMNIROLL_SHARP"] if sharp else [])]
     sources = [folder / "omniroll.c", *(engine / name for name in ENGINE_SOURCES)]
-    compile_library(sources, folder / f"engine-{level}.so", [folder, engine, constants], flags)
+    compile_library(sources, folder / engine_file(level, sharp), [folder, engine, constants], flags)

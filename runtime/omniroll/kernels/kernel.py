@@ -447,10 +447,9 @@ class CompiledKernel(Kernel):
         """The constants of the vehicle: a cffi pointer to the struct omniroll_model of the header."""
         return self._model
 
-    @property
-    def ffi(self):
-        """The cffi interface of the library that `model` belongs to."""
-        return self._ffi
+    def model_for(self, ffi):
+        """`model` as a pointer of another library's cffi interface; both libraries have the set's structs."""
+        return ffi.cast("omniroll_model *", int(self._ffi.cast("uintptr_t", self._model)))
 
     def _function(self, name: str):
         return getattr(self._lib, f"omniroll_{self.form(name)}")

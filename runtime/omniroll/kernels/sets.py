@@ -8,7 +8,8 @@ A set has a folder with its files:
     declarations.h           what cffi must know of the pair
     functions.json           what the functions take and give
     float.so ...             the compiled pair, one library a number type
-    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions
+    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions,
+                             and engine-LEVEL-sharp.so for rollers with sharp tips
 
 The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
 Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
@@ -99,12 +100,15 @@ def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleName
 
 
 @cache
-def engine(base: str, effects: tuple[str, ...]) -> SimpleNamespace:
-    """`ffi` and `lib` of a set's functions in doubles with the compiled engine. Raises KernelsMissingError likewise."""
-    place, file = _engine(base, effects)
-    header = (_engine_sources() / "engine.h").read_text(encoding="utf-8")
-    plain = "\n".join(line for line in header.splitlines() if not line.startswith("#"))
-    return _opened(place, file, "double", [plain])
+def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNamespace:
+    """`ffi` and `lib` of a set's functions in doubles with the compiled engine.
+
+    sharp  whether the engine solves for nu' by the functions for sharp tips
+
+    Raises KernelsMissingError where they cannot be had.
+    """
+    place, file = _engine(base, effects, sharp)
+    return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
 
 
 def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
@@ -122,16 +126,16 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
     return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
 
 
-def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
+def _engine(base: str, effects: tuple[str, ...], sharp: bool) -> tuple[Path, str]:
     """The folder and the library of a set's functions and its engine, at the widest level that runs here."""
     levels = building.levels_here()
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
         print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
-        building.engine_library(place, _engine_sources(), constants, levels[0])
+        building.engine_library(place, _engine_sources(), constants, levels[0], sharp)
 
-    return _made(base, effects, [f"engine-{level}.so" for level in levels], build)
+    return _made(base, effects, [building.engine_file(level, sharp) for level in levels], build)
 
 
 def _engine_sources() -> Path:
