@@ -19,6 +19,7 @@ PAIRS = {  # that ship, and pairs with effects: one for each way in which a step
     "locked": ("locked", ()),
     "free": ("free", ()),
     "free_sharp": ("free_sharp", ()),
+    "drive": ("free", ("drive",)),
     "motor": ("free", ("drive", "motor")),
     "viscous": ("free", ("drive", "roller_viscous", "axle_viscous", "slope")),
     "everything": ("free", ("layout", "drive", "motor", "axle_coulomb", "roller_coulomb", "slope", "reactions")),
@@ -51,7 +52,7 @@ def tool(name: str) -> str:
 
 def run(*command: str | Path, **options) -> str:
     """What the command prints; a failure shows all that it said."""
-    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, **options)
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True, timeout=120, **options)
     assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout[-3000:]}\n{done.stderr[-6000:]}"
     return done.stdout
 

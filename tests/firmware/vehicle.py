@@ -57,7 +57,7 @@ class FirmwareVehicle:
         self.state = self.ffi.new("omniroll_state *")
         slots = self.wheels * (self.rollers - 1)
         sizes = {"chi": self.wheels, "axial": slots, "momenta": 2 * self.wheels}
-        sizes["work"] = 24 + 14 * self.wheels + 4 * slots  # at least OMNIROLL_WORK of any set
+        sizes["work"] = 30 + 17 * self.wheels + 5 * slots  # at least OMNIROLL_WORK of any set
         wanted = self.fields("omniroll_state *")
         self.arrays = {name: np.zeros(size, self.real) for name, size in sizes.items() if name in wanted}
         for name, array in self.arrays.items():
