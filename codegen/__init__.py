@@ -1,14 +1,24 @@
-"""From the derivation's data to source text: reads what Maxima derived, writes generated/. Knows no
-mechanics.
+"""From the derivation's data to source text: reads what Maxima derived, writes generated/.
+
+It knows no mechanics: every formula comes from the data. Two numerical methods are its own: the template of the C
+kernels has a Runge-Kutta step, and quadrature.py computes the tables of Gauss collocation for the compiled engine.
 
 maxima.py       finds or installs Maxima and runs the derivation
-expressions.py  the expression form and its canonical order
-programs.py     a function's steps: scopes, names, where each symbol comes from
-sharing.py      shares subexpressions and hoists them out of loops; counts operations
+cache.py        the folder of what is kept between runs, and the lock under which it is made
 derivation.py   the derivation's data, read, checked and canonical
-c.py python.py latex.py   one thin printer a language
+expressions.py  the expression form and its canonical order
+programs.py     the functions of a set: steps, scopes, names, where each symbol comes from
+scopes.py       names every symbol of a function and finds the loop that it lives in
+specialise.py   the programs of a set of effects, from the programs that hold every effect
+short_angles.py sines and cosines of angles that stay on a roller, as polynomials
+sharing.py      shares subexpressions and hoists them out of loops
+operations.py   counts operations
+quadrature.py   tables of Gauss collocation
+infix.py c.py python.py latex.py   how an expression is printed in each language
 formulas.py     the comparison with the paper: records and page
 mathtext.py     the paper's LaTeX as plain text and as MathML
 rendering.py    the templates: every emitted file as bytes
-__main__.py     update or check
+on_demand.py    the kernel of one set of effects at run time, without Maxima
+what_if.py      what follows from a changed assumption
+__main__.py     `python -m codegen`: writes generated/, or compares with it
 """

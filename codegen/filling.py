@@ -53,6 +53,23 @@ def comment(text: str, width: int = 110) -> str:
     return wrapped(text, "/* ", " * ", width - 3) + " */"
 
 
+def commented(text: str) -> str:
+    """A block of a template as one C comment with its line's end."""
+    return comment(text.strip(), 118) + "\n"
+
+
+def paragraph(text: str, before: str = " * ") -> str:
+    """A block of a template as a paragraph within a comment."""
+    return wrapped(text.strip(), before, width=118) + "\n"
+
+
+def field(declaration: str, before: str, array: Array, width: int = 116) -> str:
+    """A field of a struct with its unit and its meaning: beside it, or above where the line would be too long."""
+    text = f"{before}{array.unit}: {array.meaning}"
+    line = f"    {declaration} /* {text} */"
+    return line if len(line) <= width else f"{wrapped(f'{text} */', '    /* ', '     * ')}\n    {declaration}"
+
+
 def count_of(array: Array, holder: str) -> str:
     """The number of elements of an array as C text; the counts stand in the struct `holder`."""
     sizes = {"N": f"{holder}->wheels", "n-1": f"({holder}->rollers_per_wheel - 1)"}
@@ -80,6 +97,18 @@ def example_count(array: Array) -> str:
 def example_numbers(array: Array, prefix: str) -> str:
     """The example's values of an array of constants."""
     return ", ".join(f"({prefix}_real){angle}" for angle in EXAMPLE_ANGLES) if array.name == "wheel_angles" else "0"
+
+
+def broken_list(head: str, items: list[str], width: int = 110) -> str:
+    """`head` with the items and a closing bracket, broken between items."""
+    lines = [head]
+    for place, item in enumerate(items):
+        text = item + (")" if place == len(items) - 1 else ", ")
+        if len(lines[-1]) + len(text.rstrip()) > width - 4:
+            lines[-1] = lines[-1].rstrip()
+            lines.append(" " * 8)
+        lines[-1] += text
+    return "\n".join(lines)
 
 
 def work(function) -> str:
@@ -118,11 +147,15 @@ def environment() -> Environment:
     made.filters |= {
         "sizes": sizes,
         "wrapped": wrapped,
+        "broken_list": broken_list,
         "work": work,
         "equations": equations_of,
         "tex": escaped,
         "called": called,
         "comment": comment,
+        "commented": commented,
+        "paragraph": paragraph,
+        "field": field,
         "count_of": count_of,
         "example_count": example_count,
         "example_number": example_number,

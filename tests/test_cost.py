@@ -11,6 +11,7 @@ import pytest
 
 import omniroll
 from omniroll.kernels import building, sets
+from omniroll.kernels.kernel import form
 
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
@@ -20,7 +21,9 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def operations(set_name, name):
     """Operation counts of a generated function by place: once, wheel, slot, roller."""
-    (found,) = [f["operations"] for f in sets.functions(set_name, ()) if f["name"] == name]
+    model = set_name.removesuffix("_sharp")
+    wanted = form(name, model != set_name)
+    (found,) = [f["operations"] for f in sets.functions(model, ()) if f["name"] == wanted]
     return found
 
 

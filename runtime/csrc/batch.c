@@ -14,6 +14,9 @@
 #include "set_in_lanes.h"
 
 #include "engine.h"
+#include "engine_set.h"
+
+#if !SET_IS_ACTED_ON                        /* a set of effects needs inputs that this has no place for */
 
 /* Lanes anywhere in an array, aligned as its doubles are. */
 typedef lanes_t lanes_in_array_t __attribute__((aligned(8), may_alias));
@@ -135,3 +138,5 @@ static void rest(const int wheels, const lanes_t *constants, arrays_t at)
         for (int lane = 0; lane < left; lane++)
             at.nu_dot[(k + 1)*at.stride - left + lane] = nu_dot[k*LANES + lane];
 }
+
+#endif

@@ -1,4 +1,4 @@
-/* A run of the compiled engine: what the caller gives, what it gets back. See phase.c and batch.c. */
+/* A run of the compiled engine: what the caller gives, what it gets back. See run.c and batch.c. */
 #ifndef OMNIROLL_ENGINE_H
 #define OMNIROLL_ENGINE_H
 

@@ -1,4 +1,40 @@
-/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See engine.h. */
+/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See engine.h.
+ *
+ * What acts on a vehicle is made of signals: numbers for every wheel, affine in time between two events. The first signals
+ * are the inputs of the kernel; the last one is the voltages of the motors. */
+
+/* Numbers over time, linear or held between two times, constant before the first and after the last. */
+typedef struct {
+    int width, held;
+    long long count, next;      /* next: the first time that is still to come                           */
+    const double *times, *values;   /* times from the start of the run; values: count x width            */
+} omniroll_curve_t;
+
+/* A curve that a signal follows. */
+typedef struct {
+    int signal;
+    omniroll_curve_t curve;
+} omniroll_table_t;
+
+/* A sampled controller of the wheels' speeds, whose output a signal holds up to the next sample. */
+typedef struct {
+    int signal;
+    double sample_time, limit;
+    long long samples;          /* how many there were                                                  */
+    omniroll_curve_t target;    /* of nu                                                                */
+    const double *proportional, *integral;  /* N                                                        */
+    double *sum, *output;       /* N                                                                    */
+} omniroll_sampler_t;
+
+/* Motors, one on each wheel. mode: 0, or the sign of the limit that the current is at. */
+typedef struct {
+    double volt_torque, rate_voltage, inverse_resistance;
+    double limit;               /* of the current; infinite where there is none                         */
+    double limit_torque;
+    const double *wheel_rows;   /* N x 3: the wheels' speeds for each of nu                              */
+    long long *modes;           /* N                                                                    */
+} omniroll_motors_t;
+
 typedef struct {
     int wheels, rollers_per_wheel;
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
@@ -19,18 +55,43 @@ typedef struct {
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */
     long long *contact;         /* N                                                                    */
 
-    double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes           */
+    double *work;               /* omniroll_run_work_size() doubles, aligned to 64 bytes; kept between calls */
 
-    /* Rows: elapsed, nu, chi, pose, contact (7 + 2 N numbers); a row for each end of a step and one after each switch.
-     * Steps: for the step that starts at a row, the length of its polynomials, how much later it ends, and the Legendre
-     * coefficients of nu', chi' and pose' (2 + 16 (6 + N) numbers). */
+    /* What acts, where the set has effects. */
+    double speed;               /* the |nu| that errors are measured against at least                   */
+    double fastest;             /* the largest |nu| so far                                              */
+    const double *part_sizes;   /* the size at |nu| = 1 of each part of the core beside nu               */
+    double *core, *accounts;    /* the rest of the core, and the accounts; out                          */
+    double *core_before;        /* the rest of the core where `axial` is from                           */
+    double axial_elapsed;       /* elapsed there                                                        */
+    double *inputs;             /* of the kernel: values at inputs_elapsed and slopes (2 x inputs x N)   */
+    double inputs_elapsed;
+    double next_time;           /* elapsed at the next time known beforehand                            */
+    int guard_count;            /* guards: constant and slope, from inputs_elapsed on, and weights of nu  */
+    double *guards;             /* (count x 5)                                                          */
+    int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
+    int table_count, sampler_count, motors_count;
+    omniroll_table_t *tables;
+    omniroll_sampler_t *samplers;
+    omniroll_motors_t *motors;  /* one or none                                                          */
+    double *signals;            /* values and slopes of all signals (2 x (inputs + 1) x N); scratch      */
+    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
+    long long *passed;          /* which guards are passed, where the caller is asked; out               */
+    int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
+    double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
+    double turned;              /* how far wheels have turned since the last switch with progress        */
+
+    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, inputs (7 + 2 N numbers and what the set
+     * adds); a row for each end of a step, and one after each transition that changes one of these.
+     * Steps: for the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it
+     * ends, and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
     double *rows, *steps;       /* steps may be null                                                    */
     long long row_capacity, row_count;
     double *switches;           /* elapsed, row after, directions (2 + N numbers)                        */
     double *switch_axial;       /* axial after the switch, N (n-1); free rollers only                    */
     long long switch_capacity, switch_count;
 
-    long long step_count, rejected_count, sweep_count, idle_switches;
+    long long step_count, rejected_count, sweep_count, phase_count, idle_switches;
     double anchor;              /* elapsed at the last switch with progress                             */
     double step_error;          /* the largest error inside a step, over |nu|, as its polynomial tells  */
 } omniroll_run_t;
@@ -39,14 +100,19 @@ enum {
     OMNIROLL_RUN_DONE = 0,          /* the duration is over                                                 */
     OMNIROLL_RUN_FULL = 1,          /* no room for more rows or switches: empty them and call again         */
     OMNIROLL_RUN_STUCK = 2,         /* patience is at its end: switches without progress in time            */
-    OMNIROLL_RUN_NO_STEP = 3        /* no step is short enough                                              */
+    OMNIROLL_RUN_NO_STEP = 3,       /* no step is short enough                                              */
+    OMNIROLL_RUN_ASK = 4            /* a guard is passed or next_time has come: give new inputs and call again */
 };
 
-/* Phases and switches until the duration is over or there is no more room; returns one of the above. */
+/* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model);
 
 /* Doubles that run->work needs. */
 long long omniroll_run_work_size(int wheels, int rollers_per_wheel);
+
+/* The names of the numbers that the set adds to a row, in their order, with spaces between. */
+const char *omniroll_run_states(void);
+const char *omniroll_run_inputs(void);
 
 /* nu' of many vehicles, arrays by component (batch.c). constants: the blocks of one vehicle (shared), or of all. Returns 1
  * where there are too many wheels. */

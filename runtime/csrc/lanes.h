@@ -1,6 +1,6 @@
 /* Some doubles that are computed with as one number: the number type of the generated kernels in the compiled engine.
  *
- * The lanes are eight nodes of a step (phase.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc and clang: the
+ * The lanes are eight nodes of a step (collocation.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc and clang: the
  * compiler splits the vector where the machine's registers are shorter. */
 #ifndef OMNIROLL_LANES_H
 #define OMNIROLL_LANES_H

@@ -7,6 +7,7 @@ the operations + * / (an exact ratio of integers) ^ (an integer power) sin cos s
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any
@@ -25,6 +26,34 @@ def load(name: str) -> Any:
 def code_names() -> dict[str, str]:
     """Name in the code of each of the paper's symbols: {"B": "roller_inertia", ...}."""
     return {symbol: entry["code"] for symbol, entry in load("symbols")["symbols"].items()}
+
+
+@dataclass(frozen=True)
+class Described:
+    """What the derivation says of a number: the paper's symbol for it, empty where it has none; unit and meaning."""
+
+    symbol: str
+    unit: str
+    meaning: str
+
+    @property
+    def text(self) -> str:
+        """The symbol and the meaning."""
+        return f"{self.symbol}, {self.meaning}" if self.symbol else self.meaning
+
+
+@cache
+def described(name: str) -> Described:
+    """What the derivation says of an argument of its functions, or of a number that a symbol of the paper stands for.
+
+    Raises KeyError for a name that it does not know.
+    """
+    symbols = {entry["code"]: (symbol, entry) for symbol, entry in load("symbols")["symbols"].items()}
+    symbol, entry = symbols.get(name, ("", None))
+    about = load("arguments")["arguments"].get(name) or entry
+    if about is None:
+        raise KeyError(name)
+    return Described(symbol, about["unit"], about["meaning"])
 
 
 def _power(base: float, exponent: int) -> float:

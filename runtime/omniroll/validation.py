@@ -44,6 +44,14 @@ def positive(field: str, value: Any) -> float:
     return number
 
 
+def not_negative(field: str, value: Any) -> float:
+    """`value` as a float that is 0, or positive with a square that is a normal number."""
+    number = real(field, value)
+    if number < 0:
+        raise InvalidValueError(field, value, "must not be negative")
+    return number if number == 0 else positive(field, number)
+
+
 def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """`value` as a float64 array of finite numbers, of the given shape if there is one."""
     try:

@@ -11,7 +11,7 @@ import pytest
 
 import omniroll
 from omniroll.engine import compiled_engine
-from omniroll.engine.many import STATE, simulate_many
+from omniroll.engine.many import SAMPLED, simulate_many
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.switching import SwitchingModel
 
@@ -26,7 +26,7 @@ def check(many, roller_model="free", times=None):
     assert many.shape == (2, 3)
     for (v, k), vehicle in zip(np.ndindex(2, 3), [PAPER] * 3 + [HEAVY] * 3, strict=True):
         run = omniroll.simulate(vehicle, **TASK | {"nu": NU[k], "roller_model": roller_model})
-        for name in STATE:
+        for name in SAMPLED:
             one = getattr(run, name)
             found = getattr(many.end, name)
             assert found is None if one is None else (found[v, k] == one[-1]).all()

@@ -11,7 +11,7 @@ import numpy as np
 
 import omniroll
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import CompiledKernel, kernel_base
+from omniroll.kernels.kernel import CompiledKernel
 
 from .common import (
     ROOT,
@@ -123,7 +123,7 @@ def heyokas(vehicle, roller_model, parts, as_data=False, **options):
 def constants_of_a_vehicle(roller_model):
     """Numbers of the batch kernel's constants for each of many vehicles."""
     vehicle = omniroll.Vehicle.paper()
-    made = sets.library(kernel_base(vehicle, roller_model), (), "double")
+    made = sets.library(roller_model, (), "double")
     return made.lib.omniroll_blocks_size(VEHICLES, vehicle.wheels, vehicle.rollers_per_wheel) // VEHICLES
 
 

@@ -178,7 +178,7 @@ def counted_operations(set_name: str, name: str) -> dict:
 def c_model(vehicle: omniroll.Vehicle, roller_model: str) -> str:
     """The constants of the C kernel as C: `static const omniroll_model model`, and what it points to."""
     compiled_kernel = kernel(vehicle, roller_model, "compiled")
-    ffi = sets.library(compiled_kernel.base, (), "double").ffi
+    ffi = sets.library(roller_model, (), "double").ffi
     arrays = []
 
     def initialiser(struct) -> str:

@@ -3,6 +3,7 @@
 #include "engine.h"
 
 #include <fenv.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -35,7 +36,7 @@ int main(int count, char **arguments)
     static double rows[ROWS*(7 + 2*WHEELS)], steps[ROWS*(2 + 16*(6 + WHEELS))], switches[ROWS*(2 + WHEELS)];
     static double switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
-        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]),
+        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
         .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = 3.141592653589793/ROLLERS, .patience = 600,
         .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
         .rows = rows, .steps = steps, .row_capacity = ROWS,

@@ -121,7 +121,7 @@ def test_both_backends_of_a_set_made_on_demand():
     python = kernel(vehicle, "locked", "python", effects=("drive", "slope"), constants=SLOPE)
     assert isinstance(compiled, CompiledKernel) and isinstance(python, PythonKernel)
     assert compiled.effects == python.effects == ("drive", "slope")  # the registry's order
-    found = [k.reduced(*STATE, 0.4, [0.1, 0.2, 0.3]) for k in (compiled, python)]
+    found = [k.reduced(*STATE, [0.1, 0.2, 0.3], 0.4) for k in (compiled, python)]
     np.testing.assert_allclose(*found, rtol=1e-13)
 
 

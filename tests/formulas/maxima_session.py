@@ -8,12 +8,14 @@ from codegen.maxima import Maxima
 
 ROOT = Path(__file__).resolve().parents[2]
 DERIVATION = (
-    "claims", "geometry", "constraints", "roller_sums", "parts", "kinetic_energy", "momenta", "brackets",
-    "equations", "free_rollers", "roller_models",
+    "machinery/claims", "paper/geometry", "paper/constraints", "paper/roller_sums", "paper/parts",
+    "paper/kinetic_energy", "paper/momenta", "paper/brackets", "paper/equations", "paper/free_rollers",
+    "paper/roller_models",
 )  # fmt: skip
 COMPARISON = (
-    "printed", "printed_section2", "printed_section3", "printed_section4", "printed_appendix",
-    "compare_with_paper", "compare_formulas",
+    "comparison/printed", "comparison/printed_section2", "comparison/printed_section3",
+    "comparison/printed_section4", "comparison/printed_appendix", "comparison/compare_with_paper",
+    "comparison/compare_formulas",
 )  # fmt: skip
 CLAIMS_ONLY = "prove(name, claim, residual) := 'unproved"
 
@@ -43,10 +45,13 @@ def flipped(name: str, old: str, new: str, folder: Path) -> Path:
     """A copy of a chapter with one place changed."""
     text = (ROOT / "maxima" / f"{name}.mac").read_text()
     assert text.count(old) == 1, f"{name}.mac: {old!r} stands {text.count(old)} times"
-    folder.mkdir(exist_ok=True)
-    (folder / f"{name}.mac").write_text(text.replace(old, new))
+    copy = folder / f"{name}.mac"
+    copy.parent.mkdir(parents=True, exist_ok=True)
+    copy.write_text(text.replace(old, new))
     return folder
 
 
 def defined_ids(file: str) -> list[str]:
-    return re.findall(r'^(?:printed|claim|unjudged)\("([^"]*)"', (ROOT / "maxima" / file).read_text(), re.MULTILINE)
+    """The ids of the statements of one file of maxima/comparison/."""
+    text = (ROOT / "maxima/comparison" / file).read_text()
+    return re.findall(r'^(?:printed|claim|unjudged)\("([^"]*)"', text, re.MULTILINE)

@@ -17,27 +17,27 @@ RIGHT = [name for name, verdict in VERDICTS.items() if verdict in ("agrees", "ag
 # Changes of one sign in the derivation: file, what stands there, what is put there; the formulas that each must turn,
 # at least.
 DERIVATIONS = [
-    ("constraints", "R/l*sin(alpha), -R/l*cos(alpha)", "R/l*sin(alpha), R/l*cos(alpha)",
+    ("paper/constraints", "R/l*sin(alpha), -R/l*cos(alpha)", "R/l*sin(alpha), R/l*cos(alpha)",
      "2.2 V 3.3:P2 PL:2 7.1:m12"),
-    ("constraints", "-arm/(l*Lambda)]", "arm/(l*Lambda)]",
+    ("paper/constraints", "-arm/(l*Lambda)]", "arm/(l*Lambda)]",
      "2.2 3.3:P3 PL:3 7:PP13 7:p23"),
-    ("constraints", "[R*cos(alpha), R*sin(alpha), offset", "[R*cos(alpha), -R*sin(alpha), offset",
+    ("paper/constraints", "[R*cos(alpha), R*sin(alpha), offset", "[R*cos(alpha), -R*sin(alpha), offset",
      "2.1 7.2:p_theta"),
-    ("constraints", "rho_of_chi: l*cos(chi) - r", "rho_of_chi: l*cos(chi) + r",
+    ("paper/constraints", "rho_of_chi: l*cos(chi) - r", "rho_of_chi: l*cos(chi) + r",
      "2.1 7.1:m11 7.1:m22"),
-    ("constraints", "[R*nu_1*cos(theta) - R*nu_2*sin(theta)", "[R*nu_1*cos(theta) + R*nu_2*sin(theta)",
+    ("paper/constraints", "[R*nu_1*cos(theta) - R*nu_2*sin(theta)", "[R*nu_1*cos(theta) + R*nu_2*sin(theta)",
      "2:pose 2.3 7.2:p_x 3.3:P2"),
-    ("constraints", "R*nu_1*sin(theta) + R*nu_2*cos(theta)", "R*nu_1*sin(theta) - R*nu_2*cos(theta)",
+    ("paper/constraints", "R*nu_1*sin(theta) + R*nu_2*cos(theta)", "R*nu_1*sin(theta) - R*nu_2*cos(theta)",
      "2:pose 2.3 7.2:p_y 3.3:P2"),
-    ("kinetic_energy", "B*(spin^2 + 2*theta_dot", "B*(spin^2 - 2*theta_dot",
+    ("paper/kinetic_energy", "B*(spin^2 + 2*theta_dot", "B*(spin^2 - 2*theta_dot",
      "7.1:m13 7.1:m23 7.2:p_phi_k 7:p13"),
-    ("parts", "disk_spin + phi_dot*roller_axis", "disk_spin - phi_dot*roller_axis",
+    ("paper/parts", "disk_spin + phi_dot*roller_axis", "disk_spin - phi_dot*roller_axis",
      "3.2"),
-    ("claims", "diff(f, q[k])*diff(g, p[k]) - diff", "diff(f, q[k])*diff(g, p[k]) + diff",
+    ("machinery/claims", "diff(f, q[k])*diff(g, p[k]) - diff", "diff(f, q[k])*diff(g, p[k]) + diff",
      "PL:1 PL:2 7:PP12"),
 ]  # fmt: skip
 
-
+CLAIMS = ("comparison/compare_by_brute_force", "comparison/exact_state", "comparison/compare_claims")
 SYMMETRIC = {"section3:potential"}  # holds with either sign: kappa and -kappa run through the same rollers
 
 
@@ -96,11 +96,11 @@ def test_one_sign_turns_the_verdict_of_a_claim(tmp_path):
     holding = {r["id"] for r in RECORDS if r["kind"] == "claim" and r["verdict"] == "holds"}
     claims = {n: text for n, text in claim_statements().items() if n in holding - SYMMETRIC and flips(text)}
     assert len(claims) >= 8
-    brute = (ROOT / "maxima/brute_force.mac").read_text()
+    brute = (ROOT / "maxima/paper/brute_force.mac").read_text()
     (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))
-    loads = [chapter(name) for name in (*DERIVATION, "switching", *COMPARISON)]
+    loads = [chapter(name) for name in (*DERIVATION, "paper/switching", *COMPARISON)]
     loads += [chapter("brute_force", tmp_path), CLAIMS_ONLY]
-    loads += [chapter(name) for name in ("compare_by_brute_force", "exact_state", "compare_claims")]
+    loads += [chapter(name) for name in CLAIMS]
     changed = [(name, flip) for name, text in claims.items() for flip in flips(text)]
     questions = []
     for name, flip in changed:

@@ -1,10 +1,10 @@
-"""The transcription's statements in maxima/printed_*.mac, and what one change makes of them."""
+"""The transcription's statements in maxima/comparison/printed_*.mac, and what one change makes of them."""
 
 import re
 from dataclasses import dataclass
 from pathlib import Path
 
-MAXIMA = Path(__file__).resolve().parents[2] / "maxima"
+COMPARISON = Path(__file__).resolve().parents[2] / "maxima/comparison"
 FILES = ("printed_section2", "printed_section3", "printed_section4", "printed_appendix")
 INDICES = {
     "nu_1": "nu_2", "nu_2": "nu_3", "nu_3": "nu_1", "p_x": "p_y", "p_y": "p_x", "p_chi": "p_phi", "p_phi": "p_chi",
@@ -32,7 +32,7 @@ def statements() -> list[str]:
     """Every statement of the transcription, without its final $ and the comments before it."""
     found = []
     for file in FILES:
-        text = (MAXIMA / f"{file}.mac").read_text()
+        text = (COMPARISON / f"{file}.mac").read_text()
         bare, start = re.sub(r"/\*.*?\*/", lambda m: " " * len(m[0]), text, flags=re.DOTALL), 0
         for end in (m.start() for m in re.finditer(r"\$", covered(text))):
             found.append(bare[start:end].strip())
@@ -88,7 +88,7 @@ def spread(items: list, most: int) -> list:
 
 def claim_statements() -> dict[str, str]:
     """{id: the statement claim(...)}."""
-    text = (MAXIMA / "compare_claims.mac").read_text()
+    text = (COMPARISON / "compare_claims.mac").read_text()
     bare, start, found = re.sub(r"/\*.*?\*/", lambda m: " " * len(m[0]), text, flags=re.DOTALL), 0, {}
     for end in (m.start() for m in re.finditer(r"\$", covered(text))):
         statement = bare[start:end].strip()

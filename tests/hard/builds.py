@@ -1,7 +1,7 @@
 """The generated C kernels under other compilers, flags, number types and rounding modes.
 
-A program is the pair of files of one set and a driver. It reads states from its input, prepares each state's vehicle,
-calls every function of the set and writes their outputs, all in its own number type.
+A program is the pair of files of one roller model and a driver. It reads states from its input, prepares each state's
+vehicle, calls every function and writes their outputs, all in its own number type.
 """
 
 import itertools
@@ -16,10 +16,10 @@ import numpy as np
 
 from hard.sampling import Sample
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import Argument, Signature, signatures
+from omniroll.kernels.kernel import Argument, Signature, form, signatures
 
 ROOT = Path(__file__).resolve().parents[2]
-SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
+SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")  # the last two call the functions for sharp tips
 ROUNDINGS = ("FE_TONEAREST", "FE_UPWARD", "FE_DOWNWARD", "FE_TOWARDZERO")
 NUMBER_TYPES = {  # macro, NumPy type
     "double": ([], np.float64),
@@ -51,9 +51,10 @@ static void get(omniroll_real *numbers, int count)
 int main(int count, char **arguments)
 {{
     static const int modes[] = {{{modes}}};
-    if (count != 4 || fesetround(modes[atoi(arguments[3])]))
+    if (count != 5 || fesetround(modes[atoi(arguments[3])]))
         return 2;
-    const int N = atoi(arguments[1]), n = atoi(arguments[2]);
+    const int N = atoi(arguments[1]), n = atoi(arguments[2]), sharp = atoi(arguments[4]);
+    (void)sharp;
     omniroll_vehicle vehicle;
     omniroll_model model;
     {storage}
@@ -125,14 +126,15 @@ class Build:
         Raises RuntimeError with what the program said where it fails.
         """
         dtype = NUMBER_TYPES[self.number_type][1]
-        known = signatures(set_name, (), sample.wheels, sample.rollers)
+        base = set_name.removesuffix("_sharp")
+        known = signatures(base, (), sample.wheels, sample.rollers)
         wanted = functions(set_name, sample.wheels, sample.rollers)
         count = len(sample)
         given = [sample.vehicle[a.name] for a in known["prepare"].inputs]
         given += [sample.state[a.name] for a in all_inputs(wanted)]
         states = np.concatenate([array.reshape(count, -1) for array in given], axis=1).astype(dtype)
-        where = [str(sample.wheels), str(sample.rollers), str(ROUNDINGS.index(rounding))]
-        ran = subprocess.run([*under, program(self, set_name), *where], input=states.tobytes(), capture_output=True)
+        where = map(str, (sample.wheels, sample.rollers, ROUNDINGS.index(rounding), int(set_name != base)))
+        ran = subprocess.run([*under, program(self, base), *where], input=states.tobytes(), capture_output=True)
         if ran.returncode != 0:
             said = ran.stderr.decode(errors="replace")[:2000]
             raise RuntimeError(f"{self.name}: {set_name}: {ran.returncode}: {said}")
@@ -146,7 +148,8 @@ class Build:
 
 def functions(set_name: str, wheels: int, rollers: int) -> dict[str, Signature]:
     """The functions that a build calls: all of a set but prepare."""
-    return {name: s for name, s in signatures(set_name, (), wheels, rollers).items() if s.outputs}
+    base = set_name.removesuffix("_sharp")
+    return {name: s for name, s in signatures(base, (), wheels, rollers).items() if s.outputs}
 
 
 def number_of(argument: Argument) -> int:
@@ -171,12 +174,12 @@ def allocated(kind: str, name: str, count: str) -> str:
     return f"{kind} *const {name} = room({count}, sizeof({kind}));"
 
 
-def source(set_name: str) -> str:
-    """The driver: it reads states and calls every function of a set."""
+def source(base: str) -> str:
+    """The driver of a roller model: it reads states and calls every function, or its form for sharp tips."""
     of_role = lambda function, role: [a for a in function["arguments"] if a["role"] == role]  # noqa: E731
-    by_name = {f["name"]: f for f in sets.functions(set_name, ())}
+    by_name = {f["name"]: f for f in sets.functions(base, ())}
     vehicle = of_role(by_name["prepare"], "in")
-    called = [f for f in by_name.values() if of_role(f, "out")]
+    called = [by_name[name] for name in functions(base, 3, 5)]
     inputs = {a["name"]: in_c(a["shape"]) for f in called for a in of_role(f, "in")}
     results = {f"{f['name']}_{a['name']}": in_c(a["shape"]) for f in called for a in of_role(f, "out")}
     arrays = {a["name"]: in_c(a["shape"]) for a in vehicle if a["shape"]} | inputs | results
@@ -187,9 +190,11 @@ def source(set_name: str) -> str:
     for function in called:
         outputs = [f"{function['name']}_{a['name']}" for a in of_role(function, "out")]
         given = [a["name"] if a["shape"] else f"*{a['name']}" for a in of_role(function, "in")] + outputs
-        calls.append(f"omniroll_{function['name']}(&model, {', '.join(given)});")
+        usual, sharp = (f"omniroll_{form(function['name'], tips)}" for tips in (False, True))
+        code = usual if usual == sharp or base == "massless" else f"(sharp ? {sharp} : {usual})"
+        calls.append(f"{code}(&model, {', '.join(given)});")
         calls += [f"fwrite({name}, sizeof(omniroll_real), (size_t)({results[name]}), stdout);" for name in outputs]
-    storage = {"wheel": "N"} | ({"roller": "n - 1"} if has_rollers(set_name) else {})
+    storage = {"wheel": "N"} | ({"roller": "n - 1"} if has_rollers(base) else {})
     state = ["nu", "chi", *(["axial"] if "momenta" in by_name else [])]
     return DRIVER.format(
         motion=drive("momenta" in by_name),
@@ -205,9 +210,9 @@ def source(set_name: str) -> str:
     )
 
 
-def has_rollers(set_name: str) -> bool:
-    """Whether the model of a set has constants of each free roller."""
-    return "omniroll_roller;" in (sets.folder(set_name, ()) / "omniroll.h").read_text(encoding="utf-8")
+def has_rollers(base: str) -> bool:
+    """Whether the model has constants of each free roller."""
+    return "omniroll_roller;" in (sets.folder(base, ()) / "omniroll.h").read_text(encoding="utf-8")
 
 
 def drive(free: bool) -> str:
@@ -235,12 +240,12 @@ NUMBERS = itertools.count()  # of the programs
 
 
 @cache
-def program(build: Build, set_name: str) -> Path:
+def program(build: Build, base: str) -> Path:
     """The compiled program. Raises RuntimeError with the compiler's words where it does not compile."""
     made = Path(folder().name) / f"program-{next(NUMBERS)}"
     driver = made.with_suffix(".c")
-    driver.write_text(source(set_name), encoding="ascii")
-    texts = sets.folder(set_name, ())
+    driver.write_text(source(base), encoding="ascii")
+    texts = sets.folder(base, ())
     macro = NUMBER_TYPES[build.number_type][0]
     command = [build.compiler, "-std=c99", *build.flags, *macro, f"-I{texts}", driver, texts / "omniroll.c"]
     done = subprocess.run([*map(str, command), "-lm", "-o", str(made)], capture_output=True, text=True)

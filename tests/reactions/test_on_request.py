@@ -9,7 +9,7 @@ from omniroll import generated_data
 from omniroll.codegen.on_demand import kernel_on_demand
 from omniroll.kernels import sets
 
-MODELS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
+MODELS = ("massless", "locked", "free")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
 LISTED = [effect for effect in generated_data.load("effects")["effects"] if effect["neutral"]]
 FELT = ("layout", "drive", "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "roller_coulomb", "slope")
@@ -55,7 +55,7 @@ def test_without_them_no_symbol_of_theirs_is_left(base):
         assert not set(own) & set(re.findall(r"\w+", text))
 
 
-@pytest.mark.parametrize("base", MODELS[:3])
+@pytest.mark.parametrize("base", MODELS)
 @pytest.mark.parametrize("effect", FELT)
 def test_a_reaction_has_only_the_effects_that_are_there(base, effect):
     name = "load_balance" if effect in ("slope", "layout") else "contact_forces"

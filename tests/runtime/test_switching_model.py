@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from omniroll import Vehicle, kernel
-from omniroll.engine import switching
-from omniroll.engine.switching import SwitchingModel
+from omniroll.engine.switching import SwitchingModel, outward
 from omniroll.vehicles.state import State, by_place, by_roller, physical_roller, place_of_roller
+from omniroll.vocabulary import LAWS
 
 WHEELS, ROLLERS = 3, 5
 JOINT = np.pi / ROLLERS
@@ -129,7 +129,7 @@ def test_impact_of_a_motion_that_obeys_changes_nothing():
 
 def test_massless_rollers_only_change_the_books():
     """Rule 7."""
-    for law in switching.LAWS:
+    for law in LAWS:
         before = state_at([JOINT, JOINT, -JOINT])
         after = model_of("massless", law).apply(before, np.array([1, 0, -1]))
         assert (after.nu == before.nu).all()
@@ -147,7 +147,7 @@ def test_a_joint_switch_is_one_projection():
 def test_outward():
     """Rule 3."""
     chi = np.array([JOINT, JOINT, JOINT, -JOINT, -JOINT, 0.99 * JOINT])
-    assert switching.outward(chi, np.array([1.0, -1.0, 0.0, 1.0, -1.0, 1.0]), ROLLERS).tolist() == [
+    assert outward(chi, np.array([1.0, -1.0, 0.0, 1.0, -1.0, 1.0]), ROLLERS).tolist() == [
         1,
         0,
         0,

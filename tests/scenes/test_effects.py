@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import cli
+from omniroll import cli, generated_data
+from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.estimates import estimates
+from omniroll.scenes.explanation import called_by, effects_on, events_of
+
+pytestmark = pytest.mark.usefixtures("quick_timing")
 
 GOOD = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\n"
 MOTOR = "[drive]\nvoltage = 2.0\ntorque_constant = 0.01\nresistance = 2.0\n"
@@ -90,6 +94,29 @@ def test_what_is_wrong_is_said_by_table_and_key(more, said, tmp_path):
     assert lines_of(tmp_path, more) == said
 
 
+def test_a_rotor_counts_once_and_has_one_gear(tmp_path):
+    """In [vehicle] parts or in [drive], not in both; the two gear ratios may not contradict each other."""
+    parts = Path("scenes/robot-soccer-kit.toml").read_text().split("[start]")[0].split("[drive]")[0]
+    start = "[start]\nnu = [1, 0, 0]\n[run]\nduration = 0.1\n"
+    motor = "[drive]\nvoltage = 1\ntorque_constant = 0.02\nresistance = 1\n"
+
+    def refused(vehicle: str, drive: str) -> list[str]:
+        path = tmp_path / "scene.toml"
+        path.write_text(parts + vehicle + start + motor + drive)
+        try:
+            load_scene(path)
+        except SceneError as error:
+            return [problem.key for problem in error.problems]
+        return []
+
+    rotor = "rotor_mass = 0.01\nrotor_axial_inertia = 1e-7\nrotor_transverse_inertia = 1e-7\ngear_ratio = 20\n"
+    assert refused("", "rotor_inertia = 1e-7\ngear_ratio = 20\n") == []
+    assert refused(rotor, "gear_ratio = 20\n") == []
+    assert refused(rotor, "gear_ratio = 20\nrotor_inertia = 1e-7\n") == ["rotor_inertia"]
+    assert refused(rotor, "gear_ratio = -20\n") == ["gear_ratio"]
+    assert refused(rotor, "") == ["gear_ratio"]
+
+
 def test_rows_that_do_not_match_their_times(tmp_path):
     (said,) = lines_of(tmp_path, "[drive]\ntorque = [[1, 0, 0]]\ntimes = [0, 1]\n")
     assert said.startswith("[drive] torque = [[1, 0, 0]]: must have 2 rows")
@@ -101,8 +128,6 @@ def test_a_centre_of_mass_that_no_vehicle_has(tmp_path):
 
 
 def test_a_scene_without_effects_is_simulated_without_effects(tmp_path):
-    from omniroll.engine.simulate import checked_task
-
     for more, effects in (("", ()), ("[slope]\nangle = 0.1\n", ("slope",))):
         scene = scene_of(tmp_path, more)
         assert checked_task(scene.vehicle, **scene.options).kernel.effects == effects
@@ -180,12 +205,13 @@ def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys
     ],
 )
 def test_events_of_a_scene(more, words, tmp_path):
-    from omniroll.scenes.explanation import explained
-
-    said = explained(scene_of(tmp_path, more))
-    assert len(said["events"]) == len(words)
-    assert all(word in event for word, event in zip(words, said["events"], strict=True))
-    assert {e["name"]: e["called_by"] for e in said["effects"] if e["on"]}["free"] == []
+    scene = scene_of(tmp_path, more)
+    task = checked_task(scene.vehicle, **scene.options)
+    events = events_of(task)
+    assert len(events) == len(words)
+    assert all(word in event for word, event in zip(words, events, strict=True))
+    (free,) = (effect for effect in generated_data.load("effects")["effects"] if effect["name"] == "free")
+    assert "free" in effects_on(scene, task) and called_by(scene, free) == []
 
 
 UNSTABLE = "[controller]\ntarget = [1, 0, 0]\nproportional = 0.02\nsample_time = 0.5\n"

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 import omniroll
 from omniroll import cli
+from omniroll.kinds import Choice, Whole
 from omniroll.scenes import SceneError, load_scene
-from omniroll.scenes.kinds import Choice, Whole
 from omniroll.scenes.reading import lines_of
 from omniroll.scenes.schema import SCENE, TABLES
 

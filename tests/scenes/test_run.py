@@ -1,9 +1,7 @@
 """`omniroll run SCENE`: files, summary, progress, and exit codes."""
 
-import builtins
 import csv
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +12,6 @@ import omniroll
 from omniroll import cli
 from omniroll.engine.switching import SwitchingModel
 from omniroll.scenes import load_scene
-from omniroll.scenes.progress import lines
 
 SCENES = sorted(Path("scenes").glob("*.toml"))
 
@@ -120,37 +117,3 @@ def test_a_folder_that_cannot_be_made_is_exit_code_1_before_the_run(tmp_path, ca
     (tmp_path / "file").write_text("")
     assert cli.main(["run", "scenes/motion-3.toml", "--output", str(tmp_path / "file/out")]) == 1
     assert "Not a directory" in capsys.readouterr().err
-
-
-def test_progress_without_tqdm_is_a_line_now_and_then(capsys):
-    now = iter((0.0, 1.0, 6.0, 6.0, 7.0)).__next__
-    report = lines(now)
-    for done in (1.0, 2.0, 3.0):
-        report(done, 20.0)
-    assert capsys.readouterr().err == "simulated 2 of 20 s\n"
-
-
-def test_progress_with_tqdm_is_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
-    pytest.importorskip("tqdm")
-    from omniroll.scenes import progress as module
-
-    with module.progress(2.0) as report:
-        report(1.0, 2.0)
-    assert capsys.readouterr().err == ""
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(module, "DELAY", 0.0)
-    with module.progress(2.0) as report:
-        report(1.0, 2.0)
-        report(2.0, 2.0)
-    assert "2 s" in capsys.readouterr().err
-    real = builtins.__import__
-
-    def without_tqdm(name, *rest):
-        if name == "tqdm":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without_tqdm)
-    with module.progress(2.0) as report:
-        report(1.0, 2.0)
-    assert capsys.readouterr().err == ""

@@ -1,1 +1,13 @@
-"""The commands of `omniroll`, one module each; omniroll.cli says what such a module has."""
+"""The commands of `omniroll`, one module each.
+
+Such a module has
+    SUMMARY                    one line for the help
+    add_arguments(parser)      its arguments, on an argparse parser
+    run(arguments) -> int      the work; returns the exit code
+Its name is the command's. The exit codes are below; omniroll.cli makes them of the errors that a command lets pass.
+"""
+
+FAILED = 1  # something that the work needs is missing or cannot be written
+BAD_CALL = 2  # the call or the scene makes no sense
+STOPPED = 3  # the simulation stopped before its end
+INTERRUPTED = 130

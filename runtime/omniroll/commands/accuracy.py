@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from omniroll.commands import STOPPED
 from omniroll.errors import InvalidValueError
 from omniroll.scenes import load_scene
 
@@ -34,7 +35,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     Raises SceneError, InvalidValueError, and SimulationStopped where the reference solution stops.
     """
-    from omniroll.cli import STOPPED
     from omniroll.studies.accuracy.study import study
     from omniroll.studies.accuracy.tables import text
 

@@ -1,7 +1,8 @@
 """Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
 
-Viscous friction is - c chi' at an axle and - c phi' at a roller, phi' relative to its disk. Coulomb friction is
-regularised with a named speed, - T w / sqrt(w^2 + w_0^2): nothing sticks, below w_0 it creeps.
+Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
+friction is - T w / sqrt(w^2 + w_0^2), w the rate and w_0 a speed that the user names: the torque is smooth, so that
+nothing sticks; at rates well below w_0 it is small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
@@ -14,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
 from omniroll.effects.effect import Effect, Quantity
-from omniroll.effects.numbers import not_negative, spread
+from omniroll.effects.numbers import spread
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import BEARINGS, documented
 
 # Field of the effect, argument of the kernel's prepare, effect of the registry.
 COEFFICIENTS = (
@@ -34,16 +35,16 @@ AXLE_LOSS = Quantity("axle_loss", "axle_loss", account=-1)
 ROLLER_LOSS = Quantity("roller_loss", "roller_loss", account=-1)
 
 
+@documented(*BEARINGS)
 @dataclass(frozen=True)
 class Bearings(Effect):
-    """Friction; what is None is not there. Coefficients are one number, or (N,) for the wheels; not negative.
+    """Friction in the bearings of wheels and rollers. What is None is not there.
 
-    wheel_viscous   in N m s
-    wheel_coulomb   in N m; with wheel_speed in rad/s, below which it gives way
-    roller_viscous  in N m s, of every roller
-    roller_coulomb  in N m; with roller_speed in rad/s
+    {entries}
 
-    A small speed makes the equations stiff: near rest the steps shrink like speed * inertia / torque.
+    A small wheel_speed or roller_speed makes the equations stiff: near rest the steps shrink like speed * inertia /
+    torque. Raises InvalidValueError for numbers out of their bounds, where a Coulomb torque and its speed do not come
+    together, and where no coefficient is given; simulate raises it for a number of coefficients that is not N.
     """
 
     wheel_viscous: ArrayLike | None = None
@@ -54,15 +55,11 @@ class Bearings(Effect):
     roller_speed: float | None = None
 
     def __post_init__(self) -> None:
-        for name, _, _ in COEFFICIENTS:
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, not_negative(name, getattr(self, name)))
+        self._keep_checked(BEARINGS)
         for name, _, coefficient in SPEEDS:
             speed = getattr(self, name)
             if (speed is None) != (getattr(self, coefficient) is None):
                 raise InvalidValueError(name, speed, f"must be given together with {coefficient}, and only then")
-            if speed is not None:
-                object.__setattr__(self, name, validation.positive(name, speed))
         if not self.kernel_effects():
             raise InvalidValueError("wheel_viscous", None, "Bearings needs at least one coefficient")
 

@@ -1,7 +1,7 @@
 """A controller that tracks a velocity: sampled, proportional and integral, one loop for each wheel.
 
 At each sample the wheels' speeds that the wanted nu demands are compared with those that are; the output is held until
-the next sample. Where it is cut off at its limit, the integral waits.
+the next sample. A sample at which the output of a wheel is cut off at its limit leaves that wheel's integral as it was.
 """
 
 import math
@@ -12,30 +12,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.effect import Effect, Part, Process, Signal
-from omniroll.effects.numbers import Curve, not_negative, spread, table
+from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
+from omniroll.effects.numbers import Curve, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import CONTROLLER, documented
 
-OUTPUTS = ("torque", "voltage")
 
-
+@documented(*CONTROLLER)
 @dataclass(frozen=True)
 class Controller(Drive):
-    """Tracks nu.
+    """Tracks a wanted nu by torques or voltages of the wheels, proportional and integral, in samples.
 
-    target        nu in 1/s: (3,), or with `times` (K, 3), linear in between
-    proportional  gain in N m s (or V s) per rad/s of a wheel: one number, or (N,)
-    integral      gain in N m (or V) per rad of a wheel
-    sample_time   in s, counted from the start of the run; the first sample is at once
-    output        "torque" at the axles, or "voltage", which is added to that of a Motor
-    limit         of the output's size, in N m or V; None: no limit
-    times         (K,) in s, increasing, on the clock of the run
+    {entries}
 
-    A gain in torque that is too large for the sample time gives an UnstableControllerWarning.
+    A gain in torque that is too large for the sample time gives an UnstableControllerWarning. Raises InvalidValueError
+    for numbers out of their bounds; simulate raises it for a number of gains that is not N, and for an output of
+    voltages without a Motor.
     """
 
     target: ArrayLike
@@ -50,12 +46,7 @@ class Controller(Drive):
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        for name in ("proportional", "integral"):
-            put(name, not_negative(name, getattr(self, name)))
-        put("sample_time", validation.positive("sample_time", self.sample_time))
-        validation.choice("output", self.output, OUTPUTS)
-        if self.limit is not None:
-            put("limit", validation.positive("limit", self.limit))
+        self._keep_checked(entry for entry in CONTROLLER if entry.name not in ("target", "times"))
         if self.times is None:
             put("target", tuple(validation.real_array("target", self.target, (3,)).tolist()))
         else:
@@ -111,6 +102,10 @@ class Sampling(Process):
         self.sum = np.zeros(kernel.wheels)  # of the errors, rad
         self.output = np.zeros(kernel.wheels)
 
+    def compiled(self) -> tuple[Sampler]:
+        output, sample_time = self.controller.output, self.controller.sample_time
+        return (Sampler(output, sample_time, self.limit, self.target, self.proportional, self.integral),)
+
     def next_time(self) -> float:
         return self.samples * self.controller.sample_time
 
@@ -123,5 +118,5 @@ class Sampling(Process):
         self.sum = np.where(self.output == output, summed, self.sum)
         self.samples += 1
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
-        return Part({self.controller.output: Signal.constant(self.output)})
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
+        return Influence({self.controller.output: Signal.constant(self.output)})

@@ -12,8 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
-from omniroll.effects.effect import Effect, Part, Signal
+from omniroll.effects.effect import Effect, Influence, Motors, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
@@ -21,23 +20,20 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import INTERPOLATION, MOTOR, ROW_TIMES, documented
 
 LINEAR = 0  # the other modes are +1 and -1, the sign of the limit
 
 
+@documented(*MOTOR, ROW_TIMES, INTERPOLATION)
 @dataclass(frozen=True)
 class Motor(Drive):
-    """One motor on each wheel, all of one kind.
+    """One direct-current motor on each wheel, all of one kind.
 
-    voltage          u in V: one number, (N,), or with `times` (K, N)
-    torque_constant  k_t in N m/A
-    resistance       R in ohm
-    gear_ratio       g, turns of the rotor for one of the wheel; negative where it turns the other way
-    back_emf         k_e in V s; by default the torque constant
-    current_limit    in A; None: no limit
-    rotor_inertia    in kg m^2; g^2 of it is added to the wheel's
-    times            (K,) in s, increasing, on the clock of the run
-    interpolation    of the voltages between these times, "linear" or "hold"
+    {entries}
+
+    Raises InvalidValueError for numbers out of their bounds and a gear_ratio of 0; simulate raises it for a number of
+    voltages that is not N.
     """
 
     needs: ClassVar[tuple[str, ...]] = ("voltage",)
@@ -56,18 +52,11 @@ class Motor(Drive):
         def put(name: str, value: object) -> None:
             object.__setattr__(self, name, value)
 
-        for name in ("torque_constant", "resistance"):
-            put(name, validation.positive(name, getattr(self, name)))
-        put("gear_ratio", validation.real("gear_ratio", self.gear_ratio))
+        if self.back_emf is None:
+            put("back_emf", self.torque_constant)
+        self._keep_checked(entry for entry in MOTOR if entry.name != "voltage")
         if self.gear_ratio == 0:
             raise InvalidValueError("gear_ratio", self.gear_ratio, "must not be 0")
-        back_emf = self.torque_constant if self.back_emf is None else self.back_emf
-        for name, value in (("back_emf", back_emf), ("rotor_inertia", self.rotor_inertia)):
-            put(name, validation.real(name, value))
-            if getattr(self, name) < 0:
-                raise InvalidValueError(name, value, "must not be negative")
-        if self.current_limit is not None:
-            put("current_limit", validation.positive("current_limit", self.current_limit))
         if self.times is None:
             put("voltage", per_wheel("voltage", self.voltage))
         else:
@@ -100,6 +89,15 @@ class Motor(Drive):
     def kernel_effects(self) -> tuple[str, ...]:
         return (*super().kernel_effects(), "motor")
 
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        return {
+            "torque_constant": self.torque_constant,
+            "resistance": self.resistance,
+            "motor_gear_ratio": self.gear_ratio,
+            "back_emf": self.back_emf,
+            "current_limit": 0.0 if self.current_limit is None else self.current_limit,
+        }
+
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
         return Driving(self, kernel, self._curve(kernel.wheels, start_time))
 
@@ -121,7 +119,22 @@ class Driving(Following):
         self.mode = np.full(kernel.wheels, LINEAR)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+    def compiled(self) -> tuple[Table, Motors]:
+        motor = self.motor
+        volt_torque = motor.gear_ratio * motor.torque_constant / motor.resistance
+        limit = np.inf if motor.current_limit is None else motor.current_limit
+        limit_torque = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * limit
+        motors = Motors(
+            volt_torque=volt_torque,
+            rate_voltage=motor.gear_ratio * motor.back_emf,
+            inverse_resistance=1 / motor.resistance,
+            limit=limit,
+            limit_torque=limit_torque,
+            wheel_rows=self.wheel_speed_per_nu,
+        )
+        return Table("voltage", self.curve), motors
+
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         motor, linear = self.motor, self.mode == LINEAR
         voltage = Signal(*self.curve.after(elapsed))
         if "voltage" in given:
@@ -133,10 +146,10 @@ class Driving(Following):
             np.where(linear, per_volt * voltage.slope, 0.0),
         )
         damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
-        return Part({"torque": torque, "damping": damping}, self._guards(voltage))
+        return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
 
     def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
-        """Where sign * current + limit * part becomes positive, a wheel's mode changes."""
+        """Where sign * current + limit * constant becomes positive, a wheel's mode changes."""
         self.leads_to = []
         limit = self.motor.current_limit
         if limit is None:

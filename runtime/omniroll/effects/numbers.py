@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError
-
-INTERPOLATIONS = ("linear", "hold")
+from omniroll.vocabulary import INTERPOLATION
 
 PerWheel = float | tuple[float, ...]
 
@@ -21,14 +20,6 @@ def per_wheel(field: str, value: ArrayLike) -> PerWheel:
     if array.ndim > 1 or array.size == 0:
         raise InvalidValueError(field, value, "must be one number, or one for each wheel")
     return tuple(array.tolist()) if array.ndim else float(array)
-
-
-def not_negative(field: str, value: ArrayLike) -> PerWheel:
-    """The same, none below 0."""
-    numbers = per_wheel(field, value)
-    if np.min(numbers) < 0:
-        raise InvalidValueError(field, value, "must not be negative")
-    return numbers
 
 
 def spread(field: str, value: PerWheel, wheels: int) -> np.ndarray:
@@ -47,7 +38,7 @@ def table(
     field: str, times: ArrayLike, values: ArrayLike, interpolation: str, width: int | None = None
 ) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
     """Checked times (K,), increasing, and values (K, width). Raises InvalidValueError."""
-    validation.choice("interpolation", interpolation, INTERPOLATIONS)
+    INTERPOLATION.checked(interpolation)
     knots = validation.real_array("times", times)
     if knots.ndim != 1 or knots.size == 0 or (np.diff(knots) <= 0).any():
         raise InvalidValueError("times", times, "must be a row of increasing times")

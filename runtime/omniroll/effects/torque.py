@@ -1,17 +1,18 @@
 """Torques at the wheels' axles, given in advance: constant, or a table over time."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Part, Process, Quantity, Signal
+from omniroll.effects.effect import Effect, Influence, Process, Quantity, Signal, Table
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import INTERPOLATION, ONE_OR_PER_WHEEL, ROW_TIMES, ROWS, TORQUE, documented
 
 DRIVE_WORK = Quantity("drive_work", "drive_power", account=+1)
 
@@ -36,21 +37,27 @@ class Following(Process):
         self.name, self.curve = name, curve
         self.knot = curve.next_knot(0.0)
 
+    def compiled(self) -> tuple[Table, ...] | None:
+        return (Table(self.name, self.curve),) if type(self) is Following else None
+
     def next_time(self) -> float:
         return self.knot
 
     def pass_time(self, state: State) -> None:
         self.knot = self.curve.next_knot(self.knot)
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
-        return Part({self.name: Signal(*self.curve.after(elapsed))})
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
+        return Influence({self.name: Signal(*self.curve.after(elapsed))})
 
 
+@documented(replace(TORQUE, kind=ONE_OR_PER_WHEEL))
 @dataclass(frozen=True)
 class Torque(Drive):
-    """Constant torques.
+    """Constant torques at the wheels' axles.
 
-    torque  in N m at the axles, one number for all wheels or (N,); positive turns chi upwards
+    {entries}
+
+    Raises InvalidValueError for what is not such numbers; simulate raises it for a number of torques that is not N.
     """
 
     torque: ArrayLike
@@ -65,13 +72,15 @@ class Torque(Drive):
         return Following("torque", Curve.constant(spread("torque", self.torque, kernel.wheels)))
 
 
+@documented(ROW_TIMES, replace(TORQUE, kind=ROWS), INTERPOLATION)
 @dataclass(frozen=True)
 class TorqueTable(Drive):
-    """Torques over time; before the first time and after the last one the nearest value.
+    """Torques at the wheels' axles over time.
 
-    times          (K,) in s, increasing, on the clock of the run (start_time counts)
-    torque         (K, N) in N m
-    interpolation  "linear", or "hold": each value until the next time
+    {entries}
+
+    With interpolation "hold" each row holds until the time of the next. Raises InvalidValueError for times that do not
+    increase and rows that do not fit them; simulate raises it for rows of a length that is not N.
     """
 
     times: ArrayLike

@@ -3,10 +3,10 @@
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,14 @@ from omniroll.effects import Effect
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task, controlled_run, one_run
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
+from omniroll.progress import Report, reporting
 from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, documented
 
-TASKS_PER_WORKER = 8  # enough for a progress bar, and for workers of unequal speed
-STATE = ("t", "nu", "chi", "contact", "contact_spin", "spins", "pose", "energy")
+TASKS_PER_WORKER = 8  # chunks of runs for each worker: a progress bar moves, and fast workers take more of them
+SAMPLED = tuple(field.name for field in fields(Samples))
 COUNTS = ("switches", "steps", "evaluations")
-
-Counted = Callable[[int, int], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,6 +54,7 @@ class Many:
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """The shape (...) of the runs."""
         return self.stopped.shape
 
     def __repr__(self) -> str:
@@ -69,6 +70,7 @@ class Chunk:
     control: bool
 
 
+@documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
 def simulate_many(
     vehicles: Vehicle | Sequence,
     *,
@@ -86,22 +88,27 @@ def simulate_many(
     effects: Sequence[Effect] = (),
     times: ArrayLike | None = None,
     executor: Executor | None = None,
-    progress: bool | Counted | None = None,
+    progress: bool | Report | None = None,
 ) -> Many:
     """Simulate many vehicles from many starts; each run is what `simulate` makes of its numbers.
 
-    vehicles    a Vehicle or nested lists of them, all with the same N and n
-    nu          (..., 3); chi a number or (..., N); spins a number or (..., N, n-1); pose (..., 3);
-                duration (...). The leading axes broadcast, with the shape of `vehicles` too
-    times       (T,), when to take samples of every run; within every run
-    executor    any concurrent.futures.Executor: processes, or a Dask cluster's Client.get_executor(). It is not
-                shut down. By default threads, one for each core: the compiled engine runs without the lock of
-                the interpreter
-    progress    True: a bar, where tqdm is installed; or a function, called as progress(runs done, of how many)
+    vehicles      Vehicle, or nested lists of them, all with the same N and n
+    {entries}
+    effects       sequence of effects, as of simulate
+    control       as of simulate
+    times         (T,) in s, when to take samples of every run, within every run; None: no samples
+    executor      any concurrent.futures.Executor: processes, or a Dask cluster's Client.get_executor(). It is not
+                  shut down. None: threads, one for each core, since the compiled engine runs without the lock of
+                  the interpreter
+    progress      True: a bar, or lines where tqdm is not installed; or a function, called as
+                  progress(runs done, of how many); None: nothing
 
-    The other arguments are those of `simulate`, the same for all runs. Raises InvalidValueError before the first
-    run starts. A run that stops does not end the others: see Many.stopped. Warns once with AccuracyWarning where
-    estimates stay above the accuracy.
+    nu, chi, spins, pose and duration may have leading axes (...), which broadcast with each other and with the shape
+    of `vehicles`; the other arguments are the same for all runs.
+
+    Returns Many. Raises InvalidValueError before the first run starts. A run that stops does not end the others: see
+    Many.stopped. Warns once with AccuracyWarning where estimates stay above the accuracy, and with
+    UnstableControllerWarning.
     """
     shape, runs = _all_runs(vehicles, nu, chi, spins, pose, duration)
     common = {
@@ -113,8 +120,8 @@ def simulate_many(
     for doubt in {str(doubt): doubt for task in tasks for doubt in task.effects.doubts(task.vehicle)}.values():
         warnings.warn(doubt, stacklevel=2)
     times = None if times is None else _times(times, tasks)
-    found = _scattered(runs, times, control, executor, progress)
-    many = _gathered(shape, found, times)
+    results = _scattered(runs, times, control, executor, progress)
+    many = _gathered(shape, results, times)
     _warn(many, accuracy)
     return many
 
@@ -190,14 +197,14 @@ def _scattered(
     times: np.ndarray | None,
     control: bool,
     executor: Executor | None,
-    progress: bool | Counted | None,
+    progress: bool | Report | None,
 ) -> list[dict[str, Any]]:
     """The results of the runs, in their order."""
     cores = os.cpu_count() or 1
     size = max(1, math.ceil(len(runs) / (TASKS_PER_WORKER * cores)))
     own = ThreadPoolExecutor(cores) if executor is None else nullcontext(executor)
-    found: list[Any] = [None] * len(runs)
-    with own as pool, _reporting(progress, len(runs)) as report:
+    results: list[Any] = [None] * len(runs)
+    with own as pool, reporting(progress or False, len(runs), "runs") as report:
         starts = {
             pool.submit(run_chunk, Chunk(tuple(runs[k : k + size]), times, control)): k
             for k in range(0, len(runs), size)
@@ -205,35 +212,19 @@ def _scattered(
         try:
             done = 0
             for future in as_completed(starts):
-                results, k = future.result(), starts[future]
-                found[k : k + len(results)] = results
-                done += len(results)
+                of_chunk, k = future.result(), starts[future]
+                results[k : k + len(of_chunk)] = of_chunk
+                done += len(of_chunk)
                 report(done, len(runs))
         except BaseException:
             for future in starts:
                 future.cancel()
             raise
-    return found
-
-
-@contextmanager
-def _reporting(progress: bool | Counted | None, total: int) -> Iterator[Counted]:
-    if callable(progress):
-        yield progress
-        return
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-        progress = None
-    if not progress:
-        yield lambda done, total: None
-        return
-    with tqdm(total=total, unit="run") as bar:
-        yield lambda done, total: bar.update(done - bar.n)
+    return results
 
 
 def run_chunk(chunk: Chunk) -> list[dict[str, Any]]:
-    """What is kept of each run of a chunk. This is what a worker does."""
+    """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
     return [_one(run, chunk.times, chunk.control) for run in chunk.runs]
 
 
@@ -244,8 +235,8 @@ def _one(run: dict[str, Any], times: np.ndarray | None, control: bool) -> dict[s
         trajectory = controlled_run(task) if wanted else one_run(task, task.accuracy)
     except SimulationStopped as error:
         trajectory, reason = error.trajectory, str(error)
-    fields = {name: getattr(trajectory, name) for name in STATE}
-    kept = {name: None if array is None else array[-1] for name, array in fields.items()}
+    rows = {name: getattr(trajectory, name) for name in SAMPLED}
+    kept = {name: None if array is None else array[-1] for name, array in rows.items()}
     kept |= {name: trajectory.stats[name] for name in (*COUNTS, "error_estimate", "sensitivity")}
     kept |= {"reason": reason, "energy_start": trajectory.energy[0]}
     kept["samples"] = None if times is None else _samples(trajectory, times)
@@ -255,23 +246,23 @@ def _one(run: dict[str, Any], times: np.ndarray | None, control: bool) -> dict[s
 def _samples(trajectory: Trajectory, times: np.ndarray) -> dict[str, np.ndarray | None]:
     """Samples at the times; beyond the trajectory's end nan, or -1 where whole numbers stand."""
     within = times <= trajectory.t[-1]
-    found = trajectory.sample(times[within])
+    samples = trajectory.sample(times[within])
     result: dict[str, np.ndarray | None] = {}
-    for name in STATE:
-        part = getattr(found, name)
-        if part is None:
+    for name in SAMPLED:
+        values = getattr(samples, name)
+        if values is None:
             result[name] = None
             continue
-        whole = part.dtype.kind in "iu"
-        result[name] = np.full((len(times), *part.shape[1:]), -1 if whole else np.nan, part.dtype)
-        result[name][within] = part
+        whole = values.dtype.kind in "iu"
+        result[name] = np.full((len(times), *values.shape[1:]), -1 if whole else np.nan, values.dtype)
+        result[name][within] = values
     return result
 
 
 # Arrays
 
 
-def _gathered(shape: tuple[int, ...], found: list[dict[str, Any]], times: np.ndarray | None) -> Many:
+def _gathered(shape: tuple[int, ...], results: list[dict[str, Any]], times: np.ndarray | None) -> Many:
     def stacked(values: list[Any], dtype: Any = None) -> np.ndarray | None:
         if values and values[0] is None and dtype is None:
             return None
@@ -279,20 +270,20 @@ def _gathered(shape: tuple[int, ...], found: list[dict[str, Any]], times: np.nda
         return array.reshape(shape + array.shape[1:])
 
     def numbers(name: str) -> np.ndarray:
-        return stacked([np.nan if run[name] is None else run[name] for run in found], float)
+        return stacked([np.nan if run[name] is None else run[name] for run in results], float)
 
     samples = None
     if times is not None:
-        samples = Samples(**{name: stacked([run["samples"][name] for run in found]) for name in STATE})
+        samples = Samples(**{name: stacked([run["samples"][name] for run in results]) for name in SAMPLED})
     indices = np.ndindex(shape)
     return Many(
-        end=Samples(**{name: stacked([run[name] for run in found]) for name in STATE}),
+        end=Samples(**{name: stacked([run[name] for run in results]) for name in SAMPLED}),
         energy_start=numbers("energy_start"),
-        **{name: stacked([run[name] for run in found], int) for name in COUNTS},
+        **{name: stacked([run[name] for run in results], int) for name in COUNTS},
         error_estimate=numbers("error_estimate"),
         sensitivity=numbers("sensitivity"),
-        stopped=stacked([run["reason"] is not None for run in found], bool),
-        reasons={k: run["reason"] for k, run in zip(indices, found, strict=True) if run["reason"]},
+        stopped=stacked([run["reason"] is not None for run in results], bool),
+        reasons={k: run["reason"] for k, run in zip(indices, results, strict=True) if run["reason"]},
         samples=samples,
     )
 

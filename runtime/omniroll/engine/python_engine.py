@@ -6,7 +6,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
 from omniroll.engine.switching import SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
@@ -54,14 +54,16 @@ class Run:
         self.model = SwitchingModel(self.kernel, task.switching)
         self.tolerance = tolerance
         self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.added = np.zeros(self.acting.layout.size - self.acting.layout.plain)  # what the effects integrate
+        self.added = np.zeros(
+            self.acting.state_vector.size - self.acting.state_vector.plain
+        )  # what the effects integrate
         self._start_added()
         scale = np.concatenate(
             [
-                np.full(3, self._speed_scale()),
+                np.full(3, speed_scale(task)),
                 np.full(vehicle.wheels, self.model.joint),
                 [vehicle.platform_radius, vehicle.platform_radius, 1.0],
-                self.acting.layout.scale_of_added(self.kernel, self._speed_scale()),
+                self.acting.state_vector.scale_of_added(self.kernel, speed_scale(task)),
             ]
         )
         self.integrator = PhaseIntegrator(
@@ -103,17 +105,8 @@ class Run:
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
         y = self._y()
-        self.acting.layout.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
-        self.added = y[self.acting.layout.plain :]
-
-    def _speed_scale(self) -> float:
-        """|nu(0)|, or where the vehicle rests the rollers' speed, or 1/duration; with effects at least that."""
-        least = 1 / self.task.duration if self.task.duration > 0 else 1.0
-        for speeds in (self.task.state.nu, self.task.state.axial):
-            if speeds is not None and speeds.any():
-                norm = float(np.linalg.norm(speeds))
-                return max(norm, least) if self.task.effects else norm
-        return least
+        self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
+        self.added = y[self.acting.state_vector.plain :]
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""
@@ -165,7 +158,7 @@ class Run:
             drive = self.acting.drive(h)
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
-        end, plain = 3 + self.kernel.wheels, self.acting.layout.plain
+        end, plain = 3 + self.kernel.wheels, self.acting.state_vector.plain
         if phase.dense:
             chi = np.array(phase.dense)[:, :, self.integrator.chi]
             self.turned += float(np.ptp(chi, axis=(0, 1)).max())
@@ -176,7 +169,7 @@ class Run:
 
     def _axial_during(self, phase: Phase) -> np.ndarray | None:
         """Axial speeds of the free rollers (K, N, n-1) at the ends of a phase's steps."""
-        axial, layout = self.state.free_axial(), self.acting.layout
+        axial, layout = self.state.free_axial(), self.acting.state_vector
         if axial is None or not phase.times:
             return None
         before, after = layout.views(self._y()), layout.views(np.array(phase.ends))
@@ -227,13 +220,14 @@ class Run:
             y=y,
             contact=np.array(record.contact),
             axial=np.array(record.axial) if self.kernel.has_spins else None,
-            dense=np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
+            dense=lambda: np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
             step_rows=np.array(record.step_rows, int),
             directions=directions.reshape(len(directions), self.kernel.wheels),
             switch_rows=np.array(record.switch_rows, int),
             drive=np.array(record.drive) if self.acting.drives else None,
         )
         stats = {
+            "engine": "python",
             "steps": counts.steps,
             "evaluations": counts.evaluations,
             "phases": self.phases,

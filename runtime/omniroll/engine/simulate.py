@@ -14,26 +14,30 @@ from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.compiled_engine import CompiledRun, can_run
 from omniroll.engine.python_engine import Run
 from omniroll.engine.runs import Progress, Task
-from omniroll.engine.switching import EPS, LAWS
+from omniroll.engine.switching import EPS
 from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
-from omniroll.kernels.kernel import ROLLER_MODELS, Kernel, best_backend
+from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.comparison import difference, distance_at
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
-ENGINES = ("compiled", "python")
+ENTRIES = by_name(RUN)
 
-CONTROL = 100.0  # the control run's tolerance is this much coarser
-TRIALS = 4  # runs, each with a tighter tolerance, before the accuracy counts as out of reach
-FINEST = EPS  # a tolerance that no step can feel
-MOVED = 1e-7  # the start of the run that measures the sensitivity, and
-MOVED_NU = np.array([0.48, -0.64, 0.6])  # a direction like any other, of length 1
-FINE = 1e-4  # the tolerance of that run, over MOVED
-PROBES = 201  # times at which it is compared
+CONTROL = 100.0  # the tolerance of the control run is this many times that of the run
+TRIALS = 4  # at most so many runs, each with a tighter tolerance, try to reach the accuracy
+FINEST = EPS  # the tightest tolerance that is tried: rounding is as large
+
+# The sensitivity is measured by a second run whose start is moved a little.
+MOVED = 1e-7  # how far the start is moved, relative to each quantity's size
+MOVED_NU = np.array([0.48, -0.64, 0.6])  # the direction in which nu is moved; of length 1, along no axis of the vehicle
+FINE = 1e-4  # the tolerance of the second run is FINE * MOVED, so that its error is small against the distance
+PROBES = 201  # the number of times at which the two runs are compared
 
 
+@documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
 def simulate(
     vehicle: Vehicle,
     *,
@@ -53,27 +57,17 @@ def simulate(
 ) -> Trajectory:
     """Simulate a vehicle with N wheels of n rollers from a given state.
 
-    nu            (3,) in 1/s
-    chi           (N,) in rad, |chi| <= pi/n, or one angle for all wheels; roller 0 of each wheel has contact
-    spins         (N, n-1) in rad/s of the free rollers j = 2..n relative to their disks, or one number for
-                  all; must be 0 for locked and massless rollers
-    pose          x, y in m, theta in rad
-    duration      in s, not negative
-    start_time    in s
-    roller_model  "free", "locked" or "massless"
-    switching     "impact" or "smooth": the law at a change of rollers, see omniroll.engine.switching
-    accuracy      the error of the run, in the max-norm of ((x, y)/R, theta, nu/|nu(0)|), is to be below this; with
-                  effects nu is taken over the largest |nu| of the run
-    engine        "compiled": C kernels; "python": Python kernels
-    effects       what acts on the vehicle besides its rolling, omniroll.effects: Torque, TorqueTable, Motor,
-                  Controller, Bearings, Slope. With effects the Python engine integrates, over their kernel
-    progress      called as progress(time done, duration) now and then
-    control       compare with a second, coarser run: its distance is the measure of the error
+    vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
+    effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
+                  Controller, Bearings, Slope
+    {entries}
+    progress      function that is called as progress(time done, duration) now and then, or None
+    control       True: compare with a second, coarser run; its distance is the measure of the error
                   (stats["error_estimate"]), and where it is too large the run is made again with a tighter
                   tolerance. A run from a start moved by 1e-7 gives stats["sensitivity"]: how much larger a small
-                  error of the start becomes. The estimate is never below eps times that. Without control both
-                  are None.
+                  error of the start becomes. The estimate is never below eps times that. False: both are None
 
+    The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
     SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
     time, or when the compiled engine has filled 1 GiB with steps; KernelsMissingError for the compiled engine
@@ -114,19 +108,19 @@ def checked_task(
     """The arguments of simulate, checked. Raises InvalidValueError."""
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
-    validation.choice("roller_model", roller_model, ROLLER_MODELS)
-    validation.choice("switching", switching, LAWS)
-    validation.choice("engine", engine, ENGINES)
+    ROLLER_MODEL.checked(roller_model)
+    SWITCHING.checked(switching)
+    ENTRIES["engine"].checked(engine)
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(
         vehicle=vehicle,
         kernel=bound,
         state=_initial_state(bound, nu, chi, spins, pose),
-        duration=_duration(duration),
-        start_time=validation.real("start_time", start_time),
+        duration=ENTRIES["duration"].checked(duration),
+        start_time=ENTRIES["start_time"].checked(start_time),
         switching=switching,
-        accuracy=_accuracy(accuracy),
+        accuracy=ENTRIES["accuracy"].checked(accuracy),
         engine=engine,
         progress=progress,
         effects=acting,
@@ -153,20 +147,6 @@ def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLik
     return State(nu, chi, pose, np.zeros(vehicle.wheels, int), axial)
 
 
-def _duration(duration: float) -> float:
-    number = validation.real("duration", duration)
-    if number < 0:
-        raise InvalidValueError("duration", duration, "must not be negative")
-    return number if number == 0 else validation.positive("duration", number)
-
-
-def _accuracy(accuracy: float) -> float:
-    number = validation.real("accuracy", accuracy)
-    if not 0 < number < 1:
-        raise InvalidValueError("accuracy", accuracy, "must lie between 0 and 1")
-    return number
-
-
 def _check_range(task: Task) -> None:
     """Refuse what would leave the number range at once: energy, rates, or the way that they make."""
     state, bound = task.state, task.kernel
@@ -177,11 +157,11 @@ def _check_range(task: Task) -> None:
         acting = EffectRun(task.effects, bound, task.start_time)
         acting.pass_time(0.0, state)
         flow, _ = acting.phase(0.0, free)
-        y = np.zeros(acting.layout.size)
-        acting.layout.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-        acting.layout.put(y, task.effects.initial(bound, free))
+        y = np.zeros(acting.state_vector.size)
+        acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+        acting.state_vector.put(y, task.effects.initial(bound, free))
         rates = flow(0.0, y)
-        way = rates[: acting.layout.plain] * task.duration
+        way = rates[: acting.state_vector.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if np.abs(way).max() > validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
@@ -219,7 +199,7 @@ def controlled_run(task: Task) -> Trajectory:
 
 
 def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:
-    """What is to be warned of where a controlled run has missed its accuracy, or does not know."""
+    """The warning that a controlled run deserves whose error estimate is above the accuracy, or missing; or none."""
     estimate = trajectory.stats["error_estimate"]
     if estimate is not None and estimate <= task.accuracy:
         return ()

@@ -20,7 +20,7 @@ FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibili
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
-ENGINE_SOURCES = ("phase.c", "batch.c")
+ENGINE_SOURCES = ("run.c", "batch.c")
 LONGEST = 300  # seconds
 NUMBER_TYPES = {  # C type and the macro that chooses it
     "double": ("double", None),
@@ -109,16 +109,22 @@ def kernel_library(folder: Path, number_type: str) -> None:
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 
-def engine_library(folder: Path, engine: Path, constants: Path, level: str) -> None:
-    """Compile the pair in doubles, as for a library of its own, and the engine over it into engine-<level>.so.
+def engine_file(level: str, sharp: bool) -> str:
+    """The name of the library of an engine."""
+    return f"engine-{level}{'-sharp' * sharp}.so"
+
+
+def engine_library(folder: Path, engine: Path, constants: Path, level: str, sharp: bool = False) -> None:
+    """Compile the pair in doubles, as for a library of its own, and the engine over it.
 
     engine     folder of the engine's C files
     constants  folder of gauss.h
     level      of LEVELS
+    sharp      whether the engine solves for nu' by the functions for sharp tips
     """
     with tempfile.TemporaryDirectory(dir=folder) as scratch:
         pair = Path(scratch, "omniroll.o")
         _compile([folder / "omniroll.c"], pair, [folder], ["-c", *PAIR_FLAGS])
         sources = [pair, *(engine / name for name in ENGINE_SOURCES)]
-        flags = [*ENGINE_FLAGS, f"-march={level}"]
-        compile_library(sources, folder / f"engine-{level}.so", [folder, engine, constants], flags)
+        flags = [*ENGINE_FLAGS, f"-march={level}", *(["-DOMNIROLL_SHARP"] if sharp else [])]
+        compile_library(sources, folder / engine_file(level, sharp), [folder, engine, constants], flags)

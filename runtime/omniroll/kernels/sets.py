@@ -4,15 +4,16 @@ A set has a folder with its files:
 
     omniroll.h omniroll.c    the pair that a controller takes
     kernel_in_lanes.h        the functions on vectors, for the compiled engine
+    engine_set.h             what the compiled engine must know of the set
     declarations.h           what cffi must know of the pair
     functions.json           what the functions take and give
     float.so ...             the compiled pair, one library a number type
-    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions
+    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions,
+                             and engine-LEVEL-sharp.so for rollers with sharp tips
 
 The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
-Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date:
-
-  $OMNIROLL_CACHE, or omniroll/ in $XDG_CACHE_HOME or ~/.cache; a folder of this process where that cannot be written
+Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
+omniroll.codegen.cache says where.
 
 Where there is no C compiler ($CC or cc) only the Python kernel can be made.
 """
@@ -23,9 +24,9 @@ import json
 import os
 import platform
 import shutil
+import sys
 import tempfile
 import threading
-import warnings
 from collections.abc import Callable
 from functools import cache
 from importlib import resources
@@ -34,9 +35,9 @@ from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING
 
 import cffi
-from filelock import FileLock
 
 from omniroll import generated_data
+from omniroll.codegen import cache as cache_folder
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
@@ -91,25 +92,32 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 
 @cache
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
-    """`ffi` and `lib` of a set's compiled functions; those in doubles have the engine with them, where the set has one.
+    """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
+    if number_type == "double" and not effects:  # built with the engine beforehand
+        return engine(base, effects)
+    place, file = _pair(base, effects, number_type)
+    return _opened(place, file, number_type, [])
+
+
+@cache
+def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNamespace:
+    """`ffi` and `lib` of a set's functions in doubles with the compiled engine.
+
+    sharp  whether the engine solves for nu' by the functions for sharp tips
 
     Raises KernelsMissingError where they cannot be had.
     """
-    place, file = (
-        _engine(base, effects) if number_type == "double" and has_engine(effects) else _pair(base, effects, number_type)
-    )
-    ffi = cffi.FFI()
+    place, file = _engine(base, effects, sharp)
+    return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
+
+
+def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
+    """A library, and the declarations of its pair and what comes with it."""
     c_type, _ = NUMBER_TYPES[number_type]
     declarations = [f"typedef {c_type} omniroll_real;", (place / "declarations.h").read_text(encoding="utf-8")]
-    if file.startswith("engine"):
-        declarations.append((_engine_sources() / "engine_calls.h").read_text(encoding="utf-8"))
-    ffi.cdef("\n".join(declarations))
+    ffi = cffi.FFI()
+    ffi.cdef("\n".join(declarations + further))
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(place / file)))
-
-
-def has_engine(effects: tuple[str, ...]) -> bool:
-    """Whether the compiled engine runs a set."""
-    return not effects
 
 
 def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, str]:
@@ -118,15 +126,16 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
     return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
 
 
-def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
+def _engine(base: str, effects: tuple[str, ...], sharp: bool) -> tuple[Path, str]:
     """The folder and the library of a set's functions and its engine, at the widest level that runs here."""
     levels = building.levels_here()
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
-        building.engine_library(place, _engine_sources(), constants, levels[0])
+        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
+        building.engine_library(place, _engine_sources(), constants, levels[0], sharp)
 
-    return _made(base, effects, [f"engine-{level}.so" for level in levels], build)
+    return _made(base, effects, [building.engine_file(level, sharp) for level in levels], build)
 
 
 def _engine_sources() -> Path:
@@ -143,7 +152,7 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
     with MAKING:
         place = _for_this_compiler(folder(base, effects))
         try:
-            with FileLock(place / ".lock"):
+            with cache_folder.lock(place / "libraries"):
                 if not building.is_whole(place / files[0]):
                     build(place)
         except CompilationError as problem:
@@ -217,27 +226,7 @@ def folder(base: str, effects: tuple[str, ...]) -> Path:
     name = set_name(base, effects)
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
-        place = _cache() / key
+        place = cache_folder.folder() / key
         if not place.is_dir():
             _put_in_place(place, programs().kernel(base, effects).files())
     return place
-
-
-@cache
-def _cache() -> Path:
-    """The folder of all kept sets, which can be written."""
-    home = os.environ.get("XDG_CACHE_HOME") or str(Path("~/.cache").expanduser())
-    wanted = Path(os.environ.get("OMNIROLL_CACHE") or Path(home, "omniroll"))
-    try:
-        wanted.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=wanted):
-            return wanted
-    except OSError as problem:
-        text = f"kernels cannot be kept in {wanted}: {problem}; they are made for this process alone"
-        warnings.warn(f"{text}; $OMNIROLL_CACHE names another folder", RuntimeWarning, stacklevel=2)
-        return Path(_scratch().name)
-
-
-@cache
-def _scratch() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="omniroll-")

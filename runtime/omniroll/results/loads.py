@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
-from scipy.spatial import ConvexHull
 
 from omniroll.errors import InvalidValueError
 
@@ -46,16 +44,18 @@ def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, 
     C. L. Lawson and R. J. Hanson, Solving Least Squares Problems (1974), chapter 23: loads + null z with the least z,
     subject to null z >= -loads, is a least-squares problem in variables that are not negative.
     """
+    from scipy.optimize import nnls
+
     program = np.vstack([null.T, -loads / np.abs(loads).max()])
     wanted = np.zeros(len(program))
     wanted[-1] = 1
     multipliers, residual = nnls(program, wanted)
     if residual < FEASIBLE:
         return loads
-    pressed = multipliers == 0  # the others carry nothing; those that do are of least norm
-    found = np.zeros_like(loads)
-    found[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
-    return found
+    pressed = multipliers == 0  # contacts with a multiplier carry no load; the others share it with the least norm
+    least = np.zeros_like(loads)
+    least[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
+    return least
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,8 @@ class SupportPolygon:
     @classmethod
     def of(cls, places: np.ndarray) -> "SupportPolygon":
         """The smallest polygon around the contacts (N, 2)."""
+        from scipy.spatial import ConvexHull
+
         return cls(places[ConvexHull(places).vertices])
 
     def margin(self, points: np.ndarray) -> np.ndarray:

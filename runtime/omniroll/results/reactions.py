@@ -16,8 +16,9 @@ from omniroll.results.loads import SupportPolygon, contact_loads, refuse_colline
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
 
-STANDARD_GRAVITY = 9.80665
+ENTRIES = by_name(REACTIONS)
 CENTRED = 1e-12  # distance, per R, within which the wheels' centroid is the centre of mass
 
 
@@ -95,6 +96,7 @@ class Reactions:
         return f"<Reactions: N={wheels}, {len(self.t)} rows, {self.load_rule} loads, {len(self.doubts)} doubts>"
 
 
+@documented(*REACTIONS)
 def reactions(
     trajectory: Trajectory,
     *,
@@ -107,30 +109,22 @@ def reactions(
 ) -> Reactions:
     """Contact forces, loads, and the margins to slipping and tipping, for every row of a trajectory.
 
-    trajectory         what simulate() gave
-    height             in m, centre of mass of the whole vehicle above the ground
-    friction           coefficient of friction between rollers and ground; None: no margin to slipping
-    gravity            in m/s^2; by default that of the run's slope, or 9.80665
-    wheel_mass         in kg, of one wheel with its rollers. Needed only where the wheels' centroid is not below the
-                       centre of mass; elsewhere it has no influence
-    platform_products  in kg m^2, the integrals of z x and of z y over the mass of what is not wheels, about its own
-                       centre of mass. (0, 0) is exact where that has a vertical axis or a horizontal plane of symmetry
-    spin_inertia       in kg m^2, angular momentum about an axle per rate of the wheel, one number or (N,). By default
-                       wheel_inertia, with the rotors of the run's motors; that is exact unless wheel_inertia itself
-                       holds a rotor behind a gear: then wheel_inertia - gear (gear - 1) rotor inertia
+    trajectory  Trajectory, of a vehicle with three wheels or more
+    {entries}
 
-    Warns with RollingWarning where rolling without slip could not have held. Raises InvalidValueError for fewer
-    than three wheels, for contacts on one line, and for numbers that make no sense.
+    Returns Reactions, whose arrays have a row for each row of the trajectory. The forces and the sums of the loads are
+    generated functions (maxima, reactions). Warns with RollingWarning where rolling without slip could not have held.
+    Raises InvalidValueError for fewer than three wheels, for contacts on one line, and for numbers that make no sense.
     """
     if not isinstance(trajectory, Trajectory):
         raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
-    found = judged_reactions(
+    result = judged_reactions(
         trajectory, height=height, friction=friction, gravity=gravity, wheel_mass=wheel_mass,
         platform_products=platform_products, spin_inertia=spin_inertia,
     )  # fmt: skip
-    for warning in found.warnings():
+    for warning in result.warnings():
         warnings.warn(warning, stacklevel=2)
-    return found
+    return result
 
 
 def judged_reactions(
@@ -145,10 +139,10 @@ def judged_reactions(
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
     vehicle = trajectory.vehicle
-    friction = None if friction is None else validation.positive("friction", friction)
+    friction = ENTRIES["friction"].checked(friction)
     numbers = {
-        "height": validation.positive("height", height),
-        "platform_products": validation.real_array("platform_products", platform_products, (2,)),
+        "height": ENTRIES["height"].checked(height),
+        "platform_products": np.array(ENTRIES["platform_products"].checked(platform_products)),
         "normal_gravity": _normal_gravity(trajectory, gravity),
         "spin_inertia": _spin_inertia(trajectory, spin_inertia),
         "wheel_mass": 0.0 if wheel_mass is None else _wheel_mass(vehicle, wheel_mass),
@@ -186,11 +180,11 @@ def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: 
     )
 
 
-def _doubts(t: np.ndarray, found: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
-    """One Doubt for each run of rows in which `found` (T, N) holds for a wheel."""
+def _doubts(t: np.ndarray, holds: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
+    """One Doubt for each run of rows in which `holds` (T, N) holds for a wheel."""
     doubts = []
-    for wheel in range(found.shape[1]):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], found[:, wheel], [False]])))
+    for wheel in range(holds.shape[1]):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], holds[:, wheel], [False]])))
         for first, end in edges.reshape(-1, 2):
             extreme = float(worst(values[first:end, wheel]))
             doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme))
@@ -207,8 +201,8 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
         values["momenta"] = _call(bound, "momenta", values)
     if "coulomb_momenta" in bound.signatures:
         values["coulomb_momenta_dot"] = _call(bound, "coulomb_momenta", values)
-    found = _call(bound, "accelerations", values)
-    values["nu_dot"] = found[0] if bound.has_spins else found
+    rates = _call(bound, "accelerations", values)
+    values["nu_dot"] = rates[0] if bound.has_spins else rates
     sums, places = _call(bound, "load_balance", values)
     return _call(bound, "contact_forces", values), sums, places[0]
 
@@ -239,7 +233,7 @@ def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:
     slope = next((effect for effect in trajectory.effects.effects if isinstance(effect, Slope)), None)
     if gravity is None:
         gravity = STANDARD_GRAVITY if slope is None else slope.gravity
-    gravity = validation.positive("gravity", gravity)
+    gravity = ENTRIES["gravity"].checked(gravity)
     if slope is None:
         return gravity
     if gravity != slope.gravity:
@@ -257,12 +251,12 @@ def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.
             raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
         return np.broadcast_to(given, (wheels,))
     vehicle = trajectory.effects.equipped(trajectory.vehicle)
-    found = vehicle.wheel_inertia
+    inertia = vehicle.wheel_inertia
     for motor in trajectory.effects.effects:
         if isinstance(motor, Motor):
             rotor = {"gear_ratio": motor.gear_ratio, "rotor_axial_inertia": motor.rotor_inertia}
-            found = _part(vehicle, "spin_inertia", wheel_inertia=found, **rotor)
-    return np.full(wheels, found)
+            inertia = _part(vehicle, "spin_inertia", wheel_inertia=inertia, **rotor)
+    return np.full(wheels, inertia)
 
 
 def _part(vehicle: Vehicle, name: str, **values: float) -> float:
@@ -270,7 +264,7 @@ def _part(vehicle: Vehicle, name: str, **values: float) -> float:
 
 
 def _wheel_mass(vehicle: Vehicle, wheel_mass: float) -> float:
-    wheel_mass = validation.positive("wheel_mass", wheel_mass)
+    wheel_mass = ENTRIES["wheel_mass"].checked(wheel_mass)
     if vehicle.wheels * wheel_mass >= vehicle.mass:
         bound = f"wheels must be lighter than the whole vehicle, {vehicle.mass!r} kg"
         raise InvalidValueError("wheel_mass", wheel_mass, bound)

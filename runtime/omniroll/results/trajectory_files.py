@@ -3,10 +3,16 @@
 A CSV file opens with lines that start with "#": the format, then the description as JSON. Then come a line of
 names and the rows. Numbers are written so that reading gives the same bits. The columns dense_k_... hold the
 inner coefficients of the polynomial from that row to the next; its outer ones are the rows themselves.
+
+The functions here read and write Stored, the plain content of a file; omniroll.results.trajectory makes trajectories
+of it.
 """
 
 import csv
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -15,13 +21,11 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from omniroll.effects import KINDS
-from omniroll.effects.effect_set import DRIVES, EffectSet
+from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError
-from omniroll.results.trajectory import SWITCH_FIELDS, Trajectory
-from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = "omniroll trajectory 1"
+SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
 ARRAYS = (
     "t",
     "elapsed",
@@ -37,27 +41,62 @@ ARRAYS = (
     "added",
     "drive",
 )
-DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")
+COLUMNS = ("t", "elapsed", "nu", "chi", "pose", "contact", "contact_spin", "energy")  # of every CSV file, in this order
 
 
-def save(trajectory: Trajectory, path: str | PathLike, *, dense: bool) -> None:
-    """Write a .npz or .csv file."""
-    ending = _ending(path)
-    if ending == ".npz":
-        _save_npz(trajectory, path, dense)
+@dataclass(frozen=True)
+class Stored:
+    """What a file holds of a trajectory.
+
+    description  plain data that JSON can hold; description["vehicle"] has the fields of the vehicle
+    arrays       the arrays of ARRAYS by name; None for those that the trajectory lacks
+    switches     (K,) records of SWITCH_FIELDS
+    """
+
+    description: dict[str, Any]
+    arrays: dict[str, np.ndarray | None]
+    switches: np.ndarray
+
+    @property
+    def wheels(self) -> int:
+        """N, the number of wheels."""
+        return self.description["vehicle"]["wheels"]
+
+    @property
+    def rollers_per_wheel(self) -> int:
+        """n, the number of rollers of a wheel."""
+        return self.description["vehicle"]["rollers_per_wheel"]
+
+
+def write(stored: Stored, path: str | PathLike) -> None:
+    """Write a .npz or .csv file. Raises InvalidValueError for a name with another ending."""
+    stored = replace(stored, description={"format": FORMAT} | stored.description)
+    if _ending(path) == ".npz":
+        _write_npz(stored, path)
     else:
         with open(path, "w", encoding="utf-8", newline="") as file:
-            _write_csv(trajectory, file, dense)
+            _write_csv(stored, file)
 
 
-def load(path: str | PathLike) -> Trajectory:
-    """Read a .npz or .csv file."""
+def read(path: str | PathLike) -> Stored:
+    """Read a .npz or .csv file. Raises InvalidValueError for a file of another kind, or one that is damaged."""
     ending = _ending(path)
-    try:
+    with refusing_damage(path):
         if ending == ".npz":
-            return _load_npz(path)
-        with open(path, encoding="utf-8", newline="") as file:
-            return _read_csv(file)
+            stored = _read_npz(path)
+        else:
+            with open(path, encoding="utf-8", newline="") as file:
+                stored = _read_csv(file)
+        if stored.description.get("format") != FORMAT:
+            raise ValueError(f"format {stored.description.get('format')!r}")
+        return stored
+
+
+@contextmanager
+def refusing_damage(path: str | PathLike) -> Iterator[None]:
+    """Turns the errors that the content of a damaged file causes into an InvalidValueError that names the file."""
+    try:
+        yield
     except InvalidValueError:
         raise
     except (KeyError, ValueError, TypeError, IndexError, StopIteration, BadZipFile, EOFError) as error:
@@ -71,51 +110,26 @@ def _ending(path: str | PathLike) -> str:
     return ending
 
 
-def _description(trajectory: Trajectory) -> dict[str, Any]:
-    description = {name: getattr(trajectory, name) for name in DESCRIPTION}
-    effects = [effect.as_dict() for effect in trajectory.effects.effects]
-    return {"format": FORMAT, "vehicle": trajectory.vehicle.as_dict(), "effects": effects, **description}
-
-
-def _trajectory(description: dict[str, Any], arrays: dict[str, Any], switches: np.ndarray) -> Trajectory:
-    if description.get("format") != FORMAT:
-        raise ValueError(f"format {description.get('format')!r}")
-    given = {name: description[name] for name in DESCRIPTION}
-    vehicle = Vehicle(**description["vehicle"])
-    effects = _effects(vehicle, description.get("effects", []))
-    return Trajectory(vehicle=vehicle, switches=switches.view(np.recarray), effects=effects, **given, **arrays)
-
-
-def _effects(vehicle: Vehicle, described: list[dict[str, Any]]) -> EffectSet:
-    made = []
-    for fields in described:
-        fields = dict(fields)
-        made.append(KINDS[fields.pop("kind")](**fields))
-    return EffectSet.checked(made, vehicle)
-
-
-def _save_npz(trajectory: Trajectory, path: str | PathLike, dense: bool) -> None:
-    arrays = {name: getattr(trajectory, name) for name in ARRAYS}
-    if not dense:
-        arrays["dense"] = None
-    arrays = {name: array for name, array in arrays.items() if array is not None}
+def _write_npz(stored: Stored, path: str | PathLike) -> None:
+    arrays = {name: array for name, array in stored.arrays.items() if array is not None}
     with open(path, "wb") as file:
         np.savez(
             file,
-            description=json.dumps(_description(trajectory)),
-            switches=np.asarray(trajectory.switches, SWITCH_FIELDS),
+            description=json.dumps(stored.description),
+            switches=np.asarray(stored.switches, SWITCH_FIELDS),
             **arrays,
         )
 
 
-def _load_npz(path: str | PathLike) -> Trajectory:
+def _read_npz(path: str | PathLike) -> Stored:
     with np.load(path, allow_pickle=False) as file:
         arrays = {name: file[name] if name in file.files else None for name in ARRAYS}
-        return _trajectory(json.loads(str(file["description"])), arrays, file["switches"])
+        return Stored(json.loads(str(file["description"])), arrays, file["switches"])
 
 
-def _names(vehicle: Vehicle, spins: bool, drives: int, added: int) -> list[str]:
-    wheels, rollers = range(1, vehicle.wheels + 1), range(2, vehicle.rollers_per_wheel + 1)
+def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
+    """The names of the columns without those of the polynomials; wheels and rollers are counted from 1."""
+    wheels, rollers = range(1, stored.wheels + 1), range(2, stored.rollers_per_wheel + 1)
     names = [
         "t",
         "elapsed",
@@ -135,39 +149,26 @@ def _names(vehicle: Vehicle, spins: bool, drives: int, added: int) -> list[str]:
     return names + [f"added_{k}" for k in range(1, added + 1)]
 
 
-def _write_csv(trajectory: Trajectory, file: TextIO, dense: bool) -> None:
-    vehicle, rows, end = trajectory.vehicle, len(trajectory), 5 + trajectory.vehicle.wheels + 3
-    added = 0 if trajectory.added is None else trajectory.added.shape[1]
-    drives = 0 if trajectory.drive is None else trajectory.drive.shape[1]
-    names = _names(vehicle, trajectory.spins is not None, drives, added)
-    columns = [
-        trajectory.t,
-        trajectory.elapsed,
-        trajectory.nu,
-        trajectory.chi,
-        trajectory.pose,
-        trajectory.contact,
-        trajectory.contact_spin,
-        trajectory.energy,
-    ]
-    if trajectory.spins is not None:
-        columns.append(trajectory.spins.reshape(rows, -1))
-    if trajectory.drive is not None:
-        columns.append(trajectory.drive.reshape(rows, -1))
-    if trajectory.added is not None:
-        columns.append(trajectory.added)
+def _write_csv(stored: Stored, file: TextIO) -> None:
+    arrays = stored.arrays
+    rows, end = len(arrays["t"]), 5 + stored.wheels + 3
+    optional = [arrays[name] for name in ("spins", "drive", "added") if arrays[name] is not None]
+    added = 0 if arrays["added"] is None else arrays["added"].shape[1]
+    drives = 0 if arrays["drive"] is None else arrays["drive"].shape[1]
+    names = _names(stored, arrays["spins"] is not None, drives, added)
+    columns = [arrays[name] for name in COLUMNS] + [array.reshape(rows, -1) for array in optional]
     # tolist() gives Python's numbers: contacts stay integers, floats print to the bit.
     table = [list(chain.from_iterable(_listed(column[k]) for column in columns)) for k in range(rows)]
-    description = _description(trajectory) | {"switches": [list(row) for row in trajectory.switches.tolist()]}
-    description["dense"] = dense and trajectory.dense is not None
+    description = stored.description | {"switches": [list(row) for row in stored.switches.tolist()]}
+    description["dense"] = arrays["dense"] is not None
     if description["dense"]:
-        degree = trajectory.dense.shape[1] - 1
+        degree = arrays["dense"].shape[1] - 1
         integrated = names[2:end] + names[len(names) - added :]
         names += [f"dense_{k}_{name}" for k in range(1, degree) for name in integrated]
-        for row, coefficients in zip(trajectory.step_rows, trajectory.dense, strict=True):
+        for row, coefficients in zip(arrays["step_rows"], arrays["dense"], strict=True):
             table[row] += coefficients[1:-1].ravel().tolist()
-    description["step_rows"] = trajectory.step_rows.tolist()
-    description["added"] = added if trajectory.added is not None else None
+    description["step_rows"] = arrays["step_rows"].tolist()
+    description["added"] = added if arrays["added"] is not None else None
     description["drives"] = drives
     file.write(f"# {FORMAT}\n# {json.dumps(description)}\n")
     writer = csv.writer(file, lineterminator="\n")
@@ -179,37 +180,28 @@ def _listed(entry: np.ndarray | np.number) -> list:
     return entry.tolist() if np.ndim(entry) else [entry.item()]
 
 
-def _read_csv(file: TextIO) -> Trajectory:
+def _read_csv(file: TextIO) -> Stored:
     if file.readline().strip() != f"# {FORMAT}":
         raise ValueError("the first line does not say so")
     description = json.loads(file.readline().removeprefix("#"))
-    vehicle = Vehicle(**description["vehicle"])
     reader = csv.reader(file)
     names = next(reader)
     table = list(reader)
-    arrays = _arrays(vehicle, names, table, description)
     switches = np.array([tuple(row) for row in description["switches"]], SWITCH_FIELDS)
-    return _trajectory(description, arrays, switches)
+    stored = Stored(description, {}, switches)
+    return replace(stored, arrays=_arrays(stored, names, table))
 
 
-def _arrays(vehicle: Vehicle, names: list[str], table: list[list[str]], description: dict) -> dict[str, Any]:
-    wheels, rollers, rows = vehicle.wheels, vehicle.rollers_per_wheel, len(table)
+def _arrays(stored: Stored, names: list[str], table: list[list[str]]) -> dict[str, Any]:
+    """The arrays from the rows of a CSV file, as texts."""
+    wheels, rollers, rows, description = stored.wheels, stored.rollers_per_wheel, len(table), stored.description
     with_spins = "spin_1_2" in names
     added, drives = description.get("added"), description.get("drives", 0)
-    plain = _names(vehicle, with_spins, drives, added or 0)
+    plain = _names(stored, with_spins, drives, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
         raise ValueError("columns are missing")
     numbers = np.array([[float(text) for text in row[: len(plain)]] for row in table])
-    widths = {
-        "t": 0,
-        "elapsed": 0,
-        "nu": 3,
-        "chi": wheels,
-        "pose": 3,
-        "contact": wheels,
-        "contact_spin": wheels,
-        "energy": 0,
-    }
+    widths = dict(zip(COLUMNS, (0, 0, 3, wheels, 3, wheels, wheels, 0), strict=True))  # 0: one column, no axis
     arrays: dict[str, Any] = {
         "spins": None,
         "dense": None,

@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from omniroll.scenes.kinds import Choice, Whole
-from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SIZES, Key, Table
+from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SIZES, Table
+from omniroll.vocabulary import Entry
 
 BEGIN, END = "<!-- written from the schema -->", "<!-- up to here -->"
 WAYS = (
@@ -35,18 +35,10 @@ def _table(table: Table) -> str:
     return "\n".join(lines)
 
 
-def _row(key: Key) -> str:
+def _row(key: Entry) -> str:
     default = "**needed**" if key.needed else key.default or "-"
-    return f"| `{key.name}` | {key.unit or '-'} | {_value(key)} | {default} | {key.meaning} |"
-
-
-def _value(key: Key) -> str:
-    if isinstance(key.kind, Choice):
-        return ", ".join(f"`{name}`" for name in key.kind.names)
-    if isinstance(key.kind, Whole):
-        return f"whole, {key.kind.least} to {key.kind.most}"
-    shapes = " or ".join("number" if not shape else " x ".join(map(str, shape)) for shape in key.kind.shapes)
-    return shapes + (f", {key.kind.bound}" if key.kind.bound else "")
+    about = key.meaning + (f". {key.note}" if key.note else "")
+    return f"| `{key.name}` | {key.unit or '-'} | {key.kind.shown()} | {default} | {about} |"
 
 
 if __name__ == "__main__":

@@ -1,24 +1,16 @@
-"""The picture of a run: path, heading, energy and speeds."""
+"""The picture of a scene's run: path, heading, energy and speeds. It needs matplotlib."""
 
 from pathlib import Path
 
-from matplotlib.lines import Line2D
-
-from omniroll.scenes.outcome import Outcome
-from omniroll.studies.motions import figures
-from omniroll.studies.motions.cases import Motion, Setting
+from omniroll.results import pictures
+from omniroll.results.trajectory import Trajectory
 
 
-def draw(outcome: Outcome, path: Path) -> None:
-    """Write the picture as PNG."""
-    run = outcome.trajectory
-    motion = Motion(0, outcome.scene.name, tuple(run.nu[0]))
-    setting = Setting(run.roller_model, run.switching)
-    end = " (stopped)" if outcome.stopped else ""
-    with figures.plt.rc_context(figures.STYLE):
-        title = f"{motion.title}: {run.t[0]:g} to {run.t[-1]:g} s{end}"
-        sheet = figures.sheet(motion, [setting], {(0, setting.key): run}, run.t[-1], title)
-        for line in sheet.findobj(Line2D):  # dashes tell curves apart, and here is one
-            if line.get_color() == figures.COLOURS[run.roller_model]:
-                line.set_linestyle("-")
-        figures.save(sheet, path)
+def draw(run: Trajectory, name: str, path: Path, *, stopped: bool) -> None:
+    """Write the picture of the run of the scene `name` as PNG; `stopped`: the run ended before its time."""
+    import matplotlib
+
+    title = f"{name}: {run.t[0]:g} to {run.t[-1]:g} s" + (" (stopped)" if stopped else "")
+    label = run.roller_model if run.roller_model == "massless" else f"{run.roller_model}, {run.switching}"
+    with matplotlib.rc_context(pictures.STYLE):
+        pictures.save(pictures.sheet({label: run}, run.t[-1], title), path)

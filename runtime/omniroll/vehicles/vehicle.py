@@ -7,53 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from omniroll import generated_data, validation
+from omniroll import generated_data, validation, vocabulary
 from omniroll.errors import InvalidValueError
+from omniroll.vehicles import parts
 
-POSITIVE_FIELDS = (
-    "platform_radius",
-    "wheel_radius",
-    "roller_axis_radius",
-    "mass",
-    "yaw_inertia",
-    "wheel_inertia",
-    "roller_inertia",
-    "yaw_scale",
-)
-UNITS = {
-    "wheel_angles": "rad",
-    "platform_radius": "m",
-    "wheel_radius": "m",
-    "roller_axis_radius": "m",
-    "mass": "kg",
-    "yaw_inertia": "kg m^2",
-    "wheel_inertia": "kg m^2",
-    "roller_inertia": "kg m^2",
-    "yaw_scale": "1",
-    "wheel_places": "m",
-    "center_of_mass": "m",
-}
+ENTRIES = vocabulary.by_name(vocabulary.VEHICLE)
 
 
+@vocabulary.documented(*vocabulary.VEHICLE)
 @dataclass(frozen=True)
 class Vehicle:
     """A vehicle on omni-wheels, section 2 of the paper. Any coherent system of units; SI is shown.
 
-    wheels              N, at least 1
-    rollers_per_wheel   n, at least 3
-    wheel_angles        alpha_i, N angles in rad; by default evenly spaced, the first 0
-    platform_radius     R in m, centre of the vehicle to the wheels' centres
-    wheel_radius        l in m, wheel centre to the ground
-    roller_axis_radius  r in m, wheel centre to a roller's axis; by default that of section 4 (n >= 4)
-    mass                M in kg, of the whole
-    yaw_inertia         I_S in kg m^2, of the whole about the vertical through S
-    wheel_inertia       J in kg m^2, of a wheel with its rollers about its axle
-    roller_inertia      B in kg m^2, of a roller about its own axis
-    yaw_scale           Lambda, nu_3 = Lambda theta'; by default 1
-    wheel_places        (x, y) in m of each wheel's centre from S; by default on the rays of wheel_angles at
-                        platform_radius. With places, wheel_angles are the directions of the axles and platform_radius
-                        is only the scale of nu
-    center_of_mass      (x, y) in m of the whole from S; yaw_inertia stays that about S
+    {entries}
 
     Raises InvalidValueError (a ValueError), which names the field, its value and the bound: all numbers
     finite, the scalars positive with squares in the number range, and what the derivation demands
@@ -79,16 +45,14 @@ class Vehicle:
         def put(field: str, value: Any) -> None:
             object.__setattr__(self, field, value)  # the dataclass is frozen for everybody else
 
-        put("wheels", validation.integer("wheels", self.wheels, 1))
-        put("rollers_per_wheel", validation.integer("rollers_per_wheel", self.rollers_per_wheel, 3))
+        for name in ("wheels", "rollers_per_wheel", "wheel_radius"):  # the others need these
+            put(name, ENTRIES[name].checked(getattr(self, name)))
         put("wheel_angles", _wheel_angles(self.wheel_angles, self.wheels))
-        put("wheel_radius", validation.positive("wheel_radius", self.wheel_radius))
         if self.roller_axis_radius is None:
-            from omniroll.vehicles.parts import truncated_axis_radius
-
-            put("roller_axis_radius", truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
-        for field in POSITIVE_FIELDS:
-            put(field, validation.positive(field, getattr(self, field)))
+            put("roller_axis_radius", parts.truncated_axis_radius(self.wheel_radius, self.rollers_per_wheel))
+        for entry in vocabulary.VEHICLE:
+            if entry.kind == vocabulary.POSITIVE:
+                put(entry.name, entry.checked(getattr(self, entry.name)))
         if self.wheel_places is not None:
             places = validation.real_array("wheel_places", self.wheel_places, (self.wheels, 2))
             put("wheel_places", tuple(map(tuple, _in_range("wheel_places", places).tolist())))
@@ -101,17 +65,92 @@ class Vehicle:
 
     @classmethod
     def paper(cls, wheels: int = 3, rollers_per_wheel: int = 5) -> "Vehicle":
-        """The paper's vehicle; omniroll.vehicles.parts.paper_vehicle names the numbers, which the paper leaves out."""
-        from omniroll.vehicles.parts import paper_vehicle
+        """The vehicle of the paper, with other numbers of wheels and rollers if they are wanted.
 
-        return paper_vehicle(wheels, rollers_per_wheel)
+        The paper leaves its numbers out; omniroll.vehicles.parts.paper_numbers says where these come from.
+
+        wheels             N, at least 1
+        rollers_per_wheel  n, at least 4
+
+        Raises InvalidValueError for smaller numbers.
+        """
+        return cls(**parts.paper_numbers(wheels, rollers_per_wheel))
 
     @classmethod
-    def from_parts(cls, **parts: Any) -> "Vehicle":
-        """A vehicle from its parts' masses and sizes; omniroll.parts.vehicle_from_parts has the arguments."""
-        from omniroll.vehicles.parts import vehicle_from_parts
+    @vocabulary.documented(
+        vocabulary.WHEELS,
+        vocabulary.ROLLERS_PER_WHEEL,
+        vocabulary.WHEEL_ANGLES,
+        *vocabulary.LENGTHS,
+        vocabulary.YAW_SCALE,
+        *vocabulary.PARTS,
+    )
+    def from_parts(
+        cls,
+        *,
+        wheels: int,
+        rollers_per_wheel: int,
+        wheel_angles: Sequence[float] | None = None,
+        platform_radius: float,
+        wheel_radius: float,
+        roller_axis_radius: float | None = None,
+        yaw_scale: float = 1.0,
+        platform_mass: float,
+        platform_inertia: float,
+        hub_mass: float,
+        hub_axial_inertia: float,
+        hub_transverse_inertia: float,
+        roller_mass: float,
+        roller_axial_inertia: float,
+        roller_transverse_inertia: float,
+        rotor_mass: float = 0.0,
+        rotor_axial_inertia: float = 0.0,
+        rotor_transverse_inertia: float = 0.0,
+        rotor_distance: float = 0.0,
+        gear_ratio: float = 1.0,
+    ) -> "Vehicle":
+        """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
-        return vehicle_from_parts(**parts)
+        The inertias of the whole follow from the parts by the generated function `inertias` (section 4).
+
+        {entries}
+
+        Raises InvalidValueError for numbers out of their bounds, and where the vehicle that they give breaks a bound
+        of Vehicle.
+        """
+        wheels = vocabulary.WHEELS.checked(wheels)
+        rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
+        if roller_axis_radius is None:
+            roller_axis_radius = parts.truncated_axis_radius(wheel_radius, rollers_per_wheel)
+        whole = parts.inertias(
+            wheels,
+            rollers_per_wheel,
+            platform_radius=platform_radius,
+            roller_axis_radius=roller_axis_radius,
+            gear_ratio=gear_ratio,
+            platform_mass=platform_mass,
+            platform_inertia=platform_inertia,
+            hub_mass=hub_mass,
+            hub_axial_inertia=hub_axial_inertia,
+            hub_transverse_inertia=hub_transverse_inertia,
+            roller_mass=roller_mass,
+            roller_axial_inertia=roller_axial_inertia,
+            roller_transverse_inertia=roller_transverse_inertia,
+            rotor_mass=rotor_mass,
+            rotor_axial_inertia=rotor_axial_inertia,
+            rotor_transverse_inertia=rotor_transverse_inertia,
+            rotor_distance=rotor_distance,
+        )
+        return cls(
+            wheels=wheels,
+            rollers_per_wheel=rollers_per_wheel,
+            wheel_angles=wheel_angles,
+            platform_radius=platform_radius,
+            wheel_radius=wheel_radius,
+            roller_axis_radius=roller_axis_radius,
+            yaw_scale=yaw_scale,
+            **whole,
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, in plain Python types."""
@@ -132,14 +171,19 @@ class Vehicle:
         return generated_data.evaluate(expression, _symbols_of(self)) if expression is not None else 0.0
 
     def replace(self, **changes: Any) -> "Vehicle":
-        """A vehicle with some fields changed; it is validated again."""
+        """A vehicle with some fields changed.
+
+        changes  fields of Vehicle by name
+
+        Raises InvalidValueError where the new numbers break a bound; they are checked as those of any vehicle.
+        """
         return type(self)(**(self.as_dict() | changes))
 
     def __repr__(self) -> str:
-        lines = (f"    {field.name}={getattr(self, field.name)!r}," for field in fields(self))
-        shown = (
-            (line + "  # " + UNITS[name]) if (name := line.split("=")[0].strip()) in UNITS else line for line in lines
-        )
+        shown = []
+        for field in fields(self):
+            unit = ENTRIES[field.name].unit
+            shown.append(f"    {field.name}={getattr(self, field.name)!r}," + (f"  # {unit}" if unit else ""))
         return "Vehicle(\n" + "\n".join(shown) + "\n)"
 
 

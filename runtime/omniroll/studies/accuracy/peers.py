@@ -58,11 +58,11 @@ def by_engine(engine: str) -> Callable:
 def outcome_of(trajectory: Trajectory, task: Task, times: np.ndarray) -> Outcome:
     """A trajectory at the sample times, which are counted from the start."""
     clock = np.minimum(task.start_time + times, trajectory.t[-1])
-    found = trajectory.sample(clock)
-    y = np.concatenate([found.nu, found.chi, found.pose], axis=-1)
+    samples = trajectory.sample(clock)
+    y = np.concatenate([samples.nu, samples.chi, samples.pose], axis=-1)
     table = trajectory.switches
     switches = list(zip(table.t - task.start_time, table.wheel, table.direction, strict=True))
-    return Outcome(y, found.contact, found.energy, switches, trajectory.stats["evaluations"])
+    return Outcome(y, samples.contact, samples.energy, switches, trajectory.stats["evaluations"])
 
 
 def by_scipy(method: str, number_type: str = "double") -> Callable:
@@ -104,11 +104,11 @@ class ScipyRun:
         for _ in range(LONGEST):
             if not now < duration:
                 break
-            found = self._phase(now, duration)
-            self._keep(now, found)
-            now, y = float(found.t[-1]), found.y[:, -1]
+            phase = self._phase(now, duration)
+            self._keep(now, phase)
+            now, y = float(phase.t[-1]), phase.y[:, -1]
             self._to(y)
-            if found.status == 1:
+            if phase.status == 1:
                 self._switch(now, self._due(tau(self.task.start_time + now, now - phase_start)))
                 phase_start = now
         self._keep_rest()
@@ -123,14 +123,14 @@ class ScipyRun:
         radius = self.bound.vehicle.platform_radius
         scale = np.array([speed] * 3 + [self.joint] * self.wheels + [radius, radius, 1.0])
         y = np.concatenate([self.state.nu, self.state.chi, self.state.pose])
-        found = solve_ivp(
+        phase = solve_ivp(
             flow, (now, duration), y, method=self.method, rtol=self.tolerance, atol=self.tolerance * scale,
             events=self.events, dense_output=True,
         )  # fmt: skip
-        self.evaluations += found.nfev
-        if found.status < 0:
-            raise ArithmeticError(found.message)
-        return found
+        self.evaluations += phase.nfev
+        if phase.status < 0:
+            raise ArithmeticError(phase.message)
+        return phase
 
     def _to(self, y: np.ndarray) -> None:
         end = 3 + self.wheels
@@ -155,9 +155,9 @@ class ScipyRun:
             directions = self._due()
         raise ArithmeticError("switches without progress in time")
 
-    def _keep(self, now: float, found) -> None:
-        while len(self.rows) < len(self.times) and self.times[len(self.rows)] < found.t[-1]:
-            self._row(found.sol(self.times[len(self.rows)]))
+    def _keep(self, now: float, phase) -> None:
+        while len(self.rows) < len(self.times) and self.times[len(self.rows)] < phase.t[-1]:
+            self._row(phase.sol(self.times[len(self.rows)]))
 
     def _keep_rest(self) -> None:
         y = np.concatenate([self.state.nu, self.state.chi, self.state.pose])
@@ -184,7 +184,10 @@ def by_fixed_steps(number_type: str) -> Callable:
 
 
 def fixed_steps(task: Task, times: np.ndarray, per_sample: int, number_type: str) -> Outcome:
-    """The generated C step, `per_sample` times from one sample to the next; a wheel beyond its joint switches then."""
+    """The generated C step, `per_sample` times from one sample to the next.
+
+    A wheel that is beyond its joint after a step switches there.
+    """
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "compiled", number_type)
     law = SwitchingModel(task.kernel, task.switching)
     wheels, joint = bound.wheels, np.pi / bound.rollers_per_wheel

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import omniroll
+from omniroll.engine.simulate import simulate
+from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.vehicle import Vehicle
 
 LONG = 200.0  # s: the massless vehicle's centre closes its circle in motion 3
-SHORT = 10.0  # s: some twenty changes of contact can be told apart
 ACCURACY = 1e-9
 
 
@@ -50,19 +51,19 @@ SETTINGS = (
     Setting("locked", "impact"),
     Setting("free", "impact"),
 )
-Runs = dict[tuple[int, str], "omniroll.Trajectory"]
+Runs = dict[tuple[int, str], Trajectory]
 
 
-def run_all(report: Callable[[Motion, Setting, "omniroll.Trajectory"], None]) -> Runs:
+def run_all(report: Callable[[Motion, Setting, Trajectory], None]) -> Runs:
     """Every motion under every setting, as {(motion number, setting key): Trajectory}.
 
     `report` is called after each run.
     """
-    vehicle = omniroll.Vehicle.paper()
+    vehicle = Vehicle.paper()
     runs: Runs = {}
     for motion in MOTIONS:
         for setting in SETTINGS:
-            trajectory = omniroll.simulate(
+            trajectory = simulate(
                 vehicle,
                 nu=motion.nu,
                 duration=LONG,

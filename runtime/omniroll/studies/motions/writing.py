@@ -4,11 +4,13 @@ import csv
 import time
 from pathlib import Path
 
-import omniroll
+from omniroll.results import pictures
+from omniroll.results.pictures import SHORT
 from omniroll.studies.motions import figures
-from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, SHORT, Runs, run_all
+from omniroll.studies.motions.cases import LONG, MASSLESS, MOTIONS, PAPER, SETTINGS, Runs, run_all
 from omniroll.studies.motions.claims import Finding, judge
 from omniroll.studies.motions.page import data_name, page
+from omniroll.vehicles.vehicle import Vehicle
 
 
 def progress(total: int):
@@ -29,15 +31,18 @@ def progress(total: int):
 
 def write_figures(folder: Path, runs: Runs) -> list[Path]:
     """Every picture of the page; returns their paths."""
+    import matplotlib
+
     smooth = [setting for setting in SETTINGS if setting.switching == "smooth"]
+    impact = [MASSLESS, *(setting for setting in SETTINGS if setting.switching == "impact")]
     massive = [setting for setting in SETTINGS if setting != MASSLESS]
     twist = MOTIONS[2]
     written = []
 
     def put(figure, name: str) -> None:
-        written.append(figures.save(figure, folder / name))
+        written.append(pictures.save(figure, folder / name))
 
-    with figures.plt.rc_context(figures.STYLE):
+    with matplotlib.rc_context(pictures.STYLE):
         for name, setting, end, title in (
             ("figure-5", MASSLESS, LONG, "Figure 5: motion 3 without rollers"),
             ("figure-6", PAPER, LONG, "Figure 6: motion 3 with rollers"),
@@ -50,6 +55,7 @@ def write_figures(folder: Path, runs: Runs) -> list[Path]:
             print(f"  pictures of motion {motion.number}", flush=True)
             put(figures.sheet(motion, smooth, runs, LONG, title), f"{stem}-long.png")
             put(figures.sheet(motion, smooth, runs, SHORT, f"{title}, short interval"), f"{stem}-short.png")
+            put(figures.sheet(motion, impact, runs, LONG, f"{title}, impact at each switch"), f"{stem}-impact.png")
             put(figures.laws_sheet(motion, massive, runs), f"{stem}-laws.png")
     return written
 
@@ -70,10 +76,10 @@ def write_findings(path: Path, findings: list[Finding]) -> Path:
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["claim", "motion", "setting", "statement", "quantity", "value", "kind", "holds"])
-        for found in findings:
-            claim = found.claim
-            rows.writerow([claim.id, claim.motion, found.setting.key, claim.text, claim.quantity,
-                           repr(found.value), claim.kind, found.holds])  # fmt: skip
+        for finding in findings:
+            claim = finding.claim
+            rows.writerow([claim.id, claim.motion, finding.setting.key, claim.text, claim.quantity,
+                           repr(finding.value), claim.kind, finding.holds])  # fmt: skip
     return path
 
 
@@ -85,8 +91,8 @@ def write_all(folder: Path) -> Path:
     pictures = write_figures(folder, runs)
     data = [*write_data(folder, runs), write_findings(folder / "findings.csv", findings)]
     index = folder / "index.html"
-    index.write_text(page(omniroll.Vehicle.paper(), runs, findings), encoding="utf-8")
-    held = sum(found.holds for found in findings)
+    index.write_text(page(Vehicle.paper(), runs, findings), encoding="utf-8")
+    held = sum(finding.holds for finding in findings)
     print(f"  {held} of {len(findings)} statements of the paper hold; the others are listed on the page")
     print(f"wrote {len(pictures)} pictures (PNG), {len(data)} tables (CSV) and the page with both:\n{index}")
     return index

@@ -1,0 +1,188 @@
+"""What the compiled engine must know of a set of effects, as text: the header engine_set.h of its folder.
+
+The engine (runtime/csrc) knows no effect by name. It has a core (nu, and what else must be solved for), followers (chi,
+the pose) and accounts (integrals that feed nothing back); this file says which quantities those are and which generated
+functions give their rates, and the template writes the calls. No other file calls a generated function for the engine.
+"""
+
+from dataclasses import dataclass
+
+from .filling import template
+from .programs import Array, EffectSet, Function
+
+CORE, ACCOUNT = "core", "account"
+INPUTS = ("torque", "damping")  # of the kernel: affine in time between two events
+# How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
+# wheel, or are each a part of the core.
+CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
+
+
+@dataclass(frozen=True)
+class State:
+    """A quantity that a set integrates beside nu, chi and the pose.
+
+    rate    the output of a generated function that is its rate; a set without such a function has no such state
+    kind    core or account. The energy of the rollers' axial spins is solved for with the core, since its rate needs it
+    power   of |nu| with which its size grows
+    start   the generated function that gives it from the axial speeds of the free rollers; "" for themselves
+    """
+
+    name: str
+    rate: str
+    kind: str
+    power: int = 1
+    start: str = ""
+
+
+STATES = (
+    State("momenta", "momenta_dot", CORE, 1, "momenta"),
+    State("roller_energy", "roller_energy_dot", CORE, 2, "roller_energy"),
+    State("axial", "axial_dot", CORE),
+    State("drive_work", "drive_power", ACCOUNT),
+    State("axle_loss", "axle_loss", ACCOUNT),
+    State("roller_loss", "roller_loss", ACCOUNT),
+)
+# Functions that the engine calls as they are, at transitions and for the followers.
+PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
+
+
+def size_of(array: Array) -> str:
+    """The number of elements, in C."""
+    return "*".join(str(SIZES.get(size, size)) for size in array.shape) or "1"
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call of a generated function: its arguments in C after the model, and the locals that it needs."""
+
+    function: Function
+    arguments: tuple[str, ...]
+    locals: tuple[str, ...] = ()
+
+
+class EngineSet:
+    """The facts of one set of effects, for the template."""
+
+    def __init__(self, effects: EffectSet):
+        self.set = effects
+        rates = {array.name: array for f in effects.functions for array in f.outputs}
+        present = [state for state in STATES if state.rate in rates]
+        self.core = [state for state in present if state.kind == CORE]
+        self.accounts = [state for state in present if state.kind == ACCOUNT]
+        self.arrays = {state.name: rates[state.rate] for state in self.core}
+        reduced = self.function("reduced")
+        asked = [array.name for array in reduced.inputs]
+        self.inputs = [name for name in INPUTS if name in asked]
+        self.heading = "heading" in asked
+        names = [state.name for state in self.core]
+        self.rollers = SINGLE if "axial" in names else COLLAPSED if "momenta" in names else CONSTANT
+        self.acted = bool(present or self.inputs or self.heading)
+        self.plain = [f for f in map(effects.function, PLAIN) if f is not None]
+
+    @property
+    def solving(self) -> bool:
+        """Whether the set has functions for sharp tips beside the usual ones."""
+        return self.set.function("reduced_sharp") is not None
+
+    def called(self, function: Function) -> str:
+        """The name of a function in C."""
+        has_form = self.set.function(f"{function.name}_sharp") is not None
+        return f"SOLVED({function.name})" if has_form else f"lanes_{function.name}"
+
+    def function(self, name: str) -> Function:
+        found = self.set.function(name)
+        assert found is not None, f"{self.set.name} has no function {name}"
+        return found
+
+    def offset(self, state: str) -> str:
+        """Where a state begins in the core."""
+        before = [size_of(self.arrays[s.name]) for s in self.core[: [s.name for s in self.core].index(state)]]
+        return " + ".join(before)
+
+    def place(self, base: str, state: str) -> str:
+        offset = self.offset(state)
+        return f"{base} + {offset}" if offset else base
+
+    @property
+    def core_size(self) -> str:
+        return " + ".join(size_of(self.arrays[state.name]) for state in self.core) or "0"
+
+    @property
+    def parts(self) -> list[str]:
+        """Where each state of the core ends, in C."""
+        sizes = [size_of(self.arrays[state.name]) for state in self.core]
+        return [" + ".join(sizes[: k + 1]) for k in range(len(sizes))]
+
+    @staticmethod
+    def parameters(function: Function) -> list[str]:
+        """The parameters of the function that the engine calls in its place."""
+        own = [f"const lanes_t *{a.name}" if a.shape else f"lanes_t {a.name}" for a in function.inputs]
+        return ["const int wheels", "const vehicle_t *v", *own, *(f"lanes_t *{a.name}" for a in function.outputs)]
+
+    def core_calls(self) -> list[Call]:
+        """What gives the rates of the core, in order."""
+        reduced = self.function("reduced")
+        states = self._giving([state.rate for state in self.core])
+        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in reduced.inputs)
+        functions = ([self.function("momenta")] if needs_momenta else []) + states + [reduced]
+        rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
+        return self._calls(functions, {"nu_dot": "nu_dot"} | rates)
+
+    def account_calls(self) -> list[Call]:
+        """What gives the rates of the accounts."""
+        rates = {state.rate: f"account_dot + {k}" for k, state in enumerate(self.accounts)}
+        return self._calls(self._giving(list(rates)), rates)
+
+    def start_calls(self) -> list[Call]:
+        """What gives the core from the axial speeds of the free rollers."""
+        calls = []
+        for state in self.core:
+            if state.start:
+                target = self.place("core", state.name)
+                calls.append(Call(self.function(state.start), ("axial", target)))
+        return calls
+
+    def later_call(self) -> Call:
+        """What gives the axial speeds later in a phase, where they follow from the core."""
+        function = self.function("axial_after")
+        places = {
+            "axial": "axial",
+            "momenta_before": self.place("before", "momenta"),
+            "momenta_after": self.place("core", "momenta"),
+            "elapsed": "elapsed",
+        }
+        return Call(function, (*(places[array.name] for array in function.inputs), "later"))
+
+    def _giving(self, rates: list[str]) -> list[Function]:
+        return [f for f in self.set.functions if any(a.name in rates for a in f.outputs)]
+
+    def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
+        """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
+        known = {"nu": "at->nu", "chi": "at->chi", "heading": "at->heading", "momenta": "at->momenta"}
+        known |= {state.name: self.place("at->core", state.name) for state in self.core}
+        known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
+        calls = []
+        for function in functions:
+            own, arguments = [], [known[array.name] for array in function.inputs]
+            for array in function.outputs:
+                if array.name in targets:
+                    arguments.append(targets[array.name])
+                    continue
+                size = size_of(array).replace("wheels", "MOST_WHEELS")
+                if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
+                    arguments.append("at->scratch")
+                    continue
+                own.append(f"{array.name}[{size}]")
+                arguments.append(array.name)
+                known[array.name] = array.name
+            calls.append(Call(function, tuple(arguments), tuple(own)))
+        return calls
+
+
+MOTION = ("reduced", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
+
+
+def engine_set(effects: EffectSet) -> str:
+    """The text of the header; a set without a motion has none."""
+    return template("engine_set.h", facts=EngineSet(effects)) if all(map(effects.function, MOTION)) else ""

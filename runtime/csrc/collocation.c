@@ -1,0 +1,279 @@
+/* Collocation: a step covers [t, t + h] with the 16 nodes of Gauss.
+ *
+ * The rates of the core at the nodes are a polynomial, and the core its integral, of order 32 at the end of the step.
+ * Picard's iteration finds them, all nodes at once in the lanes of the generated kernel. The followers are integrals of
+ * the core's; the accounts are evaluated once, when the core has settled.
+ *
+ * The file knows no mechanics and no effect by name: engine_set.h says what there is, and calls the generated
+ * kernel. What a set does not have is not compiled. */
+#include "gauss.h"
+#include "engine.h"
+
+#include <math.h>
+
+#define BLOCKS (NODES/LANES)
+#define EPS 2.220446049250313e-16
+#define TURN 6.283185307179586
+
+/* What a step works on. */
+typedef struct {
+    int wheels;
+    const vehicle_t *vehicle;
+    const lanes_t *momenta;
+    double joint;
+    double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
+    double h;
+    nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
+    nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
+    nodes_t rate_pose[3];
+    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
+    int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
+    double late;                                /* the joint comes so long after h               */
+    long long sweeps;
+#if SET_HAS_HEADING
+    double heading;                             /* at the start                                  */
+    nodes_t at_heading;
+#endif
+#if SET_INPUTS
+    double input[SET_INPUTS*MOST_WHEELS], input_slope[SET_INPUTS*MOST_WHEELS];
+#endif
+#if SET_CORE_PARTS
+    int core;                                   /* how many numbers it has beside nu             */
+    const double *start_core;
+    double *end_core, *weight;                  /* weight: size of nu over that of each number   */
+    nodes_t *rate_core, *at_core;
+    lanes_t *core_here, *core_dot;              /* scratch                                       */
+#endif
+#if SET_ACCOUNTS
+    nodes_t rate_account[SET_ACCOUNTS];
+#endif
+#if SET_IS_ACTED_ON
+    double rest;                                /* what further sweeps would change              */
+    int guards;
+    double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
+    double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
+#endif
+} step_t;
+
+/* Sums over the nodes. */
+
+/* The product of a square table, given by columns, with the values at the nodes. */
+ALWAYS_INLINE nodes_t times(const nodes_t *table, const nodes_t *values)
+{
+    nodes_t sum;
+    for (int b = 0; b < BLOCKS; b++)
+        sum.lanes[b] = values->node[0]*table[0].lanes[b];
+    for (int m = 1; m < NODES; m++)
+        for (int b = 0; b < BLOCKS; b++)
+            sum.lanes[b] += values->node[m]*table[m].lanes[b];
+    return sum;
+}
+
+/* start + h times the integral of the rates from the start to each node. */
+ALWAYS_INLINE void integrate_to_nodes(double start, double h, const nodes_t *rate, nodes_t *at)
+{
+    const nodes_t sum = times(gauss_integral, rate);
+    for (int b = 0; b < BLOCKS; b++)
+        at->lanes[b] = start + h*sum.lanes[b];
+}
+
+ALWAYS_INLINE double weighted(const nodes_t *rate, const nodes_t *weights)
+{
+    lanes_t sum = rate->lanes[0]*weights->lanes[0];
+    for (int b = 1; b < BLOCKS; b++)
+        sum += rate->lanes[b]*weights->lanes[b];
+    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+}
+
+/* Size of the last two Legendre coefficients: what the polynomial may have missed. */
+ALWAYS_INLINE double tail(const nodes_t *rate)
+{
+    return fabs(weighted(rate, &gauss_last[0])) + fabs(weighted(rate, &gauss_last[1]));
+}
+
+ALWAYS_INLINE double largest3(const double *v)
+{
+    return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+}
+
+/* nu and chi, and what else the rates need, at the nodes from the rates. */
+ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
+{
+    for (int k = 0; k < 3; k++)
+        integrate_to_nodes(s->nu[k], s->h, &s->rate_nu[k], &s->at_nu[k]);
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
+        lanes_t chi_dot[MOST_WHEELS];
+        set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
+        for (int i = 0; i < wheels; i++)
+            s->rate_chi[i].lanes[b] = chi_dot[i];
+#if SET_HAS_HEADING
+        lanes_t pose_dot[3];
+        set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
+        s->rate_pose[2].lanes[b] = pose_dot[2];
+#endif
+    }
+    for (int i = 0; i < wheels; i++)
+        integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
+#if SET_HAS_HEADING
+    integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
+#endif
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+#endif
+}
+
+/* The arrays of a point. */
+typedef struct {
+    lanes_t nu[3], chi[MOST_WHEELS];
+#if SET_INPUTS
+    lanes_t input[SET_INPUTS*MOST_WHEELS];
+#endif
+} arrays_t;
+
+/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not asked. */
+ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
+{
+    point_t point = {.vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
+    for (int k = 0; k < 3; k++)
+        at->nu[k] = s->at_nu[k].lanes[b];
+    for (int i = 0; i < wheels; i++)
+        at->chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+#if SET_HAS_HEADING
+    point.heading = s->at_heading.lanes[b];
+#endif
+#if SET_INPUTS
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        at->input[k] = s->input[k] + (s->h*s->input_slope[k])*gauss_node.lanes[b];
+    point.inputs = at->input;
+#endif
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = s->at_core[c].lanes[b];
+    point.core = s->core_here;
+    point.scratch = s->core_dot;
+#endif
+    return point;
+}
+
+/* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure. */
+ALWAYS_INLINE double sweep(step_t *s, const int wheels)
+{
+    lanes_t change = lanes_of(0);
+    states_at_nodes(s, wheels);
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3], *core_dot = 0;
+        const point_t point = point_at(s, wheels, b, &at);
+#if SET_CORE_PARTS
+        core_dot = s->core_dot;
+#endif
+        core_rates(wheels, &point, nu_dot, core_dot);
+        for (int k = 0; k < 3; k++) {
+            const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
+            change = lanes_select(moved <= change, change, moved);
+            s->rate_nu[k].lanes[b] = nu_dot[k];
+        }
+#if SET_CORE_PARTS
+        for (int c = 0; c < s->core; c++) {
+            const lanes_t moved = s->weight[c]*lanes_abs(core_dot[c] - s->rate_core[c].lanes[b]);
+            change = lanes_select(moved <= change, change, moved);
+            s->rate_core[c].lanes[b] = core_dot[c];
+        }
+#endif
+    }
+    s->sweeps++;
+    return lanes_largest(change)*s->h;
+}
+
+/* Ends of the step: chi and the wheels' rates there. */
+ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
+{
+    for (int i = 0; i < wheels; i++) {
+        s->end_chi[i] = s->chi[i] + s->h*weighted(&s->rate_chi[i], &gauss_weight);
+        s->end_rate[i] = weighted(&s->rate_chi[i], &gauss_end);
+    }
+}
+
+/* What the polynomials of the core's rates miss inside the step, over |nu|: the last coefficients, integrated. */
+ALWAYS_INLINE double missed(const step_t *s)
+{
+    double tails = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+#if SET_CORE_PARTS
+    double largest = 0;
+    for (int c = 0; c < s->core; c++)
+        largest = fmax(largest, s->weight[c]*tail(&s->rate_core[c]));
+    tails += largest;
+#endif
+    return s->h*tails/(2*NODES);
+}
+
+/* The end of a step whose core has settled. A sweep leaves the state one sweep behind the rates; here it catches up. */
+ALWAYS_INLINE void end_of_core(step_t *s)
+{
+    for (int k = 0; k < 3; k++)
+        s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->end_core[c] = s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight);
+#endif
+}
+
+#if SET_ACCOUNTS
+/* The rates of the accounts, once the core has settled. */
+ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t account_dot[SET_ACCOUNTS];
+        const point_t point = point_at(s, wheels, b, &at);
+        account_rates(wheels, &point, account_dot);
+        for (int k = 0; k < SET_ACCOUNTS; k++)
+            s->rate_account[k].lanes[b] = account_dot[k];
+    }
+}
+#endif
+
+/* The value at x in [0, 1] of a polynomial given at the nodes, and its integral from 0. */
+ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, double *integral)
+{
+    const double z = 2*x - 1;
+    const nodes_t coefficients = times(gauss_legendre, rate);
+    double before = 1, p = z;       /* P_(k-1), P_k */
+    double sum = 0, area = 0;
+    for (int k = 0; k < NODES; k++) {
+        const double c = coefficients.node[k];
+        if (k == 0) {
+            sum += c;
+            area += c*x;
+            continue;
+        }
+        const double after = ((2*k + 1)*z*p - k*before)/(k + 1);
+        sum += c*p;
+        area += c*(after - before)/(2*(2*k + 1));
+        before = p;
+        p = after;
+    }
+    *value = sum;
+    *integral = area;
+}
+
+/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the heading 0,
+ * turned here: a heading may be any angle. */
+static void integrate_pose(step_t *s, const double *pose)
+{
+    nodes_t theta;
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
+        lanes_t rate[3];
+        set_pose_rates(s->wheels, s->vehicle, nu, lanes_of(0), rate);
+        for (int k = 0; k < 3; k++)
+            s->rate_pose[k].lanes[b] = rate[k];
+    }
+    integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);
+    for (int b = 0; b < BLOCKS; b++)
+        lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);
+    for (int k = 0; k < 3; k++)
+        s->way[k] = s->h*weighted(&s->rate_pose[k], &gauss_weight);
+}

@@ -1,0 +1,141 @@
+/* Events: where a step ends before its length is over. A wheel that reaches its joint, a guard that becomes positive.
+ *
+ * The iteration at the nodes corrects h by Newton's rule along with the rates, so that landing on an event costs no step
+ * of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so that one
+ * which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
+#define MOST_SWEEPS 60
+#define PASSED 16                   /* roundings above zero is beyond                                       */
+#define LANDED 2                    /* roundings around zero is on it                                       */
+
+#if SET_IS_ACTED_ON
+/* The rate of a guard at the nodes. */
+ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
+{
+    const double *weights = s->guard_weights + 3*guard;
+    nodes_t rate;
+    for (int b = 0; b < BLOCKS; b++)
+        rate.lanes[b] = s->guard_slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
+            + weights[2]*s->rate_nu[2].lanes[b]);
+    return rate;
+}
+
+/* The length at which the first guard is reached, if that is before `length`. */
+ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
+{
+    for (int k = 0; k < s->guards; k++) {
+        const nodes_t rates = guard_rate(s, k);
+        const double value = s->guard_start[k] + s->h*weighted(&rates, &gauss_weight);
+        const double rate = weighted(&rates, &gauss_end);
+        if (!(rate > 0 || value > PASSED*s->guard_noise[k]))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = wheels + k;
+        }
+    }
+    return length;
+}
+#endif
+
+/* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
+ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
+{
+    double length = most;
+    s->landing = -1;
+    for (int i = 0; i < wheels; i++) {
+        const double sign = s->end_chi[i] < 0 ? -1 : 1;
+        const double beyond = sign*s->end_chi[i] - s->joint, rate = sign*s->end_rate[i];
+        if (!(rate > 0 || beyond > 0))
+            continue;
+        const double reached = rate > 0 ? s->h - beyond/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = i;
+        }
+    }
+#if SET_IS_ACTED_ON
+    length = length_to_guard(s, wheels, length);
+#endif
+    return length > 0.01*s->h ? length : 0.01*s->h;
+}
+
+enum { SETTLED, UNSETTLED, TOO_LONG };
+
+/* The end of a step whose rates have settled. False: the event is not within reach after all. */
+ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double reach)
+{
+    states_at_nodes(s, wheels);
+    end_of_step(s, wheels);
+    s->late = length_to_event(s, wheels, most) - s->h;
+    end_of_core(s);
+    return fabs(s->late) <= reach*s->h;
+}
+
+/* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
+ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance, double reach)
+{
+    double last = INFINITY;
+    for (int k = 0; k < MOST_SWEEPS; k++) {
+        const double change = sweep(s, wheels);
+        end_of_step(s, wheels);
+        const double length = length_to_event(s, wheels, most), moved = length - s->h;
+        const double ratio = change/last;
+        /* What the next sweeps would still change, as a geometric series. */
+        const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
+#if SET_IS_ACTED_ON
+        s->rest = rest;
+#endif
+        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h && end_settled(s, wheels, most, reach))
+            return SETTLED;
+        if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
+            return UNSETTLED;
+        last = change > 0 ? change : 1e-300;
+        s->h = length;
+        if (k == 2 && missed(s) > 4*tolerance)
+            return TOO_LONG;
+    }
+    return UNSETTLED;
+}
+
+/* The first turn, x in (0, 1), at which what starts at `start` with these rates is outside [low, high]; 1 if there is none. */
+ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h, double start, double low, double high)
+{
+    double left = 0, slope_left = weighted(rate, &gauss_start), area;
+    for (int m = 0; m <= NODES; m++) {
+        const double right = m < NODES ? gauss_node.node[m] : 1;
+        const double slope_right = m < NODES ? rate->node[m] : end_rate;
+        if ((slope_left > 0) != (slope_right > 0)) {
+            double a = left, b = right, slope;
+            for (int k = 0; k < 50; k++) {
+                const double middle = (a + b)/2;
+                legendre_value(rate, middle, &slope, &area);
+                if ((slope > 0) == (slope_left > 0)) a = middle; else b = middle;
+            }
+            legendre_value(rate, b, &slope, &area);
+            const double there = start + h*area;
+            if (there > high || there < low)
+                return b;
+        }
+        left = right;
+        slope_left = slope_right;
+    }
+    return 1;
+}
+
+/* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost, or 1. */
+static double turn_outside(const step_t *s, int wheel)
+{
+    const double edge = s->joint*(1 + 8*EPS);
+    return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
+}
+
+#if SET_IS_ACTED_ON
+/* A guard that is positive inside the step and not at its end: where it is largest, or 1. */
+static double turn_of_guard(const step_t *s, int guard)
+{
+    const nodes_t rate = guard_rate(s, guard);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard_start[guard],
+                       -INFINITY, PASSED*s->guard_noise[guard]);
+}
+#endif

@@ -1,0 +1,94 @@
+/* Rows and steps as the caller gets them, and where a run keeps what it works with. */
+
+/* The parts of run->work. */
+typedef struct {
+    vehicle_t vehicle;
+    int core;
+    lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
+    lanes_t *axial, *later;
+    nodes_t *rate_core, *at_core;
+    lanes_t *core_here, *core_dot;
+    double *end_core, *weight, *rise_core;
+} work_t;
+
+/* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. */
+static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
+{
+    lanes_t *next = memory + LANES_MODEL_SIZE((long long)wheels, (long long)rollers);
+    const long long axial = (long long)wheels*(rollers - 1), core = core_size(wheels, rollers);
+    work->core = (int)core;
+    work->momenta = next, next += 2*wheels;
+    work->axial = next, next += axial;
+#if SET_CORE_PARTS
+    work->later = next, next += axial;
+    work->rate_core = (nodes_t *)next, next += BLOCKS*core;
+    work->at_core = (nodes_t *)next, next += BLOCKS*core;
+    work->core_here = next, next += core;
+    work->core_dot = next, next += core;
+    double *numbers = (double *)next;
+    work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
+    next += (3*core + LANES - 1)/LANES;
+#endif
+    return next - memory;
+}
+
+static long long row_size(const omniroll_run_t *run)
+{
+    return 7 + (2 + SET_INPUTS)*run->wheels + core_size(run->wheels, run->rollers_per_wheel) + SET_ACCOUNTS;
+}
+
+static long long step_size(const omniroll_run_t *run)
+{
+    return 2 + NODES*(6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + SET_ACCOUNTS);
+}
+
+static void put_row(omniroll_run_t *run)
+{
+    double *row = run->rows + row_size(run)*run->row_count++;
+    *row++ = run->elapsed;
+    for (int k = 0; k < 3; k++) *row++ = run->nu[k];
+    for (int i = 0; i < run->wheels; i++) *row++ = run->chi[i];
+    for (int k = 0; k < 3; k++) *row++ = run->pose[k];
+#if SET_CORE_PARTS
+    for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
+#endif
+    for (int k = 0; k < SET_ACCOUNTS; k++) *row++ = run->accounts[k];
+    for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
+#if SET_INPUTS
+    const double *slopes = run->inputs + SET_INPUTS*run->wheels;
+    for (int k = 0; k < SET_INPUTS*run->wheels; k++)
+        *row++ = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+#endif
+}
+
+/* A row after a transition: no step starts at the one before it. */
+static void put_row_after(omniroll_run_t *run)
+{
+    if (run->steps && run->row_count > 0)
+        run->steps[(run->row_count - 1)*step_size(run)] = 0;
+    put_row(run);
+}
+
+static void put_step(omniroll_run_t *run, const step_t *s)
+{
+    if (!run->steps)
+        return;
+    const int wheels = run->wheels, added = core_size(run->wheels, run->rollers_per_wheel);
+    double *out = run->steps + (run->row_count - 1)*step_size(run);
+    *out++ = s->h;
+    *out++ = s->late;
+    for (int c = 0; c < 6 + wheels + added + SET_ACCOUNTS; c++) {
+        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : &s->rate_pose[c - 3 - wheels];
+#if SET_CORE_PARTS
+        if (c >= 6 + wheels)
+            rate = &s->rate_core[c - 6 - wheels];
+#endif
+#if SET_ACCOUNTS
+        if (c >= 6 + wheels + added)
+            rate = &s->rate_account[c - 6 - wheels - added];
+#endif
+        const nodes_t coefficients = times(gauss_legendre, rate);
+        for (int k = 0; k < NODES; k++)
+            *out++ = coefficients.node[k];
+    }
+}

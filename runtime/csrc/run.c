@@ -1,0 +1,385 @@
+/* The compiled engine: a run is phases, events and transitions, until its duration is over.
+ *
+ * collocation.c  a step: the state at its nodes
+ * events.c       where it ends
+ * rows.c         what the caller gets
+ * transitions.c  what happens there
+ * inputs.c       what acts on the vehicle between two events */
+#include "set_in_lanes.h"
+
+#include "engine_set.h"
+
+#define MOST_GUARDS (2*MOST_WHEELS)
+
+#include "collocation.c"
+#include "events.c"
+#include "rows.c"
+#include "transitions.c"
+#include "inputs.c"
+
+/* A step as it begins: the state, and what acts. */
+ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    for (int k = 0; k < 3; k++)
+        s->nu[k] = run->nu[k];
+    for (int i = 0; i < wheels; i++)
+        s->chi[i] = run->chi[i];
+#if SET_HAS_HEADING
+    s->heading = remainder(run->pose[2], TURN);
+#endif
+#if SET_INPUTS
+    const double *slopes = run->inputs + SET_INPUTS*wheels;
+    for (int k = 0; k < SET_INPUTS*wheels; k++) {
+        s->input[k] = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        s->input_slope[k] = slopes[k];
+    }
+#endif
+#if SET_CORE_PARTS
+    s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
+    s->rate_core = work->rate_core, s->at_core = work->at_core;
+    s->core_here = work->core_here, s->core_dot = work->core_dot;
+#endif
+#if SET_IS_ACTED_ON
+    s->guards = run->guard_count;
+    for (int k = 0; k < run->guard_count; k++) {
+        s->guard_start[k] = guard_value(run, run->guards + 5*k, &s->guard_noise[k]);
+        s->guard_slope[k] = run->guards[5*k + 1];
+        for (int m = 0; m < 3; m++)
+            s->guard_weights[3*k + m] = run->guards[5*k + 2 + m];
+    }
+#endif
+    (void)work;
+}
+
+/* The size of nu that errors are measured against; where something acts, the largest up to the end of the step. Sets the
+ * weights of the rest of the core. */
+ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot)
+{
+    double size = largest3(s->nu);
+#if SET_IS_ACTED_ON
+    const double gained[3] = {s->h*nu_dot[0][0], s->h*nu_dot[1][0], s->h*nu_dot[2][0]};
+    size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->fastest, run->speed));
+#endif
+#if SET_CORE_PARTS
+    int c = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
+        double of_part = run->part_sizes[part]*(core_part_power(part) == 2 ? size*size : size);
+        for (int k = c; k < end; k++)
+            of_part = fmax(of_part, fabs(run->core[k]));
+        for (; c < end; c++)
+            s->weight[c] = of_part > 0 ? size/of_part : 0;
+    }
+#endif
+    (void)run, (void)work, (void)nu_dot;
+    return size;
+}
+
+/* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
+ * at constant rates. Returns the size of nu. */
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omniroll_run_t *run, const work_t *work)
+{
+    instant_t now;
+    lanes_t nu_dot[3], chi_dot[MOST_WHEELS], *core_dot = 0;
+    at_this_instant(run, work, wheels, &now);
+#if SET_CORE_PARTS
+    core_dot = work->core_dot;
+#endif
+    core_rates(wheels, &now.point, nu_dot, core_dot);
+    set_wheel_speeds(wheels, s->vehicle, now.arrays.nu, chi_dot);
+    s->h = most;
+    for (int i = 0; i < wheels; i++) {
+        const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
+        if (rate != 0)
+            s->h = fmin(s->h, (s->joint - sign*s->chi[i])/(sign*rate));
+    }
+    if (!(s->h > 1e-3*most))
+        s->h = 1e-3*most;
+    /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. */
+    const double part = run->rise_over > 0 ? s->h/run->rise_over : 0;
+    for (int k = 0; k < 3; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
+#if SET_CORE_PARTS
+    for (int c = 0; c < work->core; c++)
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_core[c].lanes[b] = core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
+#endif
+    return size_of_state(run, work, s, nu_dot);
+}
+
+/* The event is reached `late` after the end of the polynomials: so little that rates are constant there. */
+ALWAYS_INLINE void end_late(step_t *s, const int wheels)
+{
+    for (int k = 0; k < 3; k++) {
+        s->end_nu[k] += s->late*weighted(&s->rate_nu[k], &gauss_end);
+        s->way[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
+    }
+    for (int i = 0; i < wheels; i++)
+        s->end_chi[i] += s->late*s->end_rate[i];
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
+#endif
+}
+
+/* Where in the step, x in (0, 1), a wheel or a guard is beyond its bound and back at the end; 1 if none is. */
+ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
+{
+    double turned = 1;
+    for (int i = 0; i < wheels; i++)
+        turned = fmin(turned, turn_outside(s, i));
+#if SET_IS_ACTED_ON
+    for (int k = 0; k < s->guards; k++)
+        turned = fmin(turned, turn_of_guard(s, k));
+#endif
+    return turned;
+}
+
+/* Elapsed at which a step ends at the latest. */
+ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
+{
+#if SET_IS_ACTED_ON
+    return fmin(run->duration, run->next_time);
+#else
+    return run->duration;
+#endif
+}
+
+/* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
+ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    const double rest = limit_of_step(run) - run->elapsed - run->carry;
+    double most = run->step > 0 && run->step < rest ? run->step : rest;
+    begin_step(run, work, s, wheels);
+    /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
+    const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    for (int trial = 0; trial < 200; trial++) {
+        const double size = guess(s, wheels, most, run, work);
+        const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
+        if (found == UNSETTLED) {
+            most = fmin(s->h, most)/3;
+            run->rejected_count++;
+            continue;
+        }
+        integrate_pose(s, run->pose);
+        const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
+        const double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
+        if (error > 1 || found == TOO_LONG) {
+            most = s->h*fmin(fmax(factor, 0.2), 0.9);
+            run->rejected_count++;
+            continue;
+        }
+        const double turned = first_turn_beyond(s, wheels);
+        if (turned < 1) {
+            most = s->h*turned;
+            continue;
+        }
+#if SET_ACCOUNTS
+        accounts_at_nodes(s, wheels);
+#endif
+        end_late(s, wheels);
+        run->step_error = fmax(run->step_error, error*run->tolerance);
+#if SET_IS_ACTED_ON
+        run->sweep_error += size > 0 ? s->rest/size : 0;
+#endif
+        run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
+        /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a try that is
+         * too long costs more than a step that is too short. */
+        if (s->landing >= 0)
+            run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
+        return OMNIROLL_RUN_DONE;
+    }
+    return OMNIROLL_RUN_NO_STEP;
+}
+
+/* a + b rounded, and what the rounding leaves over (Knuth). */
+ALWAYS_INLINE double sum_and_rest(double a, double b, double *rest)
+{
+    const double sum = a + b, part = sum - a;
+    *rest = (a - (sum - part)) + (b - part);
+    return sum;
+}
+
+#if SET_IS_ACTED_ON
+/* What acts has been at work for a step. */
+ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const work_t *work, const int wheels)
+{
+    double turned = 0;
+    run->fastest = fmax(run->fastest, largest3(run->nu));
+    for (int i = 0; i < wheels; i++) {
+        double low = fmin(s->chi[i], run->chi[i]), high = fmax(s->chi[i], run->chi[i]);
+        for (int m = 0; m < NODES; m++) {
+            low = fmin(low, s->at_chi[i].node[m]);
+            high = fmax(high, s->at_chi[i].node[m]);
+        }
+        turned = fmax(turned, high - low);
+    }
+    run->turned += turned;
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++) {
+        run->core[c] = s->end_core[c];
+        work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
+    }
+#endif
+#if SET_ACCOUNTS
+    for (int k = 0; k < SET_ACCOUNTS; k++)
+        run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
+            + s->late*weighted(&s->rate_account[k], &gauss_end);
+#endif
+    (void)work;
+}
+#endif
+
+ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+{
+    put_step(run, s);
+    for (int k = 0; k < 3; k++) {
+        run->nu[k] = s->end_nu[k];
+        run->pose[k] = sum_and_rest(run->pose[k], s->way[k] + run->pose_carry[k], &run->pose_carry[k]);
+    }
+    for (int i = 0; i < wheels; i++) {
+        const double sign = s->end_chi[i] < 0 ? -1 : 1;
+        run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
+    }
+    const double limit = limit_of_step(run);
+    const int last = s->landing < 0 && s->h >= limit - run->elapsed - run->carry;
+    const double h = s->h + s->late + run->carry, sum = run->elapsed + h;
+    run->carry = last ? 0 : h - (sum - run->elapsed);
+    run->elapsed = last ? limit : fmin(sum, limit);
+    for (int k = 0; k < 3; k++)
+        run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
+    run->rise_over = s->h;
+    run->step_count++;
+#if SET_IS_ACTED_ON
+    run->at_event = run->elapsed >= limit || s->landing >= wheels;
+    take_what_acts(run, s, work, wheels);
+#endif
+    (void)work;
+    put_row(run);
+}
+
+#if SET_IS_ACTED_ON
+/* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
+static int complete_rows(omniroll_run_t *run)
+{
+    (void)run;
+#if SET_INPUTS
+    const int size = SET_INPUTS*run->wheels;
+    const double *slopes = run->inputs + size, *last = run->rows + row_size(run)*run->row_count - size;
+    int same = 1;
+    for (int k = 0; k < size; k++) {
+        const double moved = slopes[k]*(run->elapsed - run->inputs_elapsed), now = run->inputs[k] + moved;
+        same &= fabs(now - last[k]) <= PASSED*EPS*(fabs(last[k]) + fabs(run->inputs[k]) + fabs(moved));
+    }
+    if (same)
+        return OMNIROLL_RUN_DONE;
+    if (run->row_count == run->row_capacity)
+        return OMNIROLL_RUN_FULL;
+    put_row_after(run);
+#endif
+    return OMNIROLL_RUN_DONE;
+}
+#endif
+
+/* The first row of all has the inputs that the first phase begins with; the first of a call repeats the last of the one
+ * before. Returns a status. */
+static int first_row(omniroll_run_t *run, const work_t *work)
+{
+#if SET_IS_ACTED_ON
+    if (!run->started) {
+        if (!run->asks)
+            renew_inputs(run);
+        const int status = pass_events(run, work);
+        if (status != OMNIROLL_RUN_DONE)
+            return status;
+    }
+#endif
+    (void)work;
+    run->started = 1;
+    if (run->row_count == 0)
+        put_row(run);
+    return OMNIROLL_RUN_DONE;
+}
+
+/* All that happens at this instant. Returns a status; OMNIROLL_RUN_DONE: a phase follows, or the duration is over. */
+static int pass_instant(omniroll_run_t *run, const work_t *work)
+{
+    int status = switch_all(run, work);
+#if SET_IS_ACTED_ON
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+        status = pass_events(run, work);
+    if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
+        status = complete_rows(run);
+#endif
+    return status;
+}
+
+ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constants, const int wheels)
+{
+    work_t work;
+    step_t s;
+    lanes_t *const memory = (lanes_t *)run->work;
+    lay_out(&work, memory, wheels, run->rollers_per_wheel);
+    lanes_spread(constants, memory, &work.vehicle);
+    s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
+    s.sweeps = 0;
+#if SET_CORE_PARTS
+    if (!run->started) {
+        begin_core(run, &work);
+        for (int c = 0; c < work.core; c++)
+            work.rise_core[c] = 0;
+    }
+#endif
+#ifdef LANES_HAS_MOMENTA
+    wheel_momenta(run, &work);
+#endif
+    int status = first_row(run, &work);
+    while (status == OMNIROLL_RUN_DONE) {
+        status = pass_instant(run, &work);
+        if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
+            break;
+        if (run->row_count == run->row_capacity) {
+            status = OMNIROLL_RUN_FULL;
+            break;
+        }
+#ifdef LANES_HAS_MOMENTA
+        wheel_momenta(run, &work);
+#endif
+        status = advance(run, &work, &s, wheels);
+        if (status == OMNIROLL_RUN_DONE)
+            take(run, &work, &s, wheels);
+    }
+    run->sweep_count += s.sweeps;
+    return status;
+}
+
+/* Doubles that run->work needs, aligned to 64 bytes. */
+long long omniroll_run_work_size(int wheels, int rollers_per_wheel)
+{
+    work_t work;
+    return LANES*lay_out(&work, (lanes_t *)0, wheels, rollers_per_wheel);
+}
+
+const char *omniroll_run_states(void)
+{
+    return SET_STATE_NAMES;
+}
+
+const char *omniroll_run_inputs(void)
+{
+    return SET_INPUT_NAMES;
+}
+
+/* Phases, events and transitions until the duration is over or there is no more room. The usual numbers of wheels are
+ * compiled with their loops unrolled. */
+int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
+{
+    if (run->wheels > MOST_WHEELS)
+        return OMNIROLL_RUN_NO_STEP;
+    switch (run->wheels) {
+    case 3: return run_phases(run, model, 3);
+    case 4: return run_phases(run, model, 4);
+    default: return run_phases(run, model, run->wheels);
+    }
+}

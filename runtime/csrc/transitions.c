@@ -1,0 +1,290 @@
+/* Transitions: what happens at an instant. The contact passes on (the rules of runtime/omniroll/engine/switching.py), a
+ * guard is passed. */
+
+#define CHATTER 1e-6                /* of pi/n: where no wheel turns by more, switches are no progress       */
+
+/* The state at this instant, in all lanes. */
+typedef struct {
+    arrays_t arrays;
+    point_t point;
+} instant_t;
+
+ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
+{
+    now->point = (point_t){.vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
+    for (int k = 0; k < 3; k++)
+        now->arrays.nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < wheels; i++)
+        now->arrays.chi[i] = lanes_of(run->chi[i]);
+#if SET_HAS_HEADING
+    now->point.heading = lanes_of(remainder(run->pose[2], TURN));
+#endif
+#if SET_INPUTS
+    const double *slopes = run->inputs + SET_INPUTS*wheels;
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        now->arrays.input[k] = lanes_of(run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed));
+    now->point.inputs = now->arrays.input;
+#endif
+#if SET_CORE_PARTS
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c] = lanes_of(run->core[c]);
+    now->point.core = work->core_here;
+    now->point.scratch = work->core_dot;
+#endif
+}
+
+/* The rates of the core at this instant, in all lanes. */
+ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, lanes_t *nu_dot)
+{
+    instant_t now;
+    at_this_instant(run, work, wheels, &now);
+#if SET_CORE_PARTS
+    core_rates(wheels, &now.point, nu_dot, work->core_dot);
+#else
+    core_rates(wheels, &now.point, nu_dot, 0);
+#endif
+}
+
+#ifdef LANES_HAS_MOMENTA
+static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
+{
+    const int size = run->wheels*(run->rollers_per_wheel - 1);
+    for (int k = 0; k < size; k++)
+        axial[k] = lanes_of(run->axial[k]);
+}
+
+/* The two numbers of each wheel's free rollers, which are constant up to the next switch unless the core has them. */
+static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
+{
+    axial_in_lanes(run, work->axial);
+    set_momenta(run->wheels, &work->vehicle, work->axial, work->momenta);
+}
+#endif
+
+#if SET_CORE_PARTS
+/* The rest of the core begins anew with the rollers that are free now. */
+static void begin_core(omniroll_run_t *run, const work_t *work)
+{
+    axial_in_lanes(run, work->axial);
+    start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
+    for (int c = 0; c < work->core; c++)
+        run->core[c] = run->core_before[c] = work->core_here[c][0];
+    run->axial_elapsed = run->elapsed;
+}
+
+/* The axial speeds of the free rollers as they are now. */
+static void update_axial(omniroll_run_t *run, const work_t *work)
+{
+    const int size = run->wheels*(run->rollers_per_wheel - 1);
+    axial_in_lanes(run, work->axial);
+    for (int c = 0; c < work->core; c++) {
+        work->core_here[c] = lanes_of(run->core[c]);
+        work->core_dot[c] = lanes_of(run->core_before[c]);
+    }
+    axial_later(run->wheels, &work->vehicle, work->axial, work->core_dot, work->core_here,
+                lanes_of(run->elapsed - run->axial_elapsed), work->later);
+    for (int k = 0; k < size; k++)
+        run->axial[k] = work->later[k][0];
+}
+#endif
+
+/* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
+
+#ifdef LANES_HAS_MOMENTA
+/* The free rollers of a wheel change places: the leaving roller gets its place, the entering one loses it. */
+static double exchange_places(double *axial, int places, int direction, double leaving)
+{
+    const int entering_place = direction > 0 ? places - 1 : 0;
+    const double entering = axial[entering_place];
+    if (direction > 0)
+        for (int j = places - 1; j > 0; j--) axial[j] = axial[j - 1];
+    else
+        for (int j = 0; j < places - 1; j++) axial[j] = axial[j + 1];
+    axial[places - 1 - entering_place] = leaving;
+    return entering;
+}
+#endif
+
+static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
+{
+    const int wheels = run->wheels, rollers = run->rollers_per_wheel;
+    const vehicle_t *const vehicle = &work->vehicle;
+    lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < wheels; i++) {
+        before[i] = lanes_of(run->chi[i]);
+        if (directions[i]) {
+            run->chi[i] = -directions[i]*run->joint;
+            run->contact[i] = (run->contact[i] - directions[i] + rollers) % rollers;
+        }
+        after[i] = lanes_of(run->chi[i]);
+    }
+#ifdef LANES_HAS_IMPACT
+    lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
+#if SET_CORE_PARTS
+    update_axial(run, work);
+#endif
+#ifdef LANES_HAS_MOMENTA
+    set_contact_axial(wheels, vehicle, nu, before, left);
+    set_contact_axial(wheels, vehicle, nu, after, demanded);
+#else
+    lanes_t chi_dot[MOST_WHEELS];
+    set_wheel_rates(wheels, vehicle, nu, before, chi_dot, left);
+    set_wheel_rates(wheels, vehicle, nu, after, chi_dot, demanded);
+#endif
+    for (int i = 0; i < wheels; i++) {
+        double came_with = 0, stopped = 0;
+        if (directions[i]) {
+#ifdef LANES_HAS_MOMENTA
+            came_with = exchange_places(run->axial + i*(rollers - 1), rollers - 1, directions[i], left[i][0]);
+#else
+            stopped = left[i][0];
+#endif
+        }
+        entering[i] = lanes_of(directions[i] ? came_with - demanded[i][0] : 0);
+        leaving[i] = lanes_of(stopped);
+    }
+    if (run->impact) {
+        set_impact(wheels, vehicle, nu, after, entering, leaving, nu_after);
+        for (int k = 0; k < 3; k++)
+            run->nu[k] = nu_after[k][0];
+    }
+#if SET_CORE_PARTS
+    begin_core(run, work);
+#endif
+#else
+    (void)vehicle, (void)nu, (void)before, (void)after;
+#endif
+}
+
+/* Located times closer than this are one switch (rule 5). */
+static double tau(const omniroll_run_t *run, double phase_length)
+{
+    return 100*EPS*(fabs(run->start_time + run->elapsed) + fabs(phase_length));
+}
+
+/* The second derivatives of chi. */
+static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, lanes_t *chi_ddot)
+{
+    lanes_t nu_dot[3];
+#ifdef LANES_HAS_MOMENTA
+    wheel_momenta(run, work);
+#endif
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
+}
+
+/* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
+ * time than tau (rule 5), be it to a switch or to another event. Returns how many. */
+static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
+{
+    lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    const int at_end = (run->elapsed >= run->duration || run->at_event) && phase_length > 0;
+    const double together = tau(run, phase_length);
+    int at_joint = 0, resting = 0, count = 0;
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    set_wheel_speeds(run->wheels, &work->vehicle, nu, chi_dot);
+    for (int i = 0; i < run->wheels; i++)
+        resting += chi_dot[i][0] == 0 && fabs(run->chi[i]) >= run->joint;
+    if (resting)
+        wheel_accelerations(run, work, chi_ddot);
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < run->wheels; i++) {
+            const int sign = run->chi[i] < 0 ? -1 : 1;
+            const double left = run->joint - sign*run->chi[i];
+            const double rate = sign*(resting && chi_dot[i][0] == 0 ? chi_ddot[i][0] : chi_dot[i][0]);
+            if (pass == 0)
+                at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
+            else {
+                directions[i] = at_joint > 0 && rate > 0 && left <= together*rate ? sign : 0;
+                count += directions[i] != 0;
+            }
+        }
+    return count;
+}
+
+/* The watchdog: false where patience with transitions without progress is at its end. Progress takes time, and at a switch
+ * also that some wheel has turned: one that a force holds at its joint goes to and fro there, in less and less time. */
+static int has_progress(omniroll_run_t *run, int at_guard)
+{
+#if SET_IS_ACTED_ON
+    const int moved = at_guard || run->turned > CHATTER*run->joint;
+#else
+    const int moved = 1;
+    (void)at_guard;
+#endif
+    if (moved && run->elapsed - run->anchor > tau(run, run->elapsed - run->anchor)) {
+        run->anchor = run->elapsed;
+        run->idle_switches = 0;
+        run->turned = 0;
+    }
+    run->phase_count++;
+    return ++run->idle_switches <= run->patience;
+}
+
+/* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a status. */
+static int switch_all(omniroll_run_t *run, const work_t *work)
+{
+    int directions[MOST_WHEELS];
+    while (switching_wheels(run, work, run->elapsed - run->phase_start, directions)) {
+        if (run->switch_count == run->switch_capacity || run->row_count == run->row_capacity)
+            return OMNIROLL_RUN_FULL;
+        if (!has_progress(run, 0))
+            return OMNIROLL_RUN_STUCK;
+        apply_switch(run, work, directions);
+        run->phase_start = run->elapsed;
+        double *out = run->switches + (2 + run->wheels)*run->switch_count;
+        *out++ = run->elapsed;
+        *out++ = (double)run->row_count;
+        for (int i = 0; i < run->wheels; i++)
+            *out++ = directions[i];
+#ifdef LANES_HAS_MOMENTA
+        const long long size = (long long)run->wheels*(run->rollers_per_wheel - 1);
+        for (long long k = 0; k < size; k++)
+            run->switch_axial[run->switch_count*size + k] = run->axial[k];
+#endif
+        run->switch_count++;
+        put_row_after(run);
+    }
+    return OMNIROLL_RUN_DONE;
+}
+
+#if SET_IS_ACTED_ON
+/* A guard's value at this instant, and what counts as its rounding. */
+static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
+{
+    const double moved = guard[1]*(run->elapsed - run->inputs_elapsed);
+    double value = guard[0] + moved, sizes = fabs(guard[0]) + fabs(moved);
+    for (int k = 0; k < 3; k++) {
+        value += guard[2 + k]*run->nu[k];
+        sizes += fabs(guard[2 + k]*run->nu[k]);
+    }
+    *noise = EPS*sizes;
+    return value;
+}
+
+/* Which guards are passed now: those beyond their rounding, and those that are on it, or closer in time than tau to it,
+ * and rise. Returns how many. */
+static int guards_passed(const omniroll_run_t *run, const work_t *work)
+{
+    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
+    int count = 0, near = run->at_event;
+    double noise;
+    for (int k = 0; k < run->guard_count && !near; k++)
+        near = guard_value(run, run->guards + 5*k, &noise) >= -LANDED*noise;
+    if (!near)
+        return 0;
+    lanes_t nu_dot[3];
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    for (int k = 0; k < run->guard_count; k++) {
+        const double *const guard = run->guards + 5*k;
+        const double value = guard_value(run, guard, &noise);
+        const double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
+        run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
+        count += run->passed[k] != 0;
+    }
+    return count;
+}
+#endif

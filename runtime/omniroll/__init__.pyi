@@ -1,0 +1,37 @@
+from .effects.bearings import Bearings as Bearings
+from .effects.controller import Controller as Controller
+from .effects.motor import Motor as Motor
+from .effects.slope import Slope as Slope
+from .effects.torque import Torque as Torque
+from .effects.torque import TorqueTable as TorqueTable
+from .engine.batch import Batch as Batch
+from .engine.many import Many as Many
+from .engine.many import simulate_many as simulate_many
+from .engine.simulate import simulate as simulate
+from .engine.switching import tau as tau
+from .errors import AccuracyWarning as AccuracyWarning
+from .errors import InvalidValueError as InvalidValueError
+from .errors import KernelsMissingError as KernelsMissingError
+from .errors import OmnirollError as OmnirollError
+from .errors import RollingWarning as RollingWarning
+from .errors import SimulationStopped as SimulationStopped
+from .errors import UnstableControllerWarning as UnstableControllerWarning
+from .kernels.dynamics import accelerations as accelerations
+from .kernels.kernel import Kernel as Kernel
+from .kernels.kernel import kernel as kernel
+from .results.impulses import Impulses as Impulses
+from .results.impulses import impulses as impulses
+from .results.ledger import Ledger as Ledger
+from .results.reactions import Doubt as Doubt
+from .results.reactions import Reactions as Reactions
+from .results.reactions import reactions as reactions
+from .results.trajectory import Samples as Samples
+from .results.trajectory import Trajectory as Trajectory
+from .scenes.loading import Scene as Scene
+from .scenes.loading import load_scene as load_scene
+from .scenes.loading import run as run
+from .scenes.problems import SceneError as SceneError
+from .vehicles.parts import cylinder as cylinder
+from .vehicles.vehicle import Vehicle as Vehicle
+
+__version__: str

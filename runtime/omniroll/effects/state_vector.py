@@ -1,0 +1,53 @@
+"""Where each quantity stands in a state y = (nu, chi, pose, what the effects integrate)."""
+
+from collections.abc import Mapping, Sequence
+from math import prod
+
+import numpy as np
+
+from omniroll.effects.effect import Quantity
+from omniroll.kernels.kernel import Kernel
+
+
+class StateVector:
+    """Names, places and shapes of the quantities in y, a row of numbers."""
+
+    def __init__(self, kernel: Kernel, quantities: Sequence[Quantity]):
+        self.quantities = tuple(quantities)
+        shapes = {"nu": (3,), "chi": (kernel.wheels,), "pose": (3,)}
+        outputs = {
+            argument.name: argument.shape for signature in kernel.signatures.values() for argument in signature.outputs
+        }
+        shapes |= {quantity.name: outputs[quantity.rate] for quantity in self.quantities}
+        self.shapes, self.slices, self.size = shapes, {}, 0
+        for name, shape in shapes.items():
+            self.slices[name] = slice(self.size, self.size + prod(shape))
+            self.size += prod(shape)
+        self.plain = self.slices["pose"].stop  # the part that every vehicle has
+
+    def view(self, y: np.ndarray, name: str) -> np.ndarray:
+        """The quantity in states (..., size): a view."""
+        return y[..., self.slices[name]].reshape(y.shape[:-1] + self.shapes[name])
+
+    def views(self, y: np.ndarray) -> dict[str, np.ndarray]:
+        """All quantities that the effects integrate, by name."""
+        return {quantity.name: self.view(y, quantity.name) for quantity in self.quantities}
+
+    def scale_of_added(self, kernel: Kernel, speed: float) -> np.ndarray:
+        """The size of each component that effects add, where the vehicle moves at |nu| = speed."""
+        if not self.quantities:
+            return np.zeros(0)
+        along = speed * np.eye(3)
+        rest = kernel.spins_or_nothing(np.zeros((kernel.wheels, kernel.rollers_per_wheel - 1)))
+        energy = kernel.energy(along, np.zeros(kernel.wheels), *rest).max()
+        _, spins = kernel.wheel_rates(along, np.zeros(kernel.wheels))
+        spin = np.abs(spins).max()
+        sizes = {"energy": energy, "momentum": kernel.vehicle.roller_inertia * spin, "speed": spin}
+        return np.concatenate(
+            [np.full(prod(self.shapes[quantity.name]), sizes[quantity.size]) for quantity in self.quantities]
+        )
+
+    def put(self, y: np.ndarray, values: Mapping[str, np.ndarray]) -> None:
+        """Write quantities into a state (size,)."""
+        for name, value in values.items():
+            y[self.slices[name]] = np.ravel(value)

@@ -1,0 +1,367 @@
+"""Every number and every choice that a user gives: its name, its unit, what it means, its bounds, its default.
+
+This is the one table. The classes Vehicle and of the effects, the functions simulate and reactions, the scene schema
+and docs/scenes.md take what they say from here. What the derivation knows, an argument of a generated function or a
+symbol of the paper, has its unit and meaning from maxima/vocabulary.mac by way of generated/data, as the C headers do;
+`derived` adds only what a user must know besides.
+
+N is the number of wheels, n of rollers per wheel, K the number of rows of a table over time.
+"""
+
+import math
+import textwrap
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from omniroll import generated_data
+from omniroll.kinds import Choice, Numbers, Whole
+
+ROLLER_MODELS = ("massless", "locked", "free")
+LAWS = ("smooth", "impact")
+ENGINES = ("compiled", "python")
+OUTPUTS = ("torque", "voltage")
+INTERPOLATIONS = ("linear", "hold")
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+NUMBER = Numbers()
+POSITIVE = Numbers(above=0)
+NOT_NEGATIVE = Numbers(least=0)
+PER_WHEEL = Numbers(shapes=(("N",),))
+ONE_OR_PER_WHEEL = Numbers(shapes=((), ("N",)))
+COEFFICIENT = Numbers(shapes=((), ("N",)), least=0)
+ROWS = Numbers(shapes=(("K", "N"),))
+OVER_TIME = Numbers(shapes=((), ("N",), ("K", "N")))
+THREE = Numbers(shapes=((3,),))
+THREE_OVER_TIME = Numbers(shapes=((3,), ("K", 3)))
+PLACE = Numbers(shapes=((2,),))
+TIMES = Numbers(shapes=(("K",),), increasing=True)
+
+WIDTH = 116  # of a docstring's lines
+Documented = TypeVar("Documented", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One number or choice.
+
+    meaning   a phrase that the unit can follow
+    note      what to know besides, as a sentence without its full stop
+    default   in words; empty where there is none to name
+    optional  None stands for it where it is not given
+    needed    it has no default and must be given
+    """
+
+    name: str
+    kind: Choice | Numbers | Whole
+    unit: str
+    meaning: str
+    default: str = ""
+    optional: bool = False
+    needed: bool = False
+    note: str = ""
+
+    def checked(self, value: Any) -> Any:
+        """`value` as the package keeps it. Raises InvalidValueError with the name, the value and the bound."""
+        return None if value is None and self.optional else self.kind.checked(self.name, value)
+
+    def described(self) -> str:
+        """Meaning, unit, values, default and note as text for a docstring."""
+        text = self.meaning + (f", in {self.unit}" if self.unit not in ("", "1") else "")
+        text += "" if self.kind == NUMBER else f": {self.kind.in_python()}"
+        text += f"; default: {self.default}" if self.default else ""
+        return text + (f". {self.note}" if self.note else "")
+
+
+def derived(name: str, kind: Any, *, argument: str = "", **options: Any) -> Entry:
+    """An entry that the derivation knows, under the name `argument` if that is another one."""
+    about = generated_data.described(argument or name)
+    unit = "" if isinstance(kind, Whole) else about.unit  # counts have none
+    return Entry(name, kind, unit, about.text, **options)
+
+
+def by_name(*tables: Iterable[Entry]) -> dict[str, Entry]:
+    """The entries of some tables by their names."""
+    return {entry.name: entry for table in tables for entry in table}
+
+
+# The vehicle
+
+WHEELS = derived("wheels", Whole(1))
+ROLLERS_PER_WHEEL = derived("rollers_per_wheel", Whole(3), note="At least 4 where roller_axis_radius is not given")
+LENGTHS = (
+    derived("platform_radius", POSITIVE),
+    derived("wheel_radius", POSITIVE),
+    derived("roller_axis_radius", POSITIVE, default="that of truncated rollers, section 4"),
+)
+WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
+INERTIAS = (
+    derived("mass", POSITIVE),
+    derived("yaw_inertia", POSITIVE),
+    derived("wheel_inertia", POSITIVE),
+    derived("roller_inertia", POSITIVE),
+)
+YAW_SCALE = derived("yaw_scale", POSITIVE, default="1")
+LAYOUT = (
+    derived(
+        "wheel_places",
+        Numbers(shapes=(("N", 2),)),
+        note="Where they are given, wheel_angles are only the directions of the axles, and platform_radius is only "
+        "the scale of nu",
+        default="on the rays of wheel_angles at platform_radius",
+    ),
+    derived("center_of_mass", PLACE, note="yaw_inertia stays that about S", default="(0, 0)"),
+)
+VEHICLE = (WHEELS, ROLLERS_PER_WHEEL, WHEEL_ANGLES, *LENGTHS, *INERTIAS, YAW_SCALE, *LAYOUT)
+PARTS = (
+    derived("platform_mass", NOT_NEGATIVE, note="The platform is all that is not wheels and rotors"),
+    derived("platform_inertia", NOT_NEGATIVE),
+    derived("hub_mass", NOT_NEGATIVE, note="A hub is a wheel without its rollers"),
+    derived("hub_axial_inertia", NOT_NEGATIVE),
+    derived("hub_transverse_inertia", NOT_NEGATIVE),
+    derived("roller_mass", POSITIVE),
+    derived("roller_axial_inertia", POSITIVE),
+    derived("roller_transverse_inertia", POSITIVE),
+    derived("rotor_mass", NOT_NEGATIVE, note="There is one motor for each wheel", default="0"),
+    derived("rotor_axial_inertia", NOT_NEGATIVE, note="The rotor's axis is parallel to the axle", default="0"),
+    derived("rotor_transverse_inertia", NOT_NEGATIVE, default="0"),
+    derived("rotor_distance", NOT_NEGATIVE, default="0"),
+    derived("gear_ratio", NUMBER, note="Negative where the rotor turns the other way", default="1"),
+)
+
+# The state at the start, and what a run is asked for
+
+STATE = (
+    derived(
+        "nu",
+        THREE,
+        note="The centre moves at R nu_1 forward and R nu_2 to the left; the yaw rate is nu_3/Lambda",
+        needed=True,
+    ),
+    derived("chi", ONE_OR_PER_WHEEL, note="Each lies within +-pi/n. One number is for all wheels", default="0"),
+    derived(
+        "spins",
+        Numbers(shapes=((), ("N", "n-1"))),
+        note="One number is for all rollers. Locked and massless rollers have 0",
+        default="0",
+    ),
+    derived("pose", THREE, note="theta is the heading", default="(0, 0, 0)"),
+)
+RUN = (
+    Entry("duration", NOT_NEGATIVE, "s", "time that is simulated", needed=True),
+    Entry(
+        "accuracy",
+        Numbers(above=0, below=1),
+        "1",
+        "largest error of the run, in the max-norm of ((x, y)/R, theta, nu/abs(nu(0)))",
+        "1e-9",
+        note="With effects nu is taken over the largest abs(nu) of the run",
+    ),
+    Entry("start_time", NUMBER, "s", "time at the start", "0"),
+    Entry("engine", Choice(ENGINES), "", "the engine that integrates", "compiled"),
+)
+ROLLER_MODEL = Entry(
+    "roller_model",
+    Choice(ROLLER_MODELS),
+    "",
+    "how the rollers are modelled",
+    "free",
+    note="Massless rollers have no inertia; locked ones do not spin on their disk while they are off the ground; free "
+    "ones spin",
+)
+SWITCHING = Entry(
+    "switching",
+    Choice(LAWS),
+    "",
+    "the law of a switch",
+    "impact",
+    note="smooth: nu passes a switch unchanged; impact: the new constraints are imposed perfectly inelastically",
+)
+
+# The effects
+
+ROW_TIMES = Entry(
+    "times",
+    TIMES,
+    "s",
+    "times of the rows, on the clock of the run",
+    optional=True,
+    note="Before the first and after the last of them the nearest row holds",
+)
+INTERPOLATION = Entry("interpolation", Choice(INTERPOLATIONS), "", "what holds between the rows", "linear")
+TORQUE = derived(
+    "torque",
+    OVER_TIME,
+    note="A positive torque raises chi. One number is for all wheels; with times there is a row for each time",
+)
+MOTOR = (
+    Entry(
+        "voltage",
+        OVER_TIME,
+        "V",
+        "voltages of the motors",
+        note="A positive voltage, with a positive gear_ratio, gives a torque that raises chi. One number is for all "
+        "motors; with times there is a row for each time",
+    ),
+    Entry("torque_constant", POSITIVE, "N m/A", "torque of a rotor per current", needed=True),
+    Entry("resistance", POSITIVE, "ohm", "resistance of a motor", needed=True),
+    by_name(PARTS)["gear_ratio"],
+    Entry("back_emf", NOT_NEGATIVE, "V s", "voltage that a motor induces per rate of its rotor", "torque_constant"),
+    Entry("current_limit", POSITIVE, "A", "largest size of a motor's current", "no limit", optional=True),
+    derived(
+        "rotor_inertia",
+        NOT_NEGATIVE,
+        argument="rotor_axial_inertia",
+        note="gear_ratio^2 times it is added to wheel_inertia, so that it is 0 where that holds the rotor already",
+        default="0",
+    ),
+)
+CONTROLLER = (
+    Entry(
+        "target",
+        THREE_OVER_TIME,
+        "1/s",
+        "nu that is wanted",
+        needed=True,
+        note="With times there is a row for each time",
+    ),
+    Entry(
+        "proportional",
+        COEFFICIENT,
+        "N m s or V s",
+        "output per error of a wheel's rate",
+        needed=True,
+        note="The error is the rate that target asks for less the rate that the wheel has",
+    ),
+    Entry(
+        "sample_time",
+        POSITIVE,
+        "s",
+        "time from one sample to the next",
+        needed=True,
+        note="The first sample is at the start",
+    ),
+    Entry(
+        "integral",
+        COEFFICIENT,
+        "N m or V",
+        "output per integral of the error of a wheel's rate",
+        "0",
+        note="A sample at which the output of a wheel is cut off at limit leaves the integral of that wheel as it was",
+    ),
+    Entry(
+        "output",
+        Choice(OUTPUTS),
+        "",
+        "what the controller gives",
+        "torque",
+        note="Torques act at the axles, and a positive one raises chi. Voltages are added to those of the motors",
+    ),
+    Entry("limit", POSITIVE, "N m or V", "largest size of a wheel's output", "no limit", optional=True),
+    Entry(
+        "times",
+        TIMES,
+        "s",
+        "times of the rows of target, on the clock of the run",
+        optional=True,
+        note="Between them target is linear",
+    ),
+)
+BEARINGS = (
+    derived("wheel_viscous", COEFFICIENT, argument="axle_damping", default="none", optional=True),
+    derived("wheel_coulomb", COEFFICIENT, argument="axle_torque", default="none", optional=True),
+    derived(
+        "wheel_speed",
+        POSITIVE,
+        argument="axle_fade_speed",
+        note="It is needed with wheel_coulomb, and only then",
+        optional=True,
+    ),
+    derived("roller_viscous", COEFFICIENT, argument="roller_damping", default="none", optional=True),
+    derived("roller_coulomb", COEFFICIENT, argument="roller_torque", default="none", optional=True),
+    derived(
+        "roller_speed",
+        POSITIVE,
+        argument="roller_fade_speed",
+        note="It is needed with roller_coulomb, and only then",
+        optional=True,
+    ),
+)
+SLOPE = (
+    derived("angle", Numbers(least=0, below=math.pi / 2), argument="slope_angle", needed=True),
+    derived("direction", NUMBER, argument="slope_direction", default="0"),
+    derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),
+)
+
+# What reactions asks for
+
+REACTIONS = (
+    derived("height", POSITIVE, needed=True),
+    Entry(
+        "friction", POSITIVE, "1", "coefficient of friction between rollers and ground", "no margin to slipping",
+        optional=True,
+    ),
+    derived("gravity", POSITIVE, default=f"that of the run's slope, or {STANDARD_GRAVITY}", optional=True),
+    derived(
+        "wheel_mass",
+        POSITIVE,
+        note="It is needed where the wheels' centroid is not the centre of mass; elsewhere it has no influence",
+        optional=True,
+    ),
+    derived(
+        "platform_products",
+        PLACE,
+        note="(0, 0) is exact where what is not wheels has a vertical axis or a horizontal plane of symmetry",
+        default="(0, 0)",
+    ),
+    derived(
+        "spin_inertia",
+        Numbers(shapes=((), ("N",)), above=0),
+        note="The default is exact unless wheel_inertia itself holds a rotor behind a gear; then it is wheel_inertia "
+        "less gear (gear - 1) times the rotor's inertia",
+        default="wheel_inertia, with the rotors of the run's motors",
+        optional=True,
+    ),
+)  # fmt: skip
+
+# What the methods of a kernel take; a leading ... stands for any axes, which broadcast.
+
+KERNEL_ARGUMENTS = tuple(
+    derived(name, Numbers(shapes=(("...", *generated_data.load("arguments")["arguments"][name]["shape"]),)))
+    for name in (
+        "nu", "chi", "spins", "axial", "momenta", "pose", "theta", "heading", "chi_dot", "contact_spin", "force",
+        "torque", "damping", "roller_drag", "entering", "leaving", "roller_energy", "momenta_after", "elapsed",
+    )
+)  # fmt: skip
+
+
+def documented(*entries: Entry) -> Callable[[Documented], Documented]:
+    """A decorator for classes and functions: lines for the entries take the place of {entries} in the docstring.
+
+    A line has the name of an entry, then what it is.
+    """
+
+    def filled(thing: Documented) -> Documented:
+        if thing.__doc__:  # python -OO takes docstrings away
+            (line,) = [line for line in thing.__doc__.splitlines() if line.strip() == "{entries}"]
+            thing.__doc__ = thing.__doc__.replace(line, lines(entries, line[: line.index("{")]))
+        return thing
+
+    return filled
+
+
+def lines(entries: Iterable[Entry], indent: str = "") -> str:
+    """One paragraph an entry, behind its name."""
+    entries = tuple(entries)
+    column = max(len(entry.name) for entry in entries) + 2
+    return "\n".join(
+        textwrap.fill(
+            entry.described(),
+            WIDTH,
+            initial_indent=indent + entry.name.ljust(column),
+            subsequent_indent=indent + " " * column,
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        for entry in entries
+    )

@@ -1,0 +1,40 @@
+"""Progress on standard error: a bar, lines, a function, or nothing."""
+
+import sys
+
+import pytest
+
+from omniroll import progress
+
+
+def test_lines_come_now_and_then(capsys):
+    now = iter((0.0, 1.0, 6.0, 6.0, 7.0)).__next__
+    report = progress.lines("s", now)
+    for done in (1.0, 2.0, 3.0):
+        report(done, 20.0)
+    assert capsys.readouterr().err == "2 of 20 s done\n"
+
+
+def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
+    pytest.importorskip("tqdm")
+
+    def shown() -> str:
+        with progress.reporting(None, 2.0, "s") as report:
+            report(1.0, 2.0)
+            report(2.0, 2.0)
+        return capsys.readouterr().err
+
+    assert shown() == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert "2/2 s" in shown()
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)  # as if it were not installed
+    assert shown() == ""
+
+
+def test_a_function_or_nothing(capsys):
+    seen = []
+    with progress.reporting(lambda *done: seen.append(done), 2, "runs") as report:
+        report(1, 2)
+    with progress.reporting(False, 2, "runs") as report:
+        report(2, 2)
+    assert seen == [(1, 2)] and capsys.readouterr().err == ""
