@@ -13,6 +13,7 @@ needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.v
 
 import importlib
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
@@ -616,7 +617,9 @@ def kernel(
         return PythonKernel(vehicle, roller_model, effects, constants)
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
-    except KernelsMissingError:
+    except KernelsMissingError as problem:
         if sets.set_name(roller_model, _effects_of(vehicle, effects)) in sets.set_names():
             raise
-        return PythonKernel(vehicle, roller_model, effects, constants)
+        made = PythonKernel(vehicle, roller_model, effects, constants)
+        warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
+        return made
