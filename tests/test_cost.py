@@ -104,7 +104,7 @@ def library(set_name, level, folder):
     if built.exists():
         return built
     place = folder / set_name
-    shutil.copytree(sets.folder(set_name, ()), place, dirs_exist_ok=True)
+    shutil.copytree(sets.c_folder(set_name, ()), place, dirs_exist_ok=True)
     building.engine_library(place, sets._engine_sources(), ROOT / "generated/c", level)
     return place / built.name
 

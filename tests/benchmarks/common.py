@@ -126,7 +126,7 @@ def _pointer(array: np.ndarray):
 
 def pair(set_name: str) -> Path:
     """The folder with the pair of files of a set, omniroll.h and omniroll.c, and its whole Python module."""
-    return sets.folder(set_name, ())
+    return sets.c_folder(set_name, ())
 
 
 def reduced_form(set_name: str, sin: Callable, cos: Callable):

@@ -78,7 +78,7 @@ def test_no_function_twice_in_the_programs():
 def test_a_pair_has_the_functions_of_generated_c_verbatim(entry):
     base, effects = entry["base"], tuple(entry["effects"])
     everywhere = "".join(path.read_text(encoding="utf-8") for path in (GENERATED / "c").glob("*.c"))
-    pair = c_functions((sets.folder(base, effects) / "omniroll.c").read_text(encoding="utf-8"))
+    pair = c_functions((sets.c_folder(base, effects) / "omniroll.c").read_text(encoding="utf-8"))
     names = [f["name"] for f in sets.functions(base, effects)]
     assert len(names) > 10
     for name in names:

@@ -212,7 +212,7 @@ def source(base: str) -> str:
 
 def has_rollers(base: str) -> bool:
     """Whether the model has constants of each free roller."""
-    return "omniroll_roller;" in (sets.folder(base, ()) / "omniroll.h").read_text(encoding="utf-8")
+    return "omniroll_roller;" in (sets.c_folder(base, ()) / "omniroll.h").read_text(encoding="utf-8")
 
 
 def drive(free: bool) -> str:
@@ -245,7 +245,7 @@ def program(build: Build, base: str) -> Path:
     made = Path(folder().name) / f"program-{next(NUMBERS)}"
     driver = made.with_suffix(".c")
     driver.write_text(source(base), encoding="ascii")
-    texts = sets.folder(base, ())
+    texts = sets.c_folder(base, ())
     macro = NUMBER_TYPES[build.number_type][0]
     command = [build.compiler, "-std=c99", *build.flags, *macro, f"-I{texts}", driver, texts / "omniroll.c"]
     done = subprocess.run([*map(str, command), "-lm", "-o", str(made)], capture_output=True, text=True)

@@ -24,7 +24,7 @@ LATE = 1e-10  # s; the steps' tolerance in the program is 1e-11
 def program(build: Build) -> Path:
     """tests/c/engine.c with the engine for free rollers."""
     made = Path(builds.folder().name) / f"engine-{build.name.replace(' ', '')}"
-    engine, pair = ROOT / "runtime/csrc", sets.folder("free", ())
+    engine, pair = ROOT / "runtime/csrc", sets.c_folder("free", ())
     sources = [ROOT / "tests/c/engine.c", pair / "omniroll.c", *(engine / name for name in ENGINE_SOURCES)]
     includes = [f"-I{folder}" for folder in (pair, engine, ROOT / "generated/c")]
     subprocess.run([build.compiler, *LANGUAGE, *build.flags, *includes, *sources, "-lm", "-o", made], check=True)

@@ -1,6 +1,6 @@
 """Sets of effects: their texts and their compiled libraries, made beforehand or when a scene calls for them.
 
-A set has a folder with its files:
+A set has a folder with its files; one that is made on demand has its C files in a folder of their own, inside:
 
     omniroll.h omniroll.c    the pair that a controller takes
     kernel_in_lanes.h        the functions on vectors, for the compiled engine
@@ -150,7 +150,7 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
         if (built / file).exists():
             return built, file
     with MAKING:
-        place = _for_this_compiler(folder(base, effects))
+        place = c_folder(base, effects)
         try:
             with cache_folder.lock(place / "libraries"):
                 if not building.is_whole(place / files[0]):
@@ -169,14 +169,14 @@ def _cannot_keep(place: Path, problem: OSError) -> KernelsMissingError:
     )
 
 
-def _for_this_compiler(place: Path) -> Path:
-    """The folder for what this compiler makes of a set; its texts are those of the set's folder."""
+def c_folder(base: str, effects: tuple[str, ...]) -> Path:
+    """The folder with a set's C and what this compiler makes of it; the C is written now where it is not there."""
     flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS]
     key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
-    own = place / key
-    if not own.is_dir():
-        _put_in_place(own, {file.name: file.read_text(encoding="utf-8") for file in place.iterdir() if file.is_file()})
-    return own
+    place = folder(base, effects) / key
+    if not place.is_dir():
+        _put_in_place(place, programs().kernel(base, effects).c_files())
+    return place
 
 
 # Texts
@@ -222,11 +222,11 @@ def _source_key() -> str:
 
 
 def folder(base: str, effects: tuple[str, ...]) -> Path:
-    """The folder with the texts of a set; written now where it is not there. KernelsMissingError where it cannot be."""
+    """The folder with a set's Python; written now where it is not there. KernelsMissingError where it cannot be."""
     name = set_name(base, effects)
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
         place = cache_folder.folder() / key
         if not place.is_dir():
-            _put_in_place(place, programs().kernel(base, effects).files())
+            _put_in_place(place, programs().kernel(base, effects).python_files())
     return place
