@@ -107,7 +107,7 @@ def pair(
     }  # fmt: skip
     for name, chosen in (("positive", POSITIVE), ("not_negative", NOT_NEGATIVE)):
         values[name] = [a.name for a in prepare.inputs if a.name in chosen]
-    values |= {"motion": "", **_motion(effects, functions, prefix)}
+    values |= {"motion": "", "inputs": [], **_motion(effects, functions, prefix)}
     values["prepare_prototype"] = _prepare(values["model"], prefix)
     values["layout_prototype"] = _check_layout(values["model"], prefix)
     there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))

@@ -88,12 +88,17 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 # Libraries
 
 
-@cache
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     """`ffi` and `lib` of a set's compiled functions; those in doubles have the engine with them, where the set has one.
 
     Raises KernelsMissingError where they cannot be had.
     """
+    with MAKING:
+        return _opened(base, effects, number_type)
+
+
+@cache
+def _opened(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     place, file = (
         _engine(base, effects) if number_type == "double" and has_engine(effects) else _pair(base, effects, number_type)
     )
