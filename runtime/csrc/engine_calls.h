@@ -74,7 +74,7 @@ typedef struct {
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
     omniroll_motors_t *motors;  /* one or none                                                          */
-    double *signals;            /* values and slopes of all signals (2 x (inputs + 1) x N); scratch      */
+    double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
     long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */

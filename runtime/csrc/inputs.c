@@ -124,6 +124,7 @@ static void renew_inputs(omniroll_run_t *run)
 #endif
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
+        run->signals[2*size + k] = run->inputs[SET_INPUTS*wheels + k];
         run->inputs[k] = run->signals[k];
         run->inputs[SET_INPUTS*wheels + k] = run->signals[size + k];
     }

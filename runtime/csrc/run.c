@@ -260,25 +260,23 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 }
 
 #if SET_IS_ACTED_ON
-/* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
-static int complete_rows(omniroll_run_t *run)
+/* A row with the inputs of the phase that starts now, if they are not those of the last row. */
+static void complete_rows(omniroll_run_t *run)
 {
     (void)run;
 #if SET_INPUTS
     const int size = SET_INPUTS*run->wheels;
-    const double *slopes = run->inputs + size, *last = run->rows + row_size(run)*run->row_count - size;
+    const double *const slopes = run->inputs + size, *const last = run->rows + row_size(run)*run->row_count - size;
+    const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
     int same = 1;
     for (int k = 0; k < size; k++) {
-        const double moved = slopes[k]*(run->elapsed - run->inputs_elapsed), now = run->inputs[k] + moved;
-        same &= fabs(now - last[k]) <= PASSED*EPS*(fabs(last[k]) + fabs(run->inputs[k]) + fabs(moved));
+        const double now = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed);
+        same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
     }
-    if (same)
-        return OMNIROLL_RUN_DONE;
-    if (run->row_count == run->row_capacity)
-        return OMNIROLL_RUN_FULL;
-    put_row_after(run);
+    if (!same)
+        put_row_after(run);
 #endif
-    return OMNIROLL_RUN_DONE;
 }
 #endif
 
@@ -307,10 +305,12 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
 #if SET_IS_ACTED_ON
+    if (status == OMNIROLL_RUN_DONE && run->row_count == run->row_capacity)
+        status = OMNIROLL_RUN_FULL;         /* the row that the next call repeats has the inputs of before */
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = pass_events(run, work);
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
-        status = complete_rows(run);
+        complete_rows(run);
 #endif
     return status;
 }
