@@ -83,7 +83,9 @@ def test_each_pair_is_cplusplus_too(pair, tmp_path):
 @pytest.mark.parametrize("pair", ["free", "everything"])
 def test_a_header_serves_cplusplus_with_the_source_in_c(pair, tmp_path):
     unit = tmp_path / "unit.cpp"
-    unit.write_text('#include "omniroll.h"\nint main()\n{\n    return omniroll_check_layout == 0;\n}\n', encoding="ascii")
+    unit.write_text(
+        '#include "omniroll.h"\nint main()\n{\n    return omniroll_check_layout == 0;\n}\n', encoding="ascii"
+    )
     source = write(pair, tmp_path)
     run(tool("gcc"), *STRICT, "-O0", "-c", source, "-o", tmp_path / "kernel.o")
     run(tool("g++"), "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-address", unit, tmp_path / "kernel.o", "-lm",
