@@ -1,7 +1,7 @@
 """What pyproject.toml cannot say: packages from several folders, and the libraries that are compiled.
 
-$OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that goes
-to other machines; without it the widest of this machine. $OMNIROLL_SETS names the sets of effects.
+$OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
+goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the sets of effects.
 """
 
 import os

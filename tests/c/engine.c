@@ -1,7 +1,6 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows.
  * It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
-#include "omniroll_free.h"
 
 #include <fenv.h>
 #include <stdio.h>
@@ -11,7 +10,14 @@ enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 
 int main(int count, char **arguments)
 {
-    double model[128], vehicle[8], angles[WHEELS];
+    double angles[WHEELS];
+    omniroll_vehicle vehicle = {.wheels = WHEELS, .rollers_per_wheel = ROLLERS, .wheel_angles = angles};
+    omniroll_wheel wheel[WHEELS];
+    omniroll_roller roller[ROLLERS - 1];
+    omniroll_model model;
+    double *const numbers[8] = {
+        &vehicle.mass, &vehicle.yaw_inertia, &vehicle.wheel_inertia, &vehicle.roller_inertia, &vehicle.yaw_scale,
+        &vehicle.platform_radius, &vehicle.wheel_radius, &vehicle.roller_axis_radius};
     double nu[3] = {1, 0.2, 1}, chi[WHEELS] = {0.1, -0.2, 0.3}, pose[3] = {0, 0, 0}, axial[WHEELS*PLACES];
     const double spins[WHEELS*PLACES] = {0};
     long long contact[WHEELS] = {0, 0, 0};
@@ -19,15 +25,14 @@ int main(int count, char **arguments)
     if (count != 14 || fesetround(modes[atoi(arguments[13])]))
         return 2;
     for (int k = 0; k < 8; k++)
-        vehicle[k] = atof(arguments[k + 1]);
+        *numbers[k] = atof(arguments[k + 1]);
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
-    omniroll_free_prepare(WHEELS, ROLLERS, vehicle[0], vehicle[1], vehicle[2], vehicle[3], vehicle[4], vehicle[5],
-                          vehicle[6], vehicle[7], angles, model);
-    omniroll_free_axial_speeds(WHEELS, ROLLERS, model, nu, chi, spins, axial);
+    if (omniroll_prepare(&vehicle, wheel, roller, &model) != OMNIROLL_OK)
+        return 3;
+    omniroll_axial_speeds(&model, nu, chi, spins, axial);
 
-    const int size = (int)omniroll_free_model_size(WHEELS, ROLLERS);
-    double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_free_run_work_size(WHEELS, ROLLERS, size));
+    double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS));
     static double rows[ROWS*(7 + 2*WHEELS)], steps[ROWS*(2 + 16*(6 + WHEELS))], switches[ROWS*(2 + WHEELS)];
     static double switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
@@ -36,11 +41,11 @@ int main(int count, char **arguments)
         .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
         .rows = rows, .steps = steps, .row_capacity = ROWS,
         .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS};
-    int status = OMNIROLL_FULL;
+    int status = OMNIROLL_RUN_FULL;
     long long switched = 0;
-    while (status == OMNIROLL_FULL) {
+    while (status == OMNIROLL_RUN_FULL) {
         run.row_count = run.switch_count = 0;
-        status = omniroll_free_run(&run, model, size);
+        status = omniroll_run(&run, &model);
         switched += run.switch_count;
         for (const double *at = switches; at < switches + (2 + WHEELS)*run.switch_count; at += 2 + WHEELS)
             printf("%.17g %.0f %.0f %.0f\n", at[0], at[2], at[3], at[4]);

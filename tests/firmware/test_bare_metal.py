@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from firmware.files import STRICT, run, tool, write
 
 HERE = Path(__file__).resolve().parent / "bare_metal"

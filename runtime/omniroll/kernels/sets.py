@@ -123,7 +123,7 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
 
 
 def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
-    """The folder and the library of a set's functions and its engine, at the widest level that is there and runs here."""
+    """The folder and the library of a set's functions and its engine, at the widest level that is there and runs."""
     levels = building.levels_here()
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
