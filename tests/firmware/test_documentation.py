@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from firmware.files import NUMBER_TYPES, STRICT, run, tool
 
 ROOT = Path(__file__).resolve().parents[2]
