@@ -214,15 +214,16 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
         stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
     inputs = [a for a in reduced.inputs if a.name not in stage]
     return {
-        "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "free": "momenta" in named, "impact": "impact" in named, "inputs": inputs,
+        "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "inputs": inputs,
+        "free": "momenta" in named, "impact": "impact" in named,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
         "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in reduced.inputs],
     }  # fmt: skip
 
 
 def _work(carried: str) -> str:
-    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what its
-    rates need."""
+    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what
+    its rates need."""
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {
         "": "30 + 6*(wheels)",

@@ -182,10 +182,10 @@ def drive(folder, request, number_type, *flags):
 
 
 def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp_path, request):
-    """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what it
-    adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the joints
-    come in the same order. Where two wheels come to their joints within the resolution of float, rounding decides which
-    switches first, and paths may part; on this drive none do.
+    """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what
+    it adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the
+    joints come in the same order. Where two wheels come to their joints within the resolution of float, rounding
+    decides which switches first, and paths may part; on this drive none do.
     """
     (joints, steps, double), (also, as_many, single) = (drive(tmp_path, request, kind) for kind in ("double", "float"))
     assert joints >= 1000 and (joints, steps) == (also, as_many)
