@@ -4,6 +4,7 @@
  * of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so that one
  * which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
+#define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 
@@ -81,6 +82,13 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         end_of_step(s, wheels);
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         const double ratio = change/last;
+#if SET_CORE_PARTS
+        if (!s->stiff && k > 1 && !(ratio < SLOW) && change > 100*sweep_tolerance) {     /* it contracts slowly */
+            s->stiff = 1;
+            last = INFINITY;
+            continue;
+        }
+#endif
         /* What the next sweeps would still change, as a geometric series. */
         const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
 #if SET_IS_ACTED_ON

@@ -38,6 +38,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
+    s->found_core = work->found_core, s->slope_core = work->slope_core;
 #endif
 #if SET_IS_ACTED_ON
     s->guards = run->guard_count;
@@ -70,6 +71,9 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
         for (; c < end; c++)
             s->weight[c] = of_part > 0 ? size/of_part : 0;
     }
+#endif
+#if SET_CORE_PARTS
+    s->size = size;
 #endif
     (void)run, (void)work, (void)nu_dot;
     return size;
@@ -157,6 +161,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, most, run, work);
         const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
+#if SET_CORE_PARTS
+        s->stiff = s->stiff && !(found == SETTLED && s->steepest < STIFF);
+#endif
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
             run->rejected_count++;
@@ -324,6 +331,9 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     lanes_spread(constants, memory, &work.vehicle);
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
+#if SET_CORE_PARTS
+    s.stiff = 0;
+#endif
 #if SET_CORE_PARTS
     if (!run->started) {
         begin_core(run, &work);
