@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build regenerate check-generated formulas show-formulas motions test bench accuracy hard clean help
+.PHONY: all setup build regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -55,6 +55,13 @@ regenerate: $(DEPS_STAMP) ## derive with Maxima and write generated/
 check-generated: $(DEPS_STAMP) ## derive again and compare with the committed generated/, byte by byte
 	$(call say,check-generated: Maxima -> compare with generated/)
 	@$(BIN)/python -m codegen --check
+
+what-if: $(DEPS_STAMP) ## derive from a changed maxima/: proofs that fail, equations old and new; generated/ stays
+	$(call say,what-if: Maxima -> failing proofs and changed equations)
+	@$(BIN)/python -m codegen.what_if
+
+maxima: $(DEPS_STAMP) ## open Maxima with the derivation loaded
+	@$(BIN)/python -m codegen.interactive
 
 show-formulas: build
 	$(call say,formulas: the paper as printed and as derived)

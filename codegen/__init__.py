@@ -19,5 +19,6 @@ formulas.py     the comparison with the paper: records and page
 mathtext.py     the paper's LaTeX as plain text and as MathML
 rendering.py    the templates: every emitted file as bytes
 on_demand.py    the kernel of one set of effects at run time, without Maxima
+what_if.py      what follows from a changed assumption
 __main__.py     `python -m codegen`: writes generated/, or compares with it
 """

@@ -28,11 +28,11 @@ class Model:
         if len(self.own) + len(self.wheel) + len(self.roller) != len(fields):
             raise ValueError("a model field is a scalar, of shape N or of shape n-1")
 
-    def place(self, array: Array) -> str:
-        """The field as C text, in the loop that it needs."""
+    def place(self, array: Array, writes: bool = False) -> str:
+        """The field as C text, in the loop that it needs; what writes it has the arrays by themselves."""
         if array in self.own:
             return f"model->{array.name}"
-        return f"model->{'wheel[i]' if array in self.wheel else 'roller[j]'}.{array.name}"
+        return f"{'' if writes else 'model->'}{'wheel[i]' if array in self.wheel else 'roller[j]'}.{array.name}"
 
 
 def times(*factors: int | str) -> str:
@@ -83,7 +83,9 @@ class CFunction(Infix):
     def parameters(self) -> list[tuple[str, str]]:
         """(declaration, name) of each parameter."""
         if self.function.prepares:
-            return [(f"const {self.prefix}_vehicle *vehicle", "vehicle"), (f"{self.prefix}_model *model", "model")]
+            written = ["wheel", *(["roller"] if self.model.roller else []), "model"]
+            own = [(f"{self.prefix}_{name} *{name}", name) for name in written]
+            return [(f"const {self.prefix}_vehicle *vehicle", "vehicle"), *own]
         first = [(f"const {self.prefix}_model *model", "model")] if self.function.reads_model else []
         return first + [(parameter(a, self.real), a.name) for a in self.function.arguments]
 
@@ -134,7 +136,7 @@ class CFunction(Infix):
         """The element as C text."""
         array = element.array
         if array in self.function.fields and array not in self.function.arguments:
-            return self.model.place(array)
+            return self.model.place(array, self.function.prepares)
         holder = "vehicle->" * (self.function.prepares and array.role == "in")
         if not array.shape:
             return f"{holder}{array.name}" if array.role == "in" else f"*{array.name}"

@@ -16,8 +16,8 @@ from .programs import (
 )
 from .specialise import Registry, specialised
 
-FORMAT = 1
-PARTS = ("symbols", "effects", "bases", "sets", "functions", "equations", "proofs", "bounds")
+FORMAT = 2
+PARTS = ("symbols", "effects", "bases", "sets", "steps", "functions", "equations", "proofs", "bounds")
 OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
 
 
@@ -53,14 +53,21 @@ class Derivation:
     @cached_property
     def bases(self) -> dict[str, EffectSet]:
         """The programs with every effect in them, by the name of their roller model."""
-        stray = sorted({f["set"] for f in self.data["functions"]} - {b["name"] for b in self.data["bases"]})
+        named = {name for f in self.data["functions"] for name in f["sets"]}
+        stray = sorted(named - {b["name"] for b in self.data["bases"]})
         if stray:
             raise ContractError(f"functions of unknown sets: {', '.join(stray)}")
         return {data["name"]: self._base(data) for data in self.data["bases"]}
 
+    def base(self, name: str) -> EffectSet:
+        """The programs of one base, with every effect in them. KeyError for one that there is not."""
+        return self._base({data["name"]: data for data in self.data["bases"]}[name])
+
     def _base(self, data: dict) -> EffectSet:
         fields = tuple(read_array(f, "field") for f in data["model"])
-        functions = tuple(read_function(f, fields) for f in self.data["functions"] if f["set"] == data["name"])
+        name, groups = data["name"], self.data["steps"]
+        own = (f for f in self.data["functions"] if name in f["sets"])
+        functions = tuple(read_function(f, fields, name, groups) for f in own)
         names = [f.name for f in functions]
         if len(set(names)) < len(names):
             raise ContractError(f"{data['name']}: a function stands twice")
@@ -70,7 +77,7 @@ class Derivation:
     def sets(self) -> tuple[EffectSet, ...]:
         """The sets of effects whose kernels are generated beforehand."""
         return tuple(
-            specialised(self.bases[s["base"]], s["effects"], self.registry, s.get("meaning", ""))
+            specialised(self.bases[s["base"]], s["effects"], self.registry, s.get("meaning", ""), s.get("name", ""))
             for s in self.data["sets"]
         )
 
@@ -89,6 +96,14 @@ class Derivation:
     def part(self, name: str) -> object:
         """A part of the data with canonical expressions; not for sets and functions."""
         return self.with_canonical_expressions(self.data[name])
+
+    def programs(self) -> dict:
+        """What kernels are made of at run time: each group of steps once, and each function once."""
+        return {
+            "bases": [set_to_json(base) for base in self.bases.values()],
+            "steps": self.part("steps"),
+            "functions": self.part("functions"),
+        }
 
     def with_canonical_expressions(self, data: object) -> object:
         """The same data, every list that reads as an expression replaced by its canonical form."""

@@ -80,6 +80,16 @@ class EngineSet:
         self.acted = bool(present or self.inputs or self.heading)
         self.plain = [f for f in map(effects.function, PLAIN) if f is not None]
 
+    @property
+    def solving(self) -> bool:
+        """Whether the set has functions for sharp tips beside the usual ones."""
+        return self.set.function("reduced_sharp") is not None
+
+    def called(self, function: Function) -> str:
+        """The name of a function in C."""
+        has_form = self.set.function(f"{function.name}_sharp") is not None
+        return f"SOLVED({function.name})" if has_form else f"lanes_{function.name}"
+
     def function(self, name: str) -> Function:
         found = self.set.function(name)
         assert found is not None, f"{self.set.name} has no function {name}"

@@ -15,9 +15,9 @@ from .expressions import (
     split_coefficient,
     with_coefficient,
 )
-from .infix import has_negative_term, is_negative
+from .infix import has_negative_term, is_negative, reads_as_sum
 
-TERMS_IN_A_LINE = 4
+WIDEST = 75  # letters of a line; a fraction counts as its longer side
 
 
 @dataclass
@@ -65,6 +65,8 @@ class Latex:
 
     def product(self, e: Expression) -> str:
         value, factors = split_coefficient(e)
+        if reads_as_sum(e) and value == -1:
+            return self.sum(tuple(map(negated, factors[0].terms)))
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
         turned = next((place for place, f in enumerate(above) if value < 0 and has_negative_term(f)), None)
         if turned is not None:  # -a (b - c) as a (c - b)
@@ -102,23 +104,46 @@ class Latex:
         return f"-{text}" if negative else text
 
     def lines(self, e: Expression) -> list[str]:
-        """A long sum, or a product with one, in lines of a few terms."""
+        """A long sum, or a product with one, in lines that fit a page."""
         value, factors = split_coefficient(e)
-        long = [f for f in factors if isinstance(f, Sum) and len(f.terms) > TERMS_IN_A_LINE]
-        if not long:
+        long = [f for f in factors if isinstance(f, Sum)]
+        if not long or width(self.expression(e)) <= WIDEST:
             return [self.expression(e)]
         terms = long[0].terms if value > 0 else tuple(map(negated, long[0].terms))
         others = with_coefficient(abs(value), [f for f in factors if f is not long[0]])
-        first, *rest = (terms[k : k + TERMS_IN_A_LINE] for k in range(0, len(terms), TERMS_IN_A_LINE))
+        first, *rest = self.filled(terms)
         lines = [self.sum(first), *map(self.continued, rest)]
         if others == ONE:
             return lines
+        if not rest:
+            return [rf"{self.expression(others)} \left( {lines[0]} \right)"]
         return [rf"{self.expression(others)} \Bigl( {lines[0]}", *lines[1:-1], rf"{lines[-1]} \Bigr)"]
+
+    def filled(self, terms: tuple[Expression, ...]) -> list[tuple[Expression, ...]]:
+        """The terms in lines: as many in each as fit."""
+        lines, room = [[terms[0]]], WIDEST - width(self.term(terms[0]))
+        for term in terms[1:]:
+            room -= width(self.term(term)) + 2
+            if room < 0:
+                lines.append([])
+                room = WIDEST - width(self.term(term))
+            lines[-1].append(term)
+        return list(map(tuple, lines))
 
     def continued(self, terms: tuple[Expression, ...]) -> str:
         return "".join(
             f" {'-' if is_negative(t) else '+'} {self.term(negated(t) if is_negative(t) else t)}" for t in terms
         ).strip()
+
+
+def width(text: str) -> int:
+    """About how many letters wide LaTeX is; a fraction is as wide as its longer side."""
+    while (fraction := re.search(r"\\frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", text)) is not None:
+        longer = max(width(fraction[1]), width(fraction[2]))
+        text = text[: fraction.start()] + "x" * longer + text[fraction.end() :]
+    text = re.sub(r"\\(?:sin|cos|sqrt)\b", "xxx", text)
+    text = re.sub(r"\\(?:left|right|Bigl|Bigr|mathrm|,|dot)", "", text)
+    return len(re.sub(r"[\s{}_^]", "", re.sub(r"\\[A-Za-z]+", "x", text)))
 
 
 def raised(base: Expression, exponent: int) -> Expression:

@@ -2,6 +2,10 @@
 
 Only what the paper and the comparison use: symbols, scripts, fractions, accents, fences, matrices, words.
 What is not known is an error, so that nothing is shown wrongly.
+
+Why no library makes the MathML: latex2mathml 3.81 drops the last row of a matrix whose last cell is empty, which two of
+the formulas have (M* and V as printed), and sets no space around sin and cos. The reader is needed in any case, for the
+plain text and for the tests that put numbers into the formulas.
 """
 
 import re

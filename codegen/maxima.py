@@ -59,17 +59,20 @@ class Maxima:
             raise MaximaError(f"{path} does not run:\n{answer.stdout}{answer.stderr}".rstrip())
         return cls(path, version[1])
 
-    def derive(self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT) -> None:
-        """Run `script` in its own folder with output_file set to `output`; lines that it prints go to
-        `report`.
+    def derive(
+        self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT, flags: tuple[str, ...] = ()
+    ) -> None:
+        """Run `script` in its own folder with output_file set to `output` and the `flags` set to true; lines that it
+        prints go to `report`.
 
         MaximaError where a claim is not proved, the script stops early or writes nothing, or the time is
         over.
         """
         output.unlink(missing_ok=True)
         # One statement: an error in the script ends it, so that END is printed by a complete run only.
+        settings = "".join(f"{flag}: true, " for flag in flags)
         batch = (
-            f'(print("{BEGIN}"), display2d: false, output_file: {quoted(output)}, '
+            f'(print("{BEGIN}"), display2d: false, {settings}output_file: {quoted(output)}, '
             f'load({quoted("./" + script.name)}), print("{END}"))$'
         )
         with tempfile.TemporaryDirectory(prefix="omniroll-home-") as home:

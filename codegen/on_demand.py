@@ -30,6 +30,7 @@ class Programs:
         self._data = dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
             "format": FORMAT, "symbols": symbols, "effects": effects, "bases": programs["bases"],
         }  # fmt: skip
+        self._data["steps"] = programs["steps"]
         self._functions = programs["functions"]
         self._bases: dict[str, EffectSet] = {}
         self.registry = Registry.read(effects)
@@ -44,8 +45,8 @@ class Programs:
     def base(self, name: str) -> EffectSet:
         """The programs of one roller model. KeyError for one that there is not."""
         if name not in self._bases:
-            functions = [f for f in self._functions if f["set"] == name]
-            self._bases[name] = Derivation(self._data | {"functions": functions}).bases[name]
+            functions = [f for f in self._functions if name in f["sets"]]
+            self._bases[name] = Derivation(self._data | {"functions": functions}).base(name)
         return self._bases[name]
 
     def kernel(self, base: str, wanted: Sequence[str]) -> "SetKernel":
@@ -77,9 +78,9 @@ class SetKernel:
         """What the functions take and give, and the work that they are; as in generated/data/kernels.json."""
         return [kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in self.functions]
 
-    def pair(self, stem: str = "omniroll", prefix: str = "omniroll") -> Pair:
-        """The header and the source file for a controller."""
-        return pair(self.effects, self.functions, self.programs.bounds, self.programs.names, stem, prefix)
+    def pair(self, stem: str = "omniroll", prefix: str = "omniroll", is_float: bool = False) -> Pair:
+        """The header and the source file for a controller; codegen/pair.py says what the arguments are."""
+        return pair(self.effects, self.functions, self.programs.bounds, self.programs.names, stem, prefix, is_float)
 
     @property
     def in_lanes(self) -> str:
@@ -91,8 +92,12 @@ class SetKernel:
         """The module of the functions in Python."""
         return python_text(self.effects, self.functions, {})
 
-    def files(self) -> dict[str, str]:
-        """All texts of the set, by the names that they have in its folder."""
+    def python_files(self) -> dict[str, str]:
+        """What Python needs of the set, by the names of the files."""
+        return {f"{self.name}.py": self.python, "functions.json": json.dumps(self.signatures)}
+
+    def c_files(self) -> dict[str, str]:
+        """What is compiled, and what cffi needs, by the names of the files."""
         pair = self.pair()
         return {
             "omniroll.h": pair.header,
@@ -100,6 +105,8 @@ class SetKernel:
             "declarations.h": pair.declarations,
             "kernel_in_lanes.h": self.in_lanes,
             "engine_set.h": engine_set(self.effects),
-            f"{self.name}.py": self.python,
-            "functions.json": json.dumps(self.signatures),
         }
+
+    def files(self) -> dict[str, str]:
+        """All texts of the set."""
+        return self.c_files() | self.python_files()

@@ -13,10 +13,24 @@ from .expressions import ZERO, Call, Canonical, Expression, symbols
 from .filling import template
 from .infix import Infix
 from .operations import called_functions
-from .programs import EffectSet, Function, steps
+from .programs import Array, EffectSet, Function, steps
 from .short_angles import LARGEST, short_angles
 
 CARRIED = {"roller_rates": "axial", "momenta_rates": "momenta"}  # function: what a set with it integrates besides
+POSITIVE = (
+    "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
+    "roller_axis_radius", "axle_fade_speed", "roller_fade_speed",
+)  # fmt: skip
+NOT_NEGATIVE = ("axle_damping", "axle_torque", "roller_damping", "roller_torque")
+CONTENTS = {  # what a reader looks for, and the functions that do it; a set may lack some
+    "Set-up": ("prepare", "check_layout", "start"),
+    "Motion": ("step",),
+    "A loop of your own": ("time_to_joint", "switch", "joint", "pose_rates", "wheel_rates"),
+    "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
+    "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
+    "Accelerations from torques (forward dynamics)": ("reduced", "accelerations"),
+    "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
+}
 STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates", "wheel_rates")
 
 
@@ -65,7 +79,13 @@ class Margin(Infix):
 
 
 def pair(
-    effects: EffectSet, functions: Sequence[Function], bounds: Sequence[dict], names: dict, stem: str, prefix: str
+    effects: EffectSet,
+    functions: Sequence[Function],
+    bounds: Sequence[dict],
+    names: dict,
+    stem: str,
+    prefix: str,
+    is_float: bool = False,
 ) -> Pair:
     """The pair of files of a set.
 
@@ -74,6 +94,7 @@ def pair(
     names      the derivation's symbols: {symbol: its argument in the code}
     stem       of the files' names
     prefix     of all names that the header declares
+    is_float   whether the number type is float without a macro that says so
     """
     prepare = next(f for f in functions if f.prepares)
     in_c = [CFunction(f, prefix) for f in functions]
@@ -82,10 +103,19 @@ def pair(
         "model": Model(effects.fields), "constants": prepare.inputs,
         "calls": set().union(*map(called_functions, functions)) | {"cos"},  # of the functions and the bounds
         "short_angles": short_angles(), "largest_square": LARGEST,
-        "bounds": _margins(prepare, bounds, names, prefix),
+        "bounds": _margins(prepare, bounds, names, prefix), "is_float": is_float, "wrong_sign": wrong_sign,
     }  # fmt: skip
-    values |= {"motion": "", **_motion(effects, functions, prefix)}
+    for name, chosen in (("positive", POSITIVE), ("not_negative", NOT_NEGATIVE)):
+        values[name] = [a.name for a in prepare.inputs if a.name in chosen]
+    values |= {"motion": "", "inputs": [], **_motion(effects, functions, prefix)}
     values["prepare_prototype"] = _prepare(values["model"], prefix)
+    values["layout_prototype"] = _check_layout(values["model"], prefix)
+    there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))
+    values["contents"] = [
+        (title, found)
+        for title, wanted in CONTENTS.items()
+        if (found := [f"{prefix}_{name}" for name in wanted if name in there])
+    ]
     types = template("types.h", **values)
     motion = template("motion.h", **values) if values["motion"] else ""
     header = template("pair.h", **values | {"types": types, "motion": motion, "example": _example(values)})
@@ -113,6 +143,41 @@ def _prepare(model: Model, prefix: str) -> str:
     roller = [f"{prefix}_roller *roller"] if model.roller else []
     parameters = [f"const {prefix}_vehicle *vehicle", f"{prefix}_wheel *wheel", *roller, f"{prefix}_model *model"]
     return prototype("int", f"{prefix}_prepare", parameters)
+
+
+def _check_layout(model: Model, prefix: str) -> str:
+    names = ["vehicle", "wheel", *(["roller"] if model.roller else []), "model"]
+    return prototype("int", f"{prefix}_check_layout", [f"unsigned long {name}" for name in names])
+
+
+def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
+    """The declarations of the functions that pass joints, by name."""
+    model, state = f"const {prefix}_model *model", f"{prefix}_state *state"
+    given = [f"const {prefix}_inputs *inputs"] if inputs else []
+    parameters = {
+        "joint": (f"{prefix}_real", [model]),
+        "start": ("int", [model, state]),
+        "time_to_joint": (f"{prefix}_real", [model, f"const {state}", "int *wheel"]),
+        "switch": ("int", [model, "int law", state]),
+        "step": ("int", [model, "int law", *given, f"{prefix}_real h", state]),
+        # within the source file
+        "first_joint": (
+            f"static {prefix}_real", [model, f"const {state}", f"{prefix}_real *chi_dot", "int *wheel"]
+        ),
+        "advance": ("static void", [model, *given, f"{prefix}_real h", state]),
+        "phase": (f"static {prefix}_real", [model, *given, f"{prefix}_real h", state, f"{prefix}_real *turned"]),
+        "exchange_slots": (
+            f"static {prefix}_real", [f"{prefix}_real *axial", "int slots", "int direction", f"{prefix}_real leaving"]
+        ),
+    }  # fmt: skip
+    return {name: prototype(result, f"{prefix}_{name}", taken) for name, (result, taken) in parameters.items()}
+
+
+def wrong_sign(array: Array, value: str) -> str:
+    """A further condition on which a constant is refused, as C text."""
+    if array.name in POSITIVE:
+        return f" || !({value} > 0)"
+    return f" || {value} < 0" if array.name in NOT_NEGATIVE else ""
 
 
 def _margins(prepare: Function, bounds: Sequence[dict], names: dict[str, str], prefix: str) -> list[dict]:
@@ -145,22 +210,24 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     carried = next((what for name, what in CARRIED.items() if name in named), "")
     per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]
     stage = {"nu": "stage", "chi": "stage + 6", "heading": "stage[5]", "roller_drag": "scratch + 2*wheels"}
-    stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
+    if "momenta" in named:
+        stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
     inputs = [a for a in reduced.inputs if a.name not in stage]
     return {
-        "motion": True, "free": "momenta" in named, "impact": "impact" in named, "inputs": inputs,
+        "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "free": "momenta" in named, "impact": "impact" in named, "inputs": inputs,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
         "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in reduced.inputs],
     }  # fmt: skip
 
 
 def _work(carried: str) -> str:
-    """The numbers of scratch of a state: four vectors of what is integrated, and what its rates need."""
+    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what its
+    rates need."""
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {
-        "": "24 + 5*(wheels)",
-        "momenta": f"24 + 14*(wheels) + {slots}",
-        "axial": f"24 + 7*(wheels) + 4*{slots}",
+        "": "30 + 6*(wheels)",
+        "momenta": f"30 + 17*(wheels) + {slots}",
+        "axial": f"30 + 8*(wheels) + 5*{slots}",
     }[carried]
 
 

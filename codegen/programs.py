@@ -5,13 +5,16 @@ index 0 ... N-1) and over free-roller slots ("j", index 0 ... n-2). A symbol com
   - the model's fields and the arguments' elements, which need the loops that their indices name;
   - N, n (the two counts), slot (1 ... n-1 in a "j" loop) and pi;
   - steps: `let` (assigned once), `var` (an accumulator: declared, then changed by `add` and `update`).
+
+Steps that belong together are a group: in the data {"use": name} stands for the steps of that name. Groups are opened
+while a function is read; each step keeps the name of its group.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from .expressions import Canonical, Expression, Order, symbols, to_json
+from .expressions import Canonical, Expression, Order, symbols
 
 INDICES = ("i", "j")
 CONSTANTS = {"N": "", "n": "", "pi": "", "slot": "j"}  # name: indices that it needs
@@ -57,6 +60,7 @@ class Step:
     name: str
     expression: Expression | None = None
     target: Element | None = None
+    group: str = ""  # the group of steps that it is one of
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ class Function:
     elements: dict[str, Element]  # every symbol that is read from an array
     body: tuple[Step | Loop, ...]
     cases: tuple[tuple[str, ...], ...] = ((),)  # effects that call for the function, see specialise.py
+    groups: tuple[str, ...] = ()  # the groups of steps that it is made of, in order
 
     @property
     def inputs(self) -> list[Array]:
@@ -124,8 +129,9 @@ def steps(body: tuple[Step | Loop, ...]) -> Iterator[Step]:
 
 
 def without_dead_steps(function: Function) -> Function:
-    """The function without steps that no output depends on."""
-    return replace(function, body=_live(function.body, set())[0])
+    """The function without steps that no output depends on, and with the groups of those that are left."""
+    body = _live(function.body, set())[0]
+    return replace(function, body=body, groups=tuple(dict.fromkeys(s.group for s in steps(body) if s.group)))
 
 
 def _live(body: tuple[Step | Loop, ...], after: set[str]) -> tuple[tuple[Step | Loop, ...], set[str]]:
@@ -153,22 +159,41 @@ def read_array(data: dict, role: str) -> Array:
     return Array(data["name"], shape, role, data.get("unit", ""), data.get("meaning", ""), data.get("effect", ""))
 
 
-def read_function(data: dict, fields: tuple[Array, ...]) -> Function:
-    """The function of the JSON form. ContractError where it breaks the contract."""
-    where = f"{data['set']}.{data['name']}"
+def read_function(
+    data: dict, fields: tuple[Array, ...], set_name: str, groups: Mapping[str, dict] | None = None
+) -> Function:
+    """The function of the JSON form, for one of its sets. ContractError where it breaks the contract.
+
+    groups: the data's groups of steps by name, {"body": steps, ...} each.
+    """
+    where = f"{set_name}.{data['name']}"
     try:
+        opened = list(_opened(data["body"], groups or {}))
         arguments = tuple(read_array(a, a["role"]) for a in data["arguments"])
         function = Function(
-            data["set"], data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, (),
+            set_name, data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, (),
             tuple(map(tuple, data.get("cases", [[]]))),
         )  # fmt: skip
         elements = _elements(function, data.get("elements") or {})
-        names = [*elements, *_declared(data["body"]), *CONSTANTS]
+        names = [*elements, *_declared(opened), *CONSTANTS]
         reader = _Reader(replace(function, elements=elements), Canonical(Order(names)))
-        return without_dead_steps(replace(reader.function, body=reader.block(data["body"], {}, ())))
+        return without_dead_steps(replace(reader.function, body=reader.block(opened, {}, ())))
     except (KeyError, TypeError, ValueError) as problem:
         kind = f"{type(problem).__name__}: " if isinstance(problem, KeyError) else ""
         raise ContractError(f"{where}: {kind}{problem}") from problem
+
+
+def _opened(body: list, groups: Mapping[str, dict], group: str = "") -> Iterator[dict]:
+    """The steps with each {"use": name} replaced by that group's steps."""
+    for node in body:
+        if "use" in node:
+            if node["use"] not in groups:
+                raise ContractError(f"no group of steps {node['use']}")
+            yield from _opened(groups[node["use"]]["body"], groups, node["use"])
+        elif "loop" in node:
+            yield node | {"body": list(_opened(node["body"], groups, group))}
+        else:
+            yield node | {"group": group}
 
 
 def _declared(body: list) -> Iterator[str]:
@@ -225,11 +250,11 @@ class _Reader:
         for name in sorted(symbols(expression)):
             self.check_symbol(name, node[kind], known, indices)
         if kind == "put":
-            return Step("put", node["put"][0], expression, self.target(node["put"], indices))
+            return Step("put", node["put"][0], expression, self.target(node["put"], indices), node["group"])
         name = node[kind]
         self.check_name(kind, name, known)
         known.setdefault(name, kind)
-        return Step(kind, name, expression)
+        return Step(kind, name, expression, group=node["group"])
 
     def check_symbol(self, name: str, where: object, known: dict[str, str], indices: tuple[str, ...]) -> None:
         if name in known:
@@ -275,23 +300,6 @@ def signature_to_json(function: Function) -> dict:
     }
 
 
-def function_to_json(function: Function) -> dict:
-    """The canonical JSON form of the function; fields of the model are the set's, not repeated here."""
-    own = {a.name for a in function.fields} if function.reads_model else set()
-    return signature_to_json(function) | {
-        "cases": [list(case) for case in function.cases],
-        "elements": {s: [e.array.name, *e.index] for s, e in function.elements.items() if s not in own},
-        "body": [_node_to_json(node) for node in function.body],
-    }
-
-
 def array_to_json(array: Array) -> dict:
     data = {"name": array.name, "shape": list(array.shape), "unit": array.unit, "meaning": array.meaning}
     return data | ({"effect": array.effect} if array.effect else {})
-
-
-def _node_to_json(node: Step | Loop) -> dict:
-    if isinstance(node, Loop):
-        return {"loop": node.index, "body": [_node_to_json(inner) for inner in node.body]}
-    key = [node.name, *node.target.index] if node.target else node.name
-    return {node.kind: key, "expr": to_json(node.expression)}

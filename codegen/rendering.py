@@ -9,7 +9,7 @@ from .expressions import Canonical
 from .filling import ENVIRONMENT, template
 from .latex import Latex
 from .operations import count_intermediates, count_operations
-from .programs import EffectSet, Function, function_to_json
+from .programs import EffectSet, Function
 from .python import PythonFunction
 from .sharing import share
 
@@ -93,10 +93,7 @@ def data_texts(derivation: Derivation, sets: Sets) -> dict[str, str]:
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
     parts["arguments"] = {"arguments": derivation.arguments}
-    parts["programs"] = {
-        "bases": [set_to_json(base) for base in derivation.bases.values()],
-        "functions": [function_to_json(f) for base in derivation.bases.values() for f in base.functions],
-    }
+    parts["programs"] = derivation.programs()
     parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels_data(sets)}
     return {
         f"data/{name}.json": template(

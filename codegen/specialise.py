@@ -64,15 +64,20 @@ def set_name(base: str, effects: Sequence[str]) -> str:
     return "_".join([base, *effects])
 
 
-def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "") -> EffectSet:
-    """The set of the base's roller model with these further effects and no others."""
+def specialised(
+    base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "", name: str = ""
+) -> EffectSet:
+    """The set of the base's roller model with these further effects and no others.
+
+    A set with a name of its own has also the functions for the case that some of its effects are absent.
+    """
     present = registry.ordered(effects)
-    name, neutral = set_name(base.name, present), registry.absent(present)
+    every, name, neutral = bool(name), name or set_name(base.name, present), registry.absent(present)
     fields = _there(base.fields, present)
     functions = tuple(
         _function(replace(f, set=name, fields=fields), present, neutral)
         for f in base.functions
-        if is_called_for(f, present)
+        if is_called_for(f, present, every)
     )
     return EffectSet(name, present, meaning, *_needed(fields, functions), base=base.name)
 
@@ -110,11 +115,13 @@ def _without_puts(body: Body, names: set[str]) -> Body:
     return tuple(kept)
 
 
-def is_called_for(function: Function, present: Sequence[str]) -> bool:
-    """Whether one of the function's cases holds; "-x" stands for x absent."""
-    return any(
-        all((effect.lstrip("-") in present) != effect.startswith("-") for effect in case) for case in function.cases
-    )
+def is_called_for(function: Function, present: Sequence[str], every: bool = False) -> bool:
+    """Whether one of the function's cases holds; "-x" stands for x absent, which `every` lets pass."""
+
+    def holds(effect: str) -> bool:
+        return every or effect[1:] not in present if effect.startswith("-") else effect in present
+
+    return any(all(map(holds, case)) for case in function.cases)
 
 
 def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]:

@@ -1,29 +1,29 @@
 """What the kernels and the engine cost: operation counts, growth with n, vector code. Never a wall time."""
 
-import importlib.util
 import platform
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import omniroll
-from omniroll import generated_data
+from omniroll.kernels import building, sets
+from omniroll.kernels.kernel import form
 
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
 NODES = 16  # of a step of the compiled engine
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def operations(set_name, name):
     """Operation counts of a generated function by place: once, wheel, slot, roller."""
-    (found,) = [
-        function["operations"]
-        for function in generated_data.load("kernels")["functions"]
-        if (function["set"], function["name"]) == (set_name, name)
-    ]
+    model = set_name.removesuffix("_sharp")
+    wanted = form(name, model != set_name)
+    (found,) = [f["operations"] for f in sets.functions(model, ()) if f["name"] == wanted]
     return found
 
 
@@ -72,53 +72,66 @@ def test_a_model_without_spins_needs_no_more_than_one_with_them():
     assert costs == sorted(costs)
 
 
-# The batch kernel's object code
+# The libraries' object code
 
 VECTOR_PRODUCT = re.compile(r"\bv?mulpd\b.*%(?P<register>[xyz]mm)\d+")
 SCALAR_PRODUCT = re.compile(r"\bv?mulsd\b")
+FUSED = re.compile(r"\bvfn?m(?:add|sub)\w*")
+REGISTERS = {"x86-64-v3": "ymm", "x86-64-v4": "zmm"}
 
 
 @pytest.fixture(scope="module")
-def batch_code():
-    """The disassembly of reduced_batch of the locked set, {level: text}; compiled as for the package."""
+def disassembled(tmp_path_factory):
+    """The disassembly of a set's engine at a level of vector instructions, {function: its code}."""
     if platform.machine() not in ("x86_64", "AMD64") or platform.system() != "Linux":
         pytest.skip("the object code is looked at on x86-64 Linux only")
-    if shutil.which("objdump") is None:
-        pytest.skip("objdump is not there")
-    spec = importlib.util.find_spec("omniroll._engine") or importlib.util.find_spec("omniroll._shared_engine")
-    if spec is None:
-        pytest.skip("the compiled engine was not built")
-    shown = subprocess.run(["objdump", "-d", "--no-show-raw-insn", spec.origin], capture_output=True, text=True)
+    for tool in ("objdump", "cc"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is not there")
+    folder, known = tmp_path_factory.mktemp("libraries"), {}
+
+    def functions(set_name, level):
+        if (set_name, level) not in known:
+            known[set_name, level] = disassembly(library(set_name, level, folder))
+        return known[set_name, level]
+
+    return functions
+
+
+def library(set_name, level, folder):
+    """The one that was built, where that has the level; else it is compiled now."""
+    built = sets.BUILT / set_name / f"engine-{level}.so"
+    if built.exists():
+        return built
+    place = folder / set_name
+    shutil.copytree(sets.c_folder(set_name, ()), place, dirs_exist_ok=True)
+    building.engine_library(place, sets._engine_sources(), ROOT / "generated/c", level)
+    return place / built.name
+
+
+def disassembly(file):
+    shown = subprocess.run(["objdump", "-d", "--no-show-raw-insn", file], capture_output=True, text=True)
     if shown.returncode != 0:
-        pytest.skip(f"objdump cannot read the module: {shown.stderr.strip()}")
-    return functions(shown.stdout, "omniroll_locked_reduced_batch")
+        pytest.skip(f"objdump cannot read the library: {shown.stderr.strip()}")
+    parts = re.split(r"^[0-9a-f]+ <(.+)>:$", shown.stdout, flags=re.MULTILINE)[1:]
+    return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
-def functions(disassembly, name):
-    """{clone: its code}: the loader chooses between clones of `name`, for instance name.arch_x86_64_v3."""
-    parts = re.split(r"^[0-9a-f]+ <(.+)>:$", disassembly, flags=re.MULTILINE)[1:]
-    code = dict(zip(parts[::2], parts[1::2], strict=True))
-    return {label: text for label, text in code.items() if re.fullmatch(rf"{name}(\.[\w.]+)?", label)}
-
-
-@pytest.mark.parametrize(
-    ("level", "register"), [("arch_x86_64_v3", "ymm"), ("arch_x86_64_v4", "zmm")], ids=["AVX2", "AVX-512"]
-)
-def test_the_batch_kernel_is_vectorised(batch_code, level, register):
-    clones = [text for label, text in batch_code.items() if level in label]
-    if not clones:
-        pytest.skip(f"no clone for {level} in this build: {sorted(batch_code)}")
-    text = "\n".join(clones)
+@pytest.mark.parametrize("level", REGISTERS)
+def test_the_batch_kernel_is_vectorised(disassembled, level):
+    text = "\n".join(code for name, code in disassembled("locked", level).items() if "reduced_batch" in name)
     vectors = [match["register"] for match in VECTOR_PRODUCT.finditer(text)]
     scalars = SCALAR_PRODUCT.findall(text)
-    assert vectors.count(register) > 100, f"{vectors.count(register)} products in {register}"
+    assert vectors.count(REGISTERS[level]) > 100, f"{vectors.count(REGISTERS[level])} products in {REGISTERS[level]}"
     assert len(scalars) < 0.1 * len(vectors), "most of the kernel is scalar"
 
 
-def test_no_level_fuses_products_and_sums(batch_code):
+@pytest.mark.parametrize("set_name, level", [*((name, "x86-64-v4") for name in SETS[:3]), ("locked", "x86-64-v3")])
+def test_no_level_fuses_products_and_sums(disassembled, set_name, level):
     """Fused, results would depend on the machine."""
-    assert batch_code
-    assert not any(re.search(r"\bvfn?m(add|sub)\w*pd\b", text) for text in batch_code.values())
+    code = disassembled(set_name, level)
+    assert {"omniroll_run", "omniroll_nu_from_wheels"} <= code.keys()
+    assert {name: FUSED.findall(text) for name, text in code.items() if FUSED.search(text)} == {}
 
 
 # The engine's evaluations

@@ -34,7 +34,7 @@ def test_the_page_shows_every_picture_and_table(folder):
     text = (folder / "index.html").read_text(encoding="utf-8")
     shown = set(re.findall(r"(?:src|href)=['\"]([^'\"]+)['\"]", text))
     assert shown == {path.name for path in folder.iterdir()} - {"index.html"}
-    assert sum(name.endswith(".png") for name in shown) == 3 + 3 * len(cases.MOTIONS)
+    assert sum(name.endswith(".png") for name in shown) == 3 + 4 * len(cases.MOTIONS)
     assert sum(name.endswith(".csv") for name in shown) == 1 + len(cases.MOTIONS) * len(cases.SETTINGS)
 
 

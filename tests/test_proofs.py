@@ -23,6 +23,16 @@ CALLS = {
     "prove_reduced": "prove_vehicle(2, 3)",
     "sum_of_omega": "map(sum_over_free_with_omega, free_reduced_force)",
     "sum_of_torque": 'yaw_momentum_rate("free")',
+    "prove_vehicle_functions": 'prove_vehicle_functions("free")',
+    "prove_system": 'prove_impacts("locked")',
+    "prove_folded": 'prove_impacts("locked")',
+    "prove_accelerations": 'prove_accelerations("free")',
+    "prove_sharp_functions": 'prove_sharp_functions("locked")',
+    "prove_impacts": 'prove_impacts("free")',
+    "prove_free_functions": 'prove_free_functions("free")',
+    "prove_powers": 'prove_powers("free")',
+    "prove_contact_loss": 'prove_contact_loss("locked")',
+    "prove_free_friction": 'prove_free_friction("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -35,9 +45,14 @@ WRONG = {
     "locked free rollers": "first_three(third(force_parts))",
     "ideal constraints": "on_constraints(dot(ground_force, velocity_on_platform(wheel_place)))",
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
+    "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
+    "reduced": '(run_function("free", "reduced"), system_of(-output("nu_dot", 3)))',
+    "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
+    "reduced_sharp": '(run_function("free", "reduced_sharp"), folded_of(-output("nu_dot", 3)))',
+    "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
-PASS_ON = {"prove", "prove_steps", "prove_exact"}
-NOT_DERIVED = {"machinery/claims", "machinery/effects", "machinery/write_data"}  # chapters without a claim
+PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}
+NOT_DERIVED = {f"machinery/{name}" for name in ("claims", "steps", "effects", "write_data")}  # chapters without a claim
 
 
 def chapters() -> list[str]:
@@ -62,7 +77,7 @@ def statements(text: str) -> list[tuple[str, str]]:
 def claims(statement: str, cover: str) -> list[tuple[str, int, int]]:
     """(proof's name, where its text starts and ends) for each proof of a statement."""
     found = []
-    for call in re.finditer(r"\bprove(?:_steps|_exact)?\(", cover):
+    for call in re.finditer(r"\bprove(?:_steps|_exact|_whole)?\(", cover):
         depth, end = 0, call.end() - 1
         while True:
             depth += {"(": 1, ")": -1}.get(cover[end], 0)
@@ -109,12 +124,12 @@ def questions() -> list[tuple[str, list[str]]]:
             defined = re.match(r"\s*(\w+)\([^()]*\)\s*:=", cover)
             for name, start, end in claims(statement, cover) if not defined or defined[1] not in PASS_ON else []:
                 mutants = flips(statement, cover, start, end)
-                if defined:
+                if name in WRONG:
+                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
+                elif defined:
                     call = CALLS.get(defined[1])
                     assert call, f"{chapter}: no way to ask the proof in {defined[1]}; add it to CALLS"
                     mutants = [in_place_of(f"({mutant}, {call})", statement) for mutant in mutants]
-                elif name in WRONG:
-                    mutants = [f'prove("{name}", "asked of the wrong thing", {WRONG[name]})']
                 else:
                     mutants += upstream(before, statement)
                 asked.append((name, mutants))
@@ -132,7 +147,8 @@ def test_every_proof_fails_under_one_changed_sign(tmp_path):
     lines = [line for line in lines if "brute_force" not in line]
     brute = (ROOT / "maxima/paper/brute_force.mac").read_text()
     (tmp_path / "brute_force.mac").write_text(re.sub(r"for vehicle_ in .*\$", "", brute))
-    lines.insert(-1, f'load("{tmp_path}/brute_force.mac")$')
+    lines.append(f'load("{tmp_path}/brute_force.mac")$')
+    lines.append("group(name, steps) := [['group, name, steps]]$")  # a changed group is no other group of its name
     for number, (_, mutants) in enumerate(asked):
         for mutant in mutants:
             lines.append(

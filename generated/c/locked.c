@@ -10,7 +10,7 @@
  */
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
-void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
+void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_model *model)
 {
     const int wheels = vehicle->wheels;
     const omniroll_real N = OMNIROLL_NUMBER(vehicle->wheels);
@@ -53,15 +53,25 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model->wheel[i].cos_alpha = cos_alpha;
-        model->wheel[i].sin_alpha = sin_alpha;
+        wheel[i].cos_alpha = cos_alpha;
+        wheel[i].sin_alpha = sin_alpha;
     }
     const omniroll_real m0_11 = J*g11 + mass_R2;
     const omniroll_real m0_12 = J*g12;
     const omniroll_real m0_13 = J*g13;
     const omniroll_real m0_22 = J*g22 + mass_R2;
     const omniroll_real m0_23 = J*g23;
-    const omniroll_real m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J*g33;
+    const omniroll_real J_g33 = J*g33;
+    const omniroll_real m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J_g33;
+    const omniroll_real inv_m0_11 = 1/m0_11;
+    const omniroll_real start_u12 = m0_12*inv_m0_11;
+    const omniroll_real start_u13 = m0_13*inv_m0_11;
+    const omniroll_real start_d2 = m0_22 - m0_12*start_u12;
+    const omniroll_real start_23 = m0_23 - m0_12*start_u13;
+    const omniroll_real start_u23 = start_23/start_d2;
+    const omniroll_real bare_over_scale = inverse_yaw_scale*bare_yaw;
+    const omniroll_real start_33 = J_g33 + inverse_yaw_scale*bare_over_scale;
+    const omniroll_real start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23;
     omniroll_real last_alpha = OMNIROLL_NUMBER(0);
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
@@ -69,11 +79,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
     }
     const omniroll_real last_cosine = omniroll_cos(last_alpha);
     const omniroll_real last_sine = omniroll_sin(last_alpha);
-    omniroll_real s_aa = OMNIROLL_NUMBER(0);
     omniroll_real s_ax = OMNIROLL_NUMBER(0);
     omniroll_real s_ay = OMNIROLL_NUMBER(0);
-    omniroll_real sum_short = OMNIROLL_NUMBER(0);
-    omniroll_real sum_side = OMNIROLL_NUMBER(0);
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
         const omniroll_real bearing = alpha - last_alpha;
@@ -81,25 +88,22 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         const omniroll_real bearing_half_sine = omniroll_sin(t2);
         const omniroll_real bearing_sine = 2*bearing_half_sine*omniroll_cos(t2);
         const omniroll_real bearing_versine = 2*bearing_half_sine*bearing_half_sine;
-        s_aa += OMNIROLL_NUMBER(1);
         s_ax += bearing_sine;
         s_ay += bearing_versine;
-        sum_short += bearing_versine;
-        sum_side += bearing_sine;
-        model->wheel[i].bearing_sine = bearing_sine;
-        model->wheel[i].bearing_versine = bearing_versine;
-        model->wheel[i].place_short = bearing_versine;
-        model->wheel[i].place_side = bearing_sine;
+        wheel[i].bearing_sine = bearing_sine;
+        wheel[i].bearing_versine = bearing_versine;
     }
     const omniroll_real inverse_wheels = 1/N;
-    const omniroll_real mean_arms = s_aa*inverse_wheels;
-    const omniroll_real inverse_arms = inverse_wheels/mean_arms;
-    const omniroll_real share_x = s_ax*inverse_arms;
-    const omniroll_real share_y = s_ay*inverse_arms;
-    const omniroll_real mean_short = sum_short*inverse_wheels;
-    const omniroll_real mean_side = sum_side*inverse_wheels;
-    model->half_rollers = half_rollers;
+    const omniroll_real share_x = s_ax*inverse_wheels;
+    const omniroll_real share_y = s_ay*inverse_wheels;
     model->B = B;
+    model->start_d1 = m0_11;
+    model->start_d2 = start_d2;
+    model->start_d3 = start_d3;
+    model->start_u12 = start_u12;
+    model->start_u13 = start_u13;
+    model->start_u23 = start_u23;
+    model->half_rollers = half_rollers;
     model->inverse_yaw_scale = inverse_yaw_scale;
     model->R = R;
     model->l = l;
@@ -117,13 +121,10 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
     model->m0_23 = m0_23;
     model->m0_33 = m0_33;
     model->inverse_wheels = inverse_wheels;
-    model->inverse_arms = inverse_arms;
     model->last_cosine = last_cosine;
     model->last_sine = last_sine;
     model->share_x = share_x;
     model->share_y = share_y;
-    model->mean_short = mean_short;
-    model->mean_side = mean_side;
 }
 
 /* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
@@ -269,13 +270,13 @@ void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, cons
     const omniroll_real nu_1 = nu[0];
     const omniroll_real nu_2 = nu[1];
     const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     omniroll_real m11 = m0_11;
     omniroll_real m12 = m0_12;
     omniroll_real m13 = m0_13;
     omniroll_real m22 = m0_22;
     omniroll_real m23 = m0_23;
     omniroll_real m33 = m0_33;
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     const omniroll_real coriolis_nu_3 = coriolis*nu_3;
     omniroll_real f1 = coriolis_nu_3*nu_2;
     omniroll_real f2 = -coriolis_nu_3*nu_1;
@@ -364,13 +365,13 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     const omniroll_real nu_dot_1 = nu_dot[0];
     const omniroll_real nu_dot_2 = nu_dot[1];
     const omniroll_real nu_dot_3 = nu_dot[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     omniroll_real m11 = m0_11;
     omniroll_real m12 = m0_12;
     omniroll_real m13 = m0_13;
     omniroll_real m22 = m0_22;
     omniroll_real m23 = m0_23;
     omniroll_real m33 = m0_33;
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     const omniroll_real coriolis_nu_3 = coriolis*nu_3;
     omniroll_real f1 = coriolis_nu_3*nu_2;
     omniroll_real f2 = -coriolis_nu_3*nu_1;
@@ -443,13 +444,13 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real nu_1 = nu[0];
     const omniroll_real nu_2 = nu[1];
     const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     omniroll_real m11 = m0_11;
     omniroll_real m12 = m0_12;
     omniroll_real m13 = m0_13;
     omniroll_real m22 = m0_22;
     omniroll_real m23 = m0_23;
     omniroll_real m33 = m0_33;
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
     const omniroll_real coriolis_nu_3 = coriolis*nu_3;
     omniroll_real f1 = coriolis_nu_3*nu_2;
     omniroll_real f2 = -coriolis_nu_3*nu_1;
@@ -505,12 +506,12 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real d33 = m33 - m13*u13 - d23*u23;
     const omniroll_real z2 = f2 - f1*u12;
     const omniroll_real z3 = f3 - f1*u13 - u23*z2;
-    const omniroll_real nu_dot_3 = z3/d33;
-    const omniroll_real nu_dot_2 = pivot_2*z2 - u23*nu_dot_3;
-    const omniroll_real nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3;
-    nu_dot[0] = nu_dot_1;
-    nu_dot[1] = nu_dot_2;
-    nu_dot[2] = nu_dot_3;
+    const omniroll_real x_3 = z3/d33;
+    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
+    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
 }
 
 /* Kinetic energy, a sum of squares. Equations: (3.2). */
@@ -518,8 +519,8 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
                      omniroll_real *energy)
 {
     const int wheels = model->wheels;
-    const omniroll_real half_rollers = model->half_rollers;
     const omniroll_real B = model->B;
+    const omniroll_real half_rollers = model->half_rollers;
     const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
     const omniroll_real R = model->R;
     const omniroll_real l = model->l;
@@ -560,6 +561,242 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
         twice += B_yaw_rate_sq*(half_rollers - sine*sine);
     }
     *energy = twice/2;
+}
+
+/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). */
+void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                            omniroll_real *nu_dot)
+{
+    const int wheels = model->wheels;
+    const omniroll_real B = model->B;
+    const omniroll_real start_d1 = model->start_d1;
+    const omniroll_real start_d2 = model->start_d2;
+    const omniroll_real start_d3 = model->start_d3;
+    const omniroll_real start_u12 = model->start_u12;
+    const omniroll_real start_u13 = model->start_u13;
+    const omniroll_real start_u23 = model->start_u23;
+    const omniroll_real half_rollers = model->half_rollers;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real coriolis = model->coriolis;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    omniroll_real d1 = start_d1;
+    omniroll_real d2 = start_d2;
+    omniroll_real d3 = start_d3;
+    omniroll_real u12 = start_u12;
+    omniroll_real u13 = start_u13;
+    omniroll_real u23 = start_u23;
+    omniroll_real t1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3 = OMNIROLL_NUMBER(0);
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
+    omniroll_real f1 = coriolis_nu_3*nu_2;
+    omniroll_real f2 = -coriolis_nu_3*nu_1;
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t5 = 2*l;
+    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
+    const omniroll_real t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real t4 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t4);
+        const omniroll_real half_cosine = omniroll_cos(t4);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t5*width;
+        const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real rolling = along*inverse_rho;
+        const omniroll_real R_inverse_rho = R*inverse_rho;
+        const omniroll_real row_1 = R_inverse_rho*cos_alpha;
+        const omniroll_real row_2 = R_inverse_rho*sin_alpha;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const omniroll_real turning = yaw_rate*cosine*wheel_rate;
+        const omniroll_real drift = stretch + turning;
+        const omniroll_real couple = B*cosine*rolling;
+        const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
+        const omniroll_real momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        f3 += B*sine_3*turning;
+        const omniroll_real target = -drift;
+        const omniroll_real fold_d1 = B*row_1*row_1 + d1;
+        const omniroll_real inv_fold_d1 = 1/fold_d1;
+        const omniroll_real kept_1 = d1*inv_fold_d1;
+        const omniroll_real gain_1 = B*row_1*inv_fold_d1;
+        const omniroll_real fold_weight_2 = B*kept_1;
+        const omniroll_real fold_2 = row_2 - u12*row_1;
+        const omniroll_real fold_3 = sine_3 - u13*row_1;
+        const omniroll_real fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const omniroll_real fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const omniroll_real inv_fold_d2 = 1/fold_d2;
+        const omniroll_real kept_2 = d2*inv_fold_d2;
+        const omniroll_real gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const omniroll_real fold_weight_3 = fold_weight_2*kept_2;
+        const omniroll_real fold_33 = fold_3 - u23*fold_2;
+        const omniroll_real fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const omniroll_real fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const omniroll_real inv_fold_d3 = 1/fold_d3;
+        const omniroll_real kept_3 = d3*inv_fold_d3;
+        const omniroll_real gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const omniroll_real locked_yaw = t6*(half_rollers - sine*sine);
+        const omniroll_real fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+    }
+    const omniroll_real z2 = f2 - u12*f1;
+    const omniroll_real z3 = f3 - u13*f1 - u23*z2;
+    const omniroll_real x_3 = t3 + z3/d3;
+    const omniroll_real own_2 = t2 + z2/d2;
+    const omniroll_real own_1 = t1 + f1/d1;
+    const omniroll_real x_2 = own_2 - u23*x_3;
+    const omniroll_real x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
+}
+
+/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). */
+void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                  const omniroll_real *chi, omniroll_real *nu_dot)
+{
+    const int wheels = model->wheels;
+    const omniroll_real B = model->B;
+    const omniroll_real start_d1 = model->start_d1;
+    const omniroll_real start_d2 = model->start_d2;
+    const omniroll_real start_d3 = model->start_d3;
+    const omniroll_real start_u12 = model->start_u12;
+    const omniroll_real start_u13 = model->start_u13;
+    const omniroll_real start_u23 = model->start_u23;
+    const omniroll_real half_rollers = model->half_rollers;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real coriolis = model->coriolis;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    omniroll_real d1 = start_d1;
+    omniroll_real d2 = start_d2;
+    omniroll_real d3 = start_d3;
+    omniroll_real u12 = start_u12;
+    omniroll_real u13 = start_u13;
+    omniroll_real u23 = start_u23;
+    omniroll_real t1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3 = OMNIROLL_NUMBER(0);
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
+    omniroll_real f1 = coriolis_nu_3*nu_2;
+    omniroll_real f2 = -coriolis_nu_3*nu_1;
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t5 = 2*l;
+    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
+    const omniroll_real t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real t4 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t4);
+        const omniroll_real half_cosine = omniroll_cos(t4);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t5*width;
+        const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real rolling = along*inverse_rho;
+        const omniroll_real R_inverse_rho = R*inverse_rho;
+        const omniroll_real row_1 = R_inverse_rho*cos_alpha;
+        const omniroll_real row_2 = R_inverse_rho*sin_alpha;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real stretch = l*sine*wheel_rate*inverse_rho*rolling;
+        const omniroll_real turning = yaw_rate*cosine*wheel_rate;
+        const omniroll_real drift = stretch + turning;
+        const omniroll_real couple = B*cosine*rolling;
+        const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
+        const omniroll_real momentum_rate = roll*couple;
+        f1 += sin_alpha*couple_rate;
+        f2 += -cos_alpha*couple_rate;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        f3 += B*sine_3*turning;
+        const omniroll_real target = -drift;
+        const omniroll_real fold_d1 = B*row_1*row_1 + d1;
+        const omniroll_real inv_fold_d1 = 1/fold_d1;
+        const omniroll_real kept_1 = d1*inv_fold_d1;
+        const omniroll_real gain_1 = B*row_1*inv_fold_d1;
+        const omniroll_real fold_weight_2 = B*kept_1;
+        const omniroll_real fold_2 = row_2 - u12*row_1;
+        const omniroll_real fold_3 = sine_3 - u13*row_1;
+        const omniroll_real fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = t1*kept_1 + target*gain_1;
+        const omniroll_real fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const omniroll_real inv_fold_d2 = 1/fold_d2;
+        const omniroll_real kept_2 = d2*inv_fold_d2;
+        const omniroll_real gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const omniroll_real fold_weight_3 = fold_weight_2*kept_2;
+        const omniroll_real fold_33 = fold_3 - u23*fold_2;
+        const omniroll_real fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const omniroll_real fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const omniroll_real inv_fold_d3 = 1/fold_d3;
+        const omniroll_real kept_3 = d3*inv_fold_d3;
+        const omniroll_real gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const omniroll_real locked_yaw = t6*(half_rollers - sine*sine);
+        const omniroll_real fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+    }
+    const omniroll_real z2 = f2 - u12*f1;
+    const omniroll_real z3 = f3 - u13*f1 - u23*z2;
+    const omniroll_real x_3 = t3 + z3/d3;
+    const omniroll_real own_2 = t2 + z2/d2;
+    const omniroll_real own_1 = t1 + f1/d1;
+    const omniroll_real x_2 = own_2 - u23*x_3;
+    const omniroll_real x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
 }
 
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations:
@@ -636,6 +873,107 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
     const omniroll_real x_3 = z3/d33;
     const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
     const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_after[0] = nu_1 + x_1;
+    nu_after[1] = nu_2 + x_2;
+    nu_after[2] = nu_3 + x_3;
+}
+
+/* The same as impact, for sharp tips. Equations: section 4. */
+void omniroll_impact_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                           const omniroll_real *entering, const omniroll_real *leaving,
+                           omniroll_real *nu_after)
+{
+    const int wheels = model->wheels;
+    const omniroll_real B = model->B;
+    const omniroll_real start_d1 = model->start_d1;
+    const omniroll_real start_d2 = model->start_d2;
+    const omniroll_real start_d3 = model->start_d3;
+    const omniroll_real start_u12 = model->start_u12;
+    const omniroll_real start_u13 = model->start_u13;
+    const omniroll_real start_u23 = model->start_u23;
+    const omniroll_real half_rollers = model->half_rollers;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    omniroll_real d1 = start_d1;
+    omniroll_real d2 = start_d2;
+    omniroll_real d3 = start_d3;
+    omniroll_real u12 = start_u12;
+    omniroll_real u13 = start_u13;
+    omniroll_real u23 = start_u23;
+    omniroll_real t1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3 = OMNIROLL_NUMBER(0);
+    omniroll_real f1 = OMNIROLL_NUMBER(0);
+    omniroll_real f2 = OMNIROLL_NUMBER(0);
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t5 = 2*l;
+    const omniroll_real t6 = B*inverse_yaw_scale*inverse_yaw_scale;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real entering_i = entering[i];
+        const omniroll_real leaving_i = leaving[i];
+        const omniroll_real t4 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t4);
+        const omniroll_real half_cosine = omniroll_cos(t4);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t5*width;
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real R_inverse_rho = R*inverse_rho;
+        const omniroll_real row_1 = R_inverse_rho*cos_alpha;
+        const omniroll_real row_2 = R_inverse_rho*sin_alpha;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real fold_d1 = B*row_1*row_1 + d1;
+        const omniroll_real inv_fold_d1 = 1/fold_d1;
+        const omniroll_real kept_1 = d1*inv_fold_d1;
+        const omniroll_real gain_1 = B*row_1*inv_fold_d1;
+        const omniroll_real fold_weight_2 = B*kept_1;
+        const omniroll_real fold_2 = row_2 - u12*row_1;
+        const omniroll_real fold_3 = sine_3 - u13*row_1;
+        const omniroll_real fold_target_2 = entering_i - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1 = entering_i*gain_1 + t1*kept_1;
+        const omniroll_real fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const omniroll_real inv_fold_d2 = 1/fold_d2;
+        const omniroll_real kept_2 = d2*inv_fold_d2;
+        const omniroll_real gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const omniroll_real fold_weight_3 = fold_weight_2*kept_2;
+        const omniroll_real fold_33 = fold_3 - u23*fold_2;
+        const omniroll_real fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const omniroll_real fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const omniroll_real inv_fold_d3 = 1/fold_d3;
+        const omniroll_real kept_3 = d3*inv_fold_d3;
+        const omniroll_real gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+        const omniroll_real locked_yaw = t6*(half_rollers - sine*sine);
+        const omniroll_real fold_yaw = d3 + locked_yaw;
+        t3 = d3*t3/fold_yaw;
+        d3 = fold_yaw;
+        f3 += -B*leaving_i*sine_3;
+    }
+    const omniroll_real z2 = f2 - u12*f1;
+    const omniroll_real z3 = f3 - u13*f1 - u23*z2;
+    const omniroll_real x_3 = t3 + z3/d3;
+    const omniroll_real own_2 = t2 + z2/d2;
+    const omniroll_real own_1 = t1 + f1/d1;
+    const omniroll_real x_2 = own_2 - u23*x_3;
+    const omniroll_real x_1 = own_1 - u12*x_2 - u13*x_3;
     nu_after[0] = nu_1 + x_1;
     nu_after[1] = nu_2 + x_2;
     nu_after[2] = nu_3 + x_3;

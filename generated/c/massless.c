@@ -7,7 +7,7 @@
  */
 
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
-void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
+void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_model *model)
 {
     const int wheels = vehicle->wheels;
     const omniroll_real N = OMNIROLL_NUMBER(vehicle->wheels);
@@ -47,8 +47,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         g22 += g_2*g_2;
         g23 += g_2*g_3;
         g33 += g_3*g_3;
-        model->wheel[i].cos_alpha = cos_alpha;
-        model->wheel[i].sin_alpha = sin_alpha;
+        wheel[i].cos_alpha = cos_alpha;
+        wheel[i].sin_alpha = sin_alpha;
     }
     const omniroll_real m0_11 = J*g11 + mass_R2;
     const omniroll_real m0_12 = J*g12;
@@ -63,11 +63,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
     }
     const omniroll_real last_cosine = omniroll_cos(last_alpha);
     const omniroll_real last_sine = omniroll_sin(last_alpha);
-    omniroll_real s_aa = OMNIROLL_NUMBER(0);
     omniroll_real s_ax = OMNIROLL_NUMBER(0);
     omniroll_real s_ay = OMNIROLL_NUMBER(0);
-    omniroll_real sum_short = OMNIROLL_NUMBER(0);
-    omniroll_real sum_side = OMNIROLL_NUMBER(0);
     for (int i = 0; i < wheels; i++) {
         const omniroll_real alpha = vehicle->wheel_angles[i];
         const omniroll_real bearing = alpha - last_alpha;
@@ -75,23 +72,14 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
         const omniroll_real bearing_half_sine = omniroll_sin(t2);
         const omniroll_real bearing_sine = 2*bearing_half_sine*omniroll_cos(t2);
         const omniroll_real bearing_versine = 2*bearing_half_sine*bearing_half_sine;
-        s_aa += OMNIROLL_NUMBER(1);
         s_ax += bearing_sine;
         s_ay += bearing_versine;
-        sum_short += bearing_versine;
-        sum_side += bearing_sine;
-        model->wheel[i].bearing_sine = bearing_sine;
-        model->wheel[i].bearing_versine = bearing_versine;
-        model->wheel[i].place_short = bearing_versine;
-        model->wheel[i].place_side = bearing_sine;
+        wheel[i].bearing_sine = bearing_sine;
+        wheel[i].bearing_versine = bearing_versine;
     }
     const omniroll_real inverse_wheels = 1/N;
-    const omniroll_real mean_arms = s_aa*inverse_wheels;
-    const omniroll_real inverse_arms = inverse_wheels/mean_arms;
-    const omniroll_real share_x = s_ax*inverse_arms;
-    const omniroll_real share_y = s_ay*inverse_arms;
-    const omniroll_real mean_short = sum_short*inverse_wheels;
-    const omniroll_real mean_side = sum_side*inverse_wheels;
+    const omniroll_real share_x = s_ax*inverse_wheels;
+    const omniroll_real share_y = s_ay*inverse_wheels;
     model->inverse_yaw_scale = inverse_yaw_scale;
     model->R = R;
     model->l = l;
@@ -109,13 +97,10 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_model *model)
     model->m0_23 = m0_23;
     model->m0_33 = m0_33;
     model->inverse_wheels = inverse_wheels;
-    model->inverse_arms = inverse_arms;
     model->last_cosine = last_cosine;
     model->last_sine = last_sine;
     model->share_x = share_x;
     model->share_y = share_y;
-    model->mean_short = mean_short;
-    model->mean_side = mean_side;
 }
 
 /* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
@@ -180,7 +165,7 @@ void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *c
     const int wheels = model->wheels;
     const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
     const omniroll_real R_over_l = model->R_over_l;
-    const omniroll_real inverse_arms = model->inverse_arms;
+    const omniroll_real inverse_wheels = model->inverse_wheels;
     const omniroll_real last_cosine = model->last_cosine;
     const omniroll_real last_sine = model->last_sine;
     const omniroll_real share_x = model->share_x;
@@ -200,7 +185,7 @@ void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *c
         s_xy += x*y;
         s_xm += chi_dot_i*x;
     }
-    const omniroll_real first_a = inverse_arms*s_am;
+    const omniroll_real first_a = inverse_wheels*s_am;
     const omniroll_real inv_s_xx = 1/s_xx;
     const omniroll_real tilt = s_xy*inv_s_xx;
     const omniroll_real first_x = s_xm*inv_s_xx;
@@ -245,8 +230,8 @@ void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real 
     const omniroll_real inverse_wheels = model->inverse_wheels;
     const omniroll_real last_cosine = model->last_cosine;
     const omniroll_real last_sine = model->last_sine;
-    const omniroll_real mean_short = model->mean_short;
-    const omniroll_real mean_side = model->mean_side;
+    const omniroll_real share_x = model->share_x;
+    const omniroll_real share_y = model->share_y;
     omniroll_real f_1 = OMNIROLL_NUMBER(0);
     omniroll_real f_2 = OMNIROLL_NUMBER(0);
     omniroll_real f_3 = OMNIROLL_NUMBER(0);
@@ -258,8 +243,6 @@ void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real 
         const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
         const omniroll_real bearing_sine = model->wheel[i].bearing_sine;
         const omniroll_real bearing_versine = model->wheel[i].bearing_versine;
-        const omniroll_real place_short = model->wheel[i].place_short;
-        const omniroll_real place_side = model->wheel[i].place_side;
         const omniroll_real chi_i = chi[i];
         const omniroll_real chi_dot_i = chi_dot[i];
         const omniroll_real contact_spin_i = contact_spin[i];
@@ -269,8 +252,8 @@ void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real 
         const omniroll_real width = below*above;
         const omniroll_real rho = tip + t1*width;
         const omniroll_real rolled = inv_l*contact_spin_i*rho;
-        const omniroll_real shorter = place_short - mean_short;
-        const omniroll_real aside = place_side - mean_side;
+        const omniroll_real shorter = bearing_versine - share_y;
+        const omniroll_real aside = bearing_sine - share_x;
         const omniroll_real bearing_cosine = 1 - bearing_versine;
         const omniroll_real own_wheel = bearing_sine*aside - shorter*bearing_cosine;
         const omniroll_real own_roller = bearing_sine*shorter + aside*bearing_cosine;
@@ -280,9 +263,9 @@ void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real 
         s_33 += own_wheel*own_wheel + own_roller*own_roller;
     }
     const omniroll_real turn = -f_3/s_33;
-    const omniroll_real t2 = 1 - mean_short;
-    const omniroll_real mean_cosine = last_cosine*t2 - last_sine*mean_side;
-    const omniroll_real mean_sine = last_cosine*mean_side + last_sine*t2;
+    const omniroll_real t2 = 1 - share_y;
+    const omniroll_real mean_cosine = last_cosine*t2 - last_sine*share_x;
+    const omniroll_real mean_sine = last_cosine*share_x + last_sine*t2;
     const omniroll_real inv_R_over_l = 1/R_over_l;
     const omniroll_real x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l;
     const omniroll_real x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l;
@@ -436,7 +419,7 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
     const int wheels = model->wheels;
     const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
     const omniroll_real R_over_l = model->R_over_l;
-    const omniroll_real inverse_arms = model->inverse_arms;
+    const omniroll_real inverse_wheels = model->inverse_wheels;
     const omniroll_real last_cosine = model->last_cosine;
     const omniroll_real last_sine = model->last_sine;
     const omniroll_real share_x = model->share_x;
@@ -473,7 +456,7 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
         s_rr += rest*rest;
         s_xr += x*rest;
     }
-    const omniroll_real torque_a = inverse_arms*asked_a;
+    const omniroll_real torque_a = inverse_wheels*asked_a;
     const omniroll_real asked_rest = asked_y - asked_x*tilt;
     const omniroll_real torque_rest = asked_rest/s_rr;
     const omniroll_real torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx;
@@ -522,12 +505,12 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real d33 = m33 - m13*u13 - d23*u23;
     const omniroll_real z2 = f2 - f1*u12;
     const omniroll_real z3 = f3 - f1*u13 - u23*z2;
-    const omniroll_real nu_dot_3 = z3/d33;
-    const omniroll_real nu_dot_2 = pivot_2*z2 - u23*nu_dot_3;
-    const omniroll_real nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3;
-    nu_dot[0] = nu_dot_1;
-    nu_dot[1] = nu_dot_2;
-    nu_dot[2] = nu_dot_3;
+    const omniroll_real x_3 = z3/d33;
+    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
+    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
+    nu_dot[0] = x_1;
+    nu_dot[1] = x_2;
+    nu_dot[2] = x_3;
 }
 
 /* Kinetic energy, a sum of squares. Equations: (3.2). */

@@ -29,6 +29,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     wheel_angles[N] [rad]: directions of the wheel axles.
     Returns the model:
       B [kg m^2]: roller inertia.
+      start_d1 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_d2 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_d3 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u12 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u13 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u23 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
+      sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
       inverse_yaw_scale [1]: 1/Lambda.
       R [m]: platform radius.
       l [m]: wheel radius.
@@ -46,34 +54,25 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_23 [kg m^2]: constant part of the mass matrix.
       m0_33 [kg m^2]: constant part of the mass matrix.
       inverse_wheels [1]: 1/N.
-      inverse_arms [1]: 1 over the sum of (arm/R)^2.
       last_cosine [1]: cosine of the last wheel's direction.
       last_sine [1]: sine of the last wheel's direction.
       share_x [1]: part of bearing_sine along the arms.
       share_y [1]: part of arm/R - cos(bearing) along the arms.
-      mean_short [1]: mean of place_short.
-      mean_side [1]: mean of place_side.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
       bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
       bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
-      place_short[N] [1]: 1 - place of the wheel along the last wheel's axle, over R.
-      place_side[N] [1]: place of the wheel across the last wheel's axle, over R.
-      cos_kappa[n-1] [1]: cosine of a free roller's place on its disk.
-      sin_kappa[n-1] [1]: sine of a free roller's place on its disk.
-    Operations: once 6 add, 30 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 61.
+    Operations: once 11 add, 35 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot
+    4 add, 12 mul, 5 sincos. Intermediates: 64.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
+    model.cos_kappa = [None] * (rollers_per_wheel - 1)
+    model.sin_kappa = [None] * (rollers_per_wheel - 1)
     model.cos_alpha = [None] * wheels
     model.sin_alpha = [None] * wheels
     model.bearing_sine = [None] * wheels
     model.bearing_versine = [None] * wheels
-    model.place_short = [None] * wheels
-    model.place_side = [None] * wheels
-    model.cos_kappa = [None] * (rollers_per_wheel - 1)
-    model.sin_kappa = [None] * (rollers_per_wheel - 1)
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
     pi = circle_ratio(like)
@@ -123,18 +122,25 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     m0_13 = J*g13
     m0_22 = J*g22 + mass_R2
     m0_23 = J*g23
-    m0_33 = J*g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw
+    J_g33 = J*g33
+    m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw
+    inv_m0_11 = 1/m0_11
+    start_u12 = m0_12*inv_m0_11
+    start_u13 = m0_13*inv_m0_11
+    start_d2 = m0_22 - m0_12*start_u12
+    start_23 = m0_23 - m0_12*start_u13
+    start_u23 = start_23/start_d2
+    bare_over_scale = inverse_yaw_scale*bare_yaw
+    start_33 = J_g33 + inverse_yaw_scale*bare_over_scale
+    start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23
     last_alpha = 0
     for i in range(wheels):
         alpha = wheel_angles[i]
         last_alpha = alpha
     last_cosine = cos(last_alpha)
     last_sine = sin(last_alpha)
-    s_aa = 0
     s_ax = 0
     s_ay = 0
-    sum_short = 0
-    sum_side = 0
     for i in range(wheels):
         alpha = wheel_angles[i]
         bearing = alpha - last_alpha
@@ -142,22 +148,13 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         bearing_half_sine = sin(t3)
         bearing_sine = 2*bearing_half_sine*cos(t3)
         bearing_versine = 2*bearing_half_sine*bearing_half_sine
-        s_aa = s_aa + 1
         s_ax = s_ax + bearing_sine
         s_ay = s_ay + bearing_versine
-        sum_short = sum_short + bearing_versine
-        sum_side = sum_side + bearing_sine
         model.bearing_sine[i] = bearing_sine
         model.bearing_versine[i] = bearing_versine
-        model.place_short[i] = bearing_versine
-        model.place_side[i] = bearing_sine
     inverse_wheels = 1/N
-    mean_arms = s_aa*inverse_wheels
-    inverse_arms = inverse_wheels/mean_arms
-    share_x = s_ax*inverse_arms
-    share_y = s_ay*inverse_arms
-    mean_short = sum_short*inverse_wheels
-    mean_side = sum_side*inverse_wheels
+    share_x = s_ax*inverse_wheels
+    share_y = s_ay*inverse_wheels
     joint_quarter = pi_per_n/4
     joint_half = t1
     t4 = 2*n
@@ -175,6 +172,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         model.cos_kappa[j] = cos_kappa
         model.sin_kappa[j] = sin_kappa
     model.B = B
+    model.start_d1 = m0_11
+    model.start_d2 = start_d2
+    model.start_d3 = start_d3
+    model.start_u12 = start_u12
+    model.start_u13 = start_u13
+    model.start_u23 = start_u23
     model.inverse_yaw_scale = inverse_yaw_scale
     model.R = R
     model.l = l
@@ -192,13 +195,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.m0_23 = m0_23
     model.m0_33 = m0_33
     model.inverse_wheels = inverse_wheels
-    model.inverse_arms = inverse_arms
     model.last_cosine = last_cosine
     model.last_sine = last_sine
     model.share_x = share_x
     model.share_y = share_y
-    model.mean_short = mean_short
-    model.mean_side = mean_side
     return model
 
 
@@ -250,12 +250,12 @@ def mass_matrix(model, chi):
         sine_3 = inverse_yaw_scale*sine
         inertia_1 = B*row_1
         inertia_2 = B*row_2
+        inertia_3 = B*sine_3
         m11 = m11 + row_1*inertia_1
         m12 = m12 + row_2*inertia_1
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
     matrix[0][0] = m11
     matrix[0][1] = m12
@@ -373,13 +373,13 @@ def reduced(model, nu, chi, momenta):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -417,12 +417,12 @@ def reduced(model, nu, chi, momenta):
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         inertia_1 = B*row_1
         inertia_2 = B*row_2
+        inertia_3 = B*sine_3
         m11 = m11 + row_1*inertia_1
         m12 = m12 + row_2*inertia_1
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
@@ -482,13 +482,13 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     nu_dot_1 = nu_dot[0]
     nu_dot_2 = nu_dot[1]
     nu_dot_3 = nu_dot[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -525,12 +525,12 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
         drift = stretch + turning
         inertia_1 = B*row_1
         inertia_2 = B*row_2
+        inertia_3 = B*sine_3
         m11 = m11 + row_1*inertia_1
         m12 = m12 + row_2*inertia_1
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
         couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         couple_rate = R_over_l_yaw_rate*couple
@@ -555,7 +555,7 @@ def accelerations(model, nu, chi, spins):
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
     Operations: once 10 add, 22 mul, 4 div; per wheel 25 add, 55 mul, 1 div, 4 sincos; per free roller 5 add,
-    8 mul. Intermediates: 66.
+    8 mul. Intermediates: 67.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -576,13 +576,13 @@ def accelerations(model, nu, chi, spins):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -625,12 +625,12 @@ def accelerations(model, nu, chi, spins):
         couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
         inertia_1 = B*row_1
         inertia_2 = B*row_2
+        inertia_3 = B*sine_3
         m11 = m11 + row_1*inertia_1
         m12 = m12 + row_2*inertia_1
         m13 = m13 + sine_3*inertia_1
         m22 = m22 + row_2*inertia_2
         m23 = m23 + sine_3*inertia_2
-        inertia_3 = B*sine_3
         m33 = m33 + sine_3*inertia_3
         couple_rate = R_over_l_yaw_rate*couple
         momentum_rate = roll*couple
@@ -647,13 +647,13 @@ def accelerations(model, nu, chi, spins):
     d33 = m33 - m13*u13 - d23*u23
     z2 = f2 - f1*u12
     z3 = f3 - f1*u13 - u23*z2
-    nu_dot_3 = z3/d33
-    nu_dot_2 = pivot_2*z2 - u23*nu_dot_3
-    nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3
-    nu_dot[0] = nu_dot_1
-    nu_dot[1] = nu_dot_2
-    nu_dot[2] = nu_dot_3
-    t4 = inverse_yaw_scale*nu_dot_3
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
+    t4 = inverse_yaw_scale*x_3
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
@@ -671,7 +671,8 @@ def accelerations(model, nu, chi, spins):
             sin_kappa = model.sin_kappa[j]
             free_sine = sine*cos_kappa + cosine*sin_kappa
             free_cosine = cosine*cos_kappa - sine*sin_kappa
-            spins_dot[i][j] = -t4*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine
+            spins_dot[i][j] = free_spin_dot
     return nu_dot, spins_dot
 
 
@@ -735,93 +736,275 @@ def energy(model, nu, chi, spins):
     return energy
 
 
-def impact(model, nu, chi, entering, leaving):
-    """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
+def reduced_sharp(model, nu, chi, momenta):
+    """The same as reduced, for sharp tips.
 
-    Equations: section 4.
+    Equations: (3.1), (3.4).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
-    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
-    no switch is.
-    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
-    is.
+    momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
+    rollers.
     Returns:
-      nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39.
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+    Operations: once 9 add, 12 mul, 6 div; per wheel 28 add, 71 mul, 4 div, 2 sincos. Intermediates: 68.
     """
-    nu_after = [None] * 3
+    nu_dot = [None] * 3
     B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
     inverse_yaw_scale = model.inverse_yaw_scale
     R = model.R
     l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
     tip = model.tip
     joint_sine = model.joint_sine
-    m0_11 = model.m0_11
-    m0_12 = model.m0_12
-    m0_13 = model.m0_13
-    m0_22 = model.m0_22
-    m0_23 = model.m0_23
-    m0_33 = model.m0_33
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    m11 = m0_11
-    m12 = m0_12
-    m13 = m0_13
-    m22 = m0_22
-    m23 = m0_23
-    m33 = m0_33
-    f1 = 0
-    f2 = 0
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
     f3 = 0
-    t2 = 2*l
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
     for i in range(model.wheels):
         cos_alpha = model.cos_alpha[i]
         sin_alpha = model.sin_alpha[i]
         chi_i = chi[i]
-        entering_i = entering[i]
-        t1 = chi_i/2
-        half_sine = sin(t1)
-        half_cosine = cos(t1)
+        momentum_cos = momenta[i][0]
+        momentum_sin = momenta[i][1]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
         sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
         below = joint_sine - half_sine
         above = joint_sine + half_sine
         width = below*above
-        rho = tip + t2*width
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        axial = yaw_rate*sine + rolling
         R_inverse_rho = R*inverse_rho
         row_1 = R_inverse_rho*cos_alpha
         row_2 = R_inverse_rho*sin_alpha
         sine_3 = inverse_yaw_scale*sine
-        inertia_1 = B*row_1
-        inertia_2 = B*row_2
-        m11 = m11 + row_1*inertia_1
-        m12 = m12 + row_2*inertia_1
-        m13 = m13 + sine_3*inertia_1
-        m22 = m22 + row_2*inertia_2
-        m23 = m23 + sine_3*inertia_2
-        inertia_3 = B*sine_3
-        m33 = m33 + sine_3*inertia_3
-        f1 = f1 + entering_i*inertia_1
-        f2 = f2 + entering_i*inertia_2
-        f3 = f3 + inertia_3*entering_i
-    pivot_1 = 1/m11
-    u12 = m12*pivot_1
-    u13 = m13*pivot_1
-    d22 = m22 - m12*u12
-    d23 = m23 - m12*u13
-    pivot_2 = 1/d22
-    u23 = d23*pivot_2
-    d33 = m33 - m13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
-    x_3 = z3/d33
-    x_2 = pivot_2*z2 - u23*x_3
-    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
-    nu_after[0] = nu_1 + x_1
-    nu_after[1] = nu_2 + x_2
-    nu_after[2] = nu_3 + x_3
-    return nu_after
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        target = -drift
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = target - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
+    return nu_dot
+
+
+def accelerations_sharp(model, nu, chi, spins):
+    """The same as accelerations, for sharp tips.
+
+    Equations: (3.1), (3.4).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
+    Operations: once 9 add, 13 mul, 6 div; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free roller 5 add, 8
+    mul. Intermediates: 81.
+    """
+    nu_dot = [None] * 3
+    spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        target = -drift
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = target - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
+    t7 = inverse_yaw_scale*x_3
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        t6 = chi_i/2
+        half_sine = sin(t6)
+        half_cosine = cos(t6)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            free_cosine = cosine*cos_kappa - sine*sin_kappa
+            free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
+            spins_dot[i][j] = free_spin_dot
+    return nu_dot, spins_dot
 
 
 def contact_axial(model, nu, chi):
@@ -906,7 +1089,7 @@ def spins_from_axial(model, nu, chi, axial):
     axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
     Returns:
       spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
-    Operations: once 1 mul; per wheel 1 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 7.
+    Operations: once 1 mul; per wheel 1 add, 6 mul, 2 sincos; per free roller 2 add, 3 mul. Intermediates: 8.
     """
     spins = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
     inverse_yaw_scale = model.inverse_yaw_scale
@@ -924,7 +1107,8 @@ def spins_from_axial(model, nu, chi, axial):
             sin_kappa = model.sin_kappa[j]
             free_axial = axial[i][j]
             free_sine = sine*cos_kappa + cosine*sin_kappa
-            spins[i][j] = free_axial - yaw_rate*free_sine
+            free_spin = free_axial - yaw_rate*free_sine
+            spins[i][j] = free_spin
     return spins
 
 
@@ -952,3 +1136,194 @@ def momenta(model, axial):
         momenta[i][0] = B*axial_cos
         momenta[i][1] = B*axial_sin
     return momenta
+
+
+def impact(model, nu, chi, entering, leaving):
+    """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
+
+    Equations: section 4.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
+    no switch is.
+    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
+    is.
+    Returns:
+      nu_after[3] [1/s]: quasi-velocities after the switch.
+    Operations: once 13 add, 16 mul, 4 div; per wheel 12 add, 21 mul, 1 div, 2 sincos. Intermediates: 39.
+    """
+    nu_after = [None] * 3
+    B = model.B
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    m0_11 = model.m0_11
+    m0_12 = model.m0_12
+    m0_13 = model.m0_13
+    m0_22 = model.m0_22
+    m0_23 = model.m0_23
+    m0_33 = model.m0_33
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    m11 = m0_11
+    m12 = m0_12
+    m13 = m0_13
+    m22 = m0_22
+    m23 = m0_23
+    m33 = m0_33
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    t2 = 2*l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        entering_i = entering[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t2*width
+        inverse_rho = 1/rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        inertia_1 = B*row_1
+        inertia_2 = B*row_2
+        inertia_3 = B*sine_3
+        m11 = m11 + row_1*inertia_1
+        m12 = m12 + row_2*inertia_1
+        m13 = m13 + sine_3*inertia_1
+        m22 = m22 + row_2*inertia_2
+        m23 = m23 + sine_3*inertia_2
+        m33 = m33 + sine_3*inertia_3
+        f1 = f1 + entering_i*inertia_1
+        f2 = f2 + entering_i*inertia_2
+        f3 = f3 + inertia_3*entering_i
+    pivot_1 = 1/m11
+    u12 = m12*pivot_1
+    u13 = m13*pivot_1
+    d22 = m22 - m12*u12
+    d23 = m23 - m12*u13
+    pivot_2 = 1/d22
+    u23 = d23*pivot_2
+    d33 = m33 - m13*u13 - d23*u23
+    z2 = f2 - f1*u12
+    z3 = f3 - f1*u13 - u23*z2
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_after[0] = nu_1 + x_1
+    nu_after[1] = nu_2 + x_2
+    nu_after[2] = nu_3 + x_3
+    return nu_after
+
+
+def impact_sharp(model, nu, chi, entering, leaving):
+    """The same as impact, for sharp tips.
+
+    Equations: section 4.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
+    no switch is.
+    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
+    is.
+    Returns:
+      nu_after[3] [1/s]: quasi-velocities after the switch.
+    Operations: once 12 add, 7 mul, 6 div; per wheel 17 add, 46 mul, 4 div, 2 sincos. Intermediates: 52.
+    """
+    nu_after = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    t5 = 2*l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        entering_i = entering[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        inverse_rho = 1/rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = entering_i - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = entering_i*gain_1 + t1*kept_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_after[0] = nu_1 + x_1
+    nu_after[1] = nu_2 + x_2
+    nu_after[2] = nu_3 + x_3
+    return nu_after

@@ -29,8 +29,14 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     roller_axis_radius [m]: wheel centre to a roller's axis.
     wheel_angles[N] [rad]: directions of the wheel axles.
     Returns the model:
-      half_rollers [1]: n/2.
       B [kg m^2]: roller inertia.
+      start_d1 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_d2 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_d3 [kg m^2]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u12 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u13 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      start_u23 [1]: for sharp tips: factor of the constant part of the mass matrix.
+      half_rollers [1]: n/2.
       inverse_yaw_scale [1]: 1/Lambda.
       R [m]: platform radius.
       l [m]: wheel radius.
@@ -48,20 +54,15 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       m0_23 [kg m^2]: constant part of the mass matrix.
       m0_33 [kg m^2]: constant part of the mass matrix.
       inverse_wheels [1]: 1/N.
-      inverse_arms [1]: 1 over the sum of (arm/R)^2.
       last_cosine [1]: cosine of the last wheel's direction.
       last_sine [1]: sine of the last wheel's direction.
       share_x [1]: part of bearing_sine along the arms.
       share_y [1]: part of arm/R - cos(bearing) along the arms.
-      mean_short [1]: mean of place_short.
-      mean_side [1]: mean of place_side.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
       bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
       bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
-      place_short[N] [1]: 1 - place of the wheel along the last wheel's axle, over R.
-      place_side[N] [1]: place of the wheel across the last wheel's axle, over R.
-    Operations: once 6 add, 27 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos. Intermediates: 47.
+    Operations: once 11 add, 32 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 50.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -69,8 +70,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.sin_alpha = [None] * wheels
     model.bearing_sine = [None] * wheels
     model.bearing_versine = [None] * wheels
-    model.place_short = [None] * wheels
-    model.place_side = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
     pi = circle_ratio(like)
@@ -118,18 +117,25 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     m0_13 = J*g13
     m0_22 = J*g22 + mass_R2
     m0_23 = J*g23
-    m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J*g33
+    J_g33 = J*g33
+    m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J_g33
+    inv_m0_11 = 1/m0_11
+    start_u12 = m0_12*inv_m0_11
+    start_u13 = m0_13*inv_m0_11
+    start_d2 = m0_22 - m0_12*start_u12
+    start_23 = m0_23 - m0_12*start_u13
+    start_u23 = start_23/start_d2
+    bare_over_scale = inverse_yaw_scale*bare_yaw
+    start_33 = J_g33 + inverse_yaw_scale*bare_over_scale
+    start_d3 = start_33 - m0_13*start_u13 - start_23*start_u23
     last_alpha = 0
     for i in range(wheels):
         alpha = wheel_angles[i]
         last_alpha = alpha
     last_cosine = cos(last_alpha)
     last_sine = sin(last_alpha)
-    s_aa = 0
     s_ax = 0
     s_ay = 0
-    sum_short = 0
-    sum_side = 0
     for i in range(wheels):
         alpha = wheel_angles[i]
         bearing = alpha - last_alpha
@@ -137,24 +143,21 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         bearing_half_sine = sin(t2)
         bearing_sine = 2*bearing_half_sine*cos(t2)
         bearing_versine = 2*bearing_half_sine*bearing_half_sine
-        s_aa = s_aa + 1
         s_ax = s_ax + bearing_sine
         s_ay = s_ay + bearing_versine
-        sum_short = sum_short + bearing_versine
-        sum_side = sum_side + bearing_sine
         model.bearing_sine[i] = bearing_sine
         model.bearing_versine[i] = bearing_versine
-        model.place_short[i] = bearing_versine
-        model.place_side[i] = bearing_sine
     inverse_wheels = 1/N
-    mean_arms = s_aa*inverse_wheels
-    inverse_arms = inverse_wheels/mean_arms
-    share_x = s_ax*inverse_arms
-    share_y = s_ay*inverse_arms
-    mean_short = sum_short*inverse_wheels
-    mean_side = sum_side*inverse_wheels
-    model.half_rollers = half_rollers
+    share_x = s_ax*inverse_wheels
+    share_y = s_ay*inverse_wheels
     model.B = B
+    model.start_d1 = m0_11
+    model.start_d2 = start_d2
+    model.start_d3 = start_d3
+    model.start_u12 = start_u12
+    model.start_u13 = start_u13
+    model.start_u23 = start_u23
+    model.half_rollers = half_rollers
     model.inverse_yaw_scale = inverse_yaw_scale
     model.R = R
     model.l = l
@@ -172,13 +175,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     model.m0_23 = m0_23
     model.m0_33 = m0_33
     model.inverse_wheels = inverse_wheels
-    model.inverse_arms = inverse_arms
     model.last_cosine = last_cosine
     model.last_sine = last_sine
     model.share_x = share_x
     model.share_y = share_y
-    model.mean_short = mean_short
-    model.mean_side = mean_side
     return model
 
 
@@ -343,13 +343,13 @@ def reduced(model, nu, chi):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -445,13 +445,13 @@ def inverse_dynamics(model, nu, chi, nu_dot):
     nu_dot_1 = nu_dot[0]
     nu_dot_2 = nu_dot[1]
     nu_dot_3 = nu_dot[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -530,13 +530,13 @@ def accelerations(model, nu, chi):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    yaw_rate = inverse_yaw_scale*nu_3
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
     m22 = m0_22
     m23 = m0_23
     m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
     coriolis_nu_3 = coriolis*nu_3
     f1 = coriolis_nu_3*nu_2
     f2 = -coriolis_nu_3*nu_1
@@ -591,12 +591,12 @@ def accelerations(model, nu, chi):
     d33 = m33 - m13*u13 - d23*u23
     z2 = f2 - f1*u12
     z3 = f3 - f1*u13 - u23*z2
-    nu_dot_3 = z3/d33
-    nu_dot_2 = pivot_2*z2 - u23*nu_dot_3
-    nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3
-    nu_dot[0] = nu_dot_1
-    nu_dot[1] = nu_dot_2
-    nu_dot[2] = nu_dot_3
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
     return nu_dot
 
 
@@ -610,8 +610,8 @@ def energy(model, nu, chi):
       energy [J]: kinetic energy.
     Operations: once 2 add, 10 mul; per wheel 11 add, 22 mul, 1 div, 2 sincos. Intermediates: 20.
     """
-    half_rollers = model.half_rollers
     B = model.B
+    half_rollers = model.half_rollers
     inverse_yaw_scale = model.inverse_yaw_scale
     R = model.R
     l = model.l
@@ -652,6 +652,254 @@ def energy(model, nu, chi):
         twice = twice + B_yaw_rate_sq*(half_rollers - sine*sine)
     energy = twice/2
     return energy
+
+
+def reduced_sharp(model, nu, chi):
+    """The same as reduced, for sharp tips.
+
+    Equations: (3.1), (3.4).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    Returns:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70.
+    """
+    nu_dot = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    half_rollers = model.half_rollers
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        couple = B*cosine*rolling
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        f3 = f3 + B*sine_3*turning
+        target = -drift
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = target - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
+        fold_yaw = d3 + locked_yaw
+        t3 = d3*t3/fold_yaw
+        d3 = fold_yaw
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
+    return nu_dot
+
+
+def accelerations_sharp(model, nu, chi):
+    """The same as accelerations, for sharp tips.
+
+    Equations: (3.1), (3.4).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    Returns:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70.
+    """
+    nu_dot = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    half_rollers = model.half_rollers
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        couple = B*cosine*rolling
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        f3 = f3 + B*sine_3*turning
+        target = -drift
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = target - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
+        fold_yaw = d3 + locked_yaw
+        t3 = d3*t3/fold_yaw
+        d3 = fold_yaw
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
+    return nu_dot
 
 
 def impact(model, nu, chi, entering, leaving):
@@ -736,6 +984,116 @@ def impact(model, nu, chi, entering, leaving):
     x_3 = z3/d33
     x_2 = pivot_2*z2 - u23*x_3
     x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_after[0] = nu_1 + x_1
+    nu_after[1] = nu_2 + x_2
+    nu_after[2] = nu_3 + x_3
+    return nu_after
+
+
+def impact_sharp(model, nu, chi, entering, leaving):
+    """The same as impact, for sharp tips.
+
+    Equations: section 4.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
+    no switch is.
+    leaving[N] [rad/s]: spin of the leaving roller minus the spin that the model leaves it; 0 where no switch
+    is.
+    Returns:
+      nu_after[3] [1/s]: quasi-velocities after the switch.
+    Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 55.
+    """
+    nu_after = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    half_rollers = model.half_rollers
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    f1 = 0
+    f2 = 0
+    f3 = 0
+    t5 = 2*l
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        entering_i = entering[i]
+        leaving_i = leaving[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        inverse_rho = 1/rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2 = entering_i - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1 = entering_i*gain_1 + t1*kept_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        locked_yaw = t6*(half_rollers - sine*sine)
+        fold_yaw = d3 + locked_yaw
+        t3 = d3*t3/fold_yaw
+        d3 = fold_yaw
+        f3 = f3 + -B*leaving_i*sine_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
     nu_after[0] = nu_1 + x_1
     nu_after[1] = nu_2 + x_2
     nu_after[2] = nu_3 + x_3

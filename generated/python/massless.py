@@ -43,20 +43,15 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
       m0_23 [kg m^2]: constant part of the mass matrix.
       m0_33 [kg m^2]: constant part of the mass matrix.
       inverse_wheels [1]: 1/N.
-      inverse_arms [1]: 1 over the sum of (arm/R)^2.
       last_cosine [1]: cosine of the last wheel's direction.
       last_sine [1]: sine of the last wheel's direction.
       share_x [1]: part of bearing_sine along the arms.
       share_y [1]: part of arm/R - cos(bearing) along the arms.
-      mean_short [1]: mean of place_short.
-      mean_side [1]: mean of place_side.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
       bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
       bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
-      place_short[N] [1]: 1 - place of the wheel along the last wheel's axle, over R.
-      place_side[N] [1]: place of the wheel across the last wheel's axle, over R.
-    Operations: once 5 add, 24 mul, 8 div, 3 sincos; per wheel 12 add, 14 mul, 4 sincos. Intermediates: 45.
+    Operations: once 5 add, 21 mul, 6 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 38.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -64,8 +59,6 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
     model.sin_alpha = [None] * wheels
     model.bearing_sine = [None] * wheels
     model.bearing_versine = [None] * wheels
-    model.place_short = [None] * wheels
-    model.place_side = [None] * wheels
     N = number(wheels, like)
     n = number(rollers_per_wheel, like)
     pi = circle_ratio(like)
@@ -117,11 +110,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
         last_alpha = alpha
     last_cosine = cos(last_alpha)
     last_sine = sin(last_alpha)
-    s_aa = 0
     s_ax = 0
     s_ay = 0
-    sum_short = 0
-    sum_side = 0
     for i in range(wheels):
         alpha = wheel_angles[i]
         bearing = alpha - last_alpha
@@ -129,22 +119,13 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
         bearing_half_sine = sin(t2)
         bearing_sine = 2*bearing_half_sine*cos(t2)
         bearing_versine = 2*bearing_half_sine*bearing_half_sine
-        s_aa = s_aa + 1
         s_ax = s_ax + bearing_sine
         s_ay = s_ay + bearing_versine
-        sum_short = sum_short + bearing_versine
-        sum_side = sum_side + bearing_sine
         model.bearing_sine[i] = bearing_sine
         model.bearing_versine[i] = bearing_versine
-        model.place_short[i] = bearing_versine
-        model.place_side[i] = bearing_sine
     inverse_wheels = 1/N
-    mean_arms = s_aa*inverse_wheels
-    inverse_arms = inverse_wheels/mean_arms
-    share_x = s_ax*inverse_arms
-    share_y = s_ay*inverse_arms
-    mean_short = sum_short*inverse_wheels
-    mean_side = sum_side*inverse_wheels
+    share_x = s_ax*inverse_wheels
+    share_y = s_ay*inverse_wheels
     model.inverse_yaw_scale = inverse_yaw_scale
     model.R = R
     model.l = l
@@ -162,13 +143,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
     model.m0_23 = m0_23
     model.m0_33 = m0_33
     model.inverse_wheels = inverse_wheels
-    model.inverse_arms = inverse_arms
     model.last_cosine = last_cosine
     model.last_sine = last_sine
     model.share_x = share_x
     model.share_y = share_y
-    model.mean_short = mean_short
-    model.mean_side = mean_side
     return model
 
 
@@ -254,7 +232,7 @@ def nu_from_wheels(model, chi_dot):
     nu = [None] * 3
     inverse_yaw_scale = model.inverse_yaw_scale
     R_over_l = model.R_over_l
-    inverse_arms = model.inverse_arms
+    inverse_wheels = model.inverse_wheels
     last_cosine = model.last_cosine
     last_sine = model.last_sine
     share_x = model.share_x
@@ -273,7 +251,7 @@ def nu_from_wheels(model, chi_dot):
         s_xx = s_xx + x*x
         s_xy = s_xy + x*y
         s_xm = s_xm + chi_dot_i*x
-    first_a = inverse_arms*s_am
+    first_a = inverse_wheels*s_am
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
     first_x = s_xm*inv_s_xx
@@ -323,8 +301,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
     inverse_wheels = model.inverse_wheels
     last_cosine = model.last_cosine
     last_sine = model.last_sine
-    mean_short = model.mean_short
-    mean_side = model.mean_side
+    share_x = model.share_x
+    share_y = model.share_y
     f_1 = 0
     f_2 = 0
     f_3 = 0
@@ -336,8 +314,6 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         sin_alpha = model.sin_alpha[i]
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
-        place_short = model.place_short[i]
-        place_side = model.place_side[i]
         chi_i = chi[i]
         chi_dot_i = chi_dot[i]
         contact_spin_i = contact_spin[i]
@@ -347,8 +323,8 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         width = below*above
         rho = tip + t1*width
         rolled = inv_l*contact_spin_i*rho
-        shorter = place_short - mean_short
-        aside = place_side - mean_side
+        shorter = bearing_versine - share_y
+        aside = bearing_sine - share_x
         bearing_cosine = 1 - bearing_versine
         own_wheel = bearing_sine*aside - shorter*bearing_cosine
         own_roller = bearing_sine*shorter + aside*bearing_cosine
@@ -357,9 +333,9 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
         f_3 = f_3 + (chi_dot_i*own_wheel + rolled*own_roller)
         s_33 = s_33 + (own_wheel*own_wheel + own_roller*own_roller)
     turn = -f_3/s_33
-    t2 = 1 - mean_short
-    mean_cosine = last_cosine*t2 - last_sine*mean_side
-    mean_sine = last_cosine*mean_side + last_sine*t2
+    t2 = 1 - share_y
+    mean_cosine = last_cosine*t2 - last_sine*share_x
+    mean_sine = last_cosine*share_x + last_sine*t2
     inv_R_over_l = 1/R_over_l
     x_1 = (inverse_wheels*f_1 + turn*mean_sine)*inv_R_over_l
     x_2 = (inverse_wheels*f_2 - turn*mean_cosine)*inv_R_over_l
@@ -556,7 +532,7 @@ def wheel_torques(model, force):
     torques = [None] * model.wheels
     inverse_yaw_scale = model.inverse_yaw_scale
     R_over_l = model.R_over_l
-    inverse_arms = model.inverse_arms
+    inverse_wheels = model.inverse_wheels
     last_cosine = model.last_cosine
     last_sine = model.last_sine
     share_x = model.share_x
@@ -591,7 +567,7 @@ def wheel_torques(model, force):
         rest = y - tilt*x
         s_rr = s_rr + rest*rest
         s_xr = s_xr + x*rest
-    torque_a = inverse_arms*asked_a
+    torque_a = inverse_wheels*asked_a
     asked_rest = asked_y - asked_x*tilt
     torque_rest = asked_rest/s_rr
     torque_x = (asked_x - s_xr*torque_rest)*inv_s_xx
@@ -646,12 +622,12 @@ def accelerations(model, nu, chi):
     d33 = m33 - m13*u13 - d23*u23
     z2 = f2 - f1*u12
     z3 = f3 - f1*u13 - u23*z2
-    nu_dot_3 = z3/d33
-    nu_dot_2 = pivot_2*z2 - u23*nu_dot_3
-    nu_dot_1 = f1*pivot_1 - u12*nu_dot_2 - u13*nu_dot_3
-    nu_dot[0] = nu_dot_1
-    nu_dot[1] = nu_dot_2
-    nu_dot[2] = nu_dot_3
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_dot[0] = x_1
+    nu_dot[1] = x_2
+    nu_dot[2] = x_3
     return nu_dot
 
 

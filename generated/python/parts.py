@@ -195,3 +195,32 @@ def across_plane(wheels, rollers_per_wheel, gravity_strength, plane_angle):
     """
     gravity_across = gravity_strength*cos(plane_angle)
     return gravity_across
+
+
+def controller_sample(wheels, rollers_per_wheel, rate_errors, error_sums, proportional, integral,
+                      sample_time):
+    """One sample of the wheels' controllers: proportional and integral.
+
+    Equations: (2.2).
+    rate_errors[N] [rad/s]: wheel_speeds of wanted nu - nu.
+    error_sums[N] [rad]: sums of the errors over time, up to the last sample.
+    proportional[N] [1]: gains of the errors, in the output's unit per rad/s.
+    integral[N] [1]: gains of the sums, in the output's unit per rad.
+    sample_time [s]: time between two samples.
+    Returns these, as a tuple:
+      sums_after[N] [rad]: sums of the errors, this sample's among them.
+      control[N] [1]: the controller's outputs, not clipped.
+    Operations: per wheel 2 add, 3 mul. Intermediates: 2.
+    """
+    sums_after = [None] * wheels
+    control = [None] * wheels
+    for i in range(wheels):
+        rate_error = rate_errors[i]
+        error_sum = error_sums[i]
+        proportional_i = proportional[i]
+        integral_gain = integral[i]
+        sum_after = sample_time*rate_error + error_sum
+        control_ = rate_error*proportional_i + integral_gain*sum_after
+        sums_after[i] = sum_after
+        control[i] = control_
+    return sums_after, control

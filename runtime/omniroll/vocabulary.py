@@ -324,6 +324,16 @@ REACTIONS = (
     ),
 )  # fmt: skip
 
+# What the methods of a kernel take; a leading ... stands for any axes, which broadcast.
+
+KERNEL_ARGUMENTS = tuple(
+    derived(name, Numbers(shapes=(("...", *generated_data.load("arguments")["arguments"][name]["shape"]),)))
+    for name in (
+        "nu", "chi", "spins", "axial", "momenta", "pose", "theta", "heading", "chi_dot", "contact_spin", "force",
+        "torque", "damping", "roller_drag", "entering", "leaving", "roller_energy", "momenta_after", "elapsed",
+    )
+)  # fmt: skip
+
 
 def documented(*entries: Entry) -> Callable[[Documented], Documented]:
     """A decorator for classes and functions: lines for the entries take the place of {entries} in the docstring.

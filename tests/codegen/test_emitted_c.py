@@ -1,11 +1,18 @@
 """The emitted C compiles as a hostile reviewer would compile it, and agrees with the emitted Python."""
 
-import ctypes
 import importlib
+import json
 import shutil
 import subprocess
+from types import SimpleNamespace
 
+import cffi
 import pytest
+from toy import derivation
+
+from codegen.derivation import Derivation
+from codegen.pair import pair
+from codegen.sharing import share
 
 FLAGS = [
     "-std=c99",
@@ -18,27 +25,50 @@ FLAGS = [
     "-Wshadow",
     "-O2",
 ]
-TYPES = {"double": ([], ctypes.c_double, 2.0**-52), "float": (["-DOMNIROLL_FLOAT"], ctypes.c_float, 2.0**-23),
-         "long double": (["-DOMNIROLL_LONG_DOUBLE"], ctypes.c_longdouble, 2.0**-52)}  # fmt: skip
+TYPES = {"double": ([], "double", 2.0**-52), "float": (["-DOMNIROLL_FLOAT"], "float", 2.0**-23),
+         "long double": (["-DOMNIROLL_LONG_DOUBLE"], "long double", 2.0**-52)}  # fmt: skip
 N, n = 3, 4
 NU, CHI, THETA = [0.25, -0.5, 1.5], [0.125, -0.25, 0.5], 0.75
 SPINS = [[0.5 * i - 0.25 * j for j in range(n - 1)] for i in range(N)]
 MOMENTA = [[0.5, 0.25], [-0.75, 1.0], [0.125, -2.0]]
 
 
+@pytest.fixture(scope="module")
+def files():
+    """The toy's pair."""
+    read = Derivation(json.loads(json.dumps(derivation())))
+    toy = next(s for s in read.sets if s.name == "toy")
+    return pair(toy, [share(f) for f in toy.functions], read.data["bounds"], {}, "omniroll", "omniroll")
+
+
+@pytest.fixture(scope="module")
+def pair_folder(files, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pair")
+    (folder / "omniroll.h").write_text(files.header)
+    (folder / "omniroll.c").write_text(files.source)
+    return folder
+
+
 @pytest.fixture(scope="module", params=[(c, t) for c in ("gcc", "clang") for t in TYPES], ids="-".join)
-def library(request, toy_folder, tmp_path_factory):
-    """(the loaded toy, its real type, its epsilon), for a compiler and a number type."""
+def library(request, files, pair_folder, tmp_path_factory):
+    """(the loaded toy with its model, its epsilon), for a compiler and a number type."""
     compiler, number_type = request.param
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
     macro, real, epsilon = TYPES[number_type]
     file = tmp_path_factory.mktemp("toy") / "toy.so"
-    sources = sorted(map(str, toy_folder.glob("c/omniroll_*.c")))
-    subprocess.run([compiler, *FLAGS, *macro, "-shared", "-fPIC", "-o", file, *sources, "-lm"], check=True)
-    loaded = ctypes.CDLL(str(file))
-    loaded.omniroll_toy_model_size.restype = loaded.omniroll_toy_step_work_size.restype = ctypes.c_size_t
-    return loaded, real, epsilon
+    command = [compiler, *FLAGS, *macro, "-shared", "-fPIC", "-o", file, pair_folder / "omniroll.c", "-lm"]
+    subprocess.run(command, check=True)
+    ffi = cffi.FFI()
+    ffi.cdef(f"typedef {real} omniroll_real;\n{files.declarations}")
+    toy = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(file)))
+    toy.angles = reals(toy, [0.5, 2.5, 4.5])
+    toy.storage = ffi.new("omniroll_wheel[]", N), ffi.new("omniroll_roller[]", n - 1)
+    toy.model, vehicle = ffi.new("omniroll_model *"), ffi.new("omniroll_vehicle *")
+    vehicle.wheels, vehicle.rollers_per_wheel = N, n
+    vehicle.mass, vehicle.length, vehicle.wheel_angles = 2.5, 8.0, toy.angles
+    assert toy.lib.omniroll_prepare(vehicle, *toy.storage, toy.model) == 0
+    return toy, epsilon
 
 
 @pytest.fixture(scope="module")
@@ -50,15 +80,8 @@ def flat(values):
     return [x for v in values for x in flat(v)] if isinstance(values, list | tuple) else [float(values)]
 
 
-def reals(real, values):
-    values = flat(values)
-    return (real * len(values))(*values)
-
-
-def model_of(library, real):
-    model = reals(real, [0.0] * library.omniroll_toy_model_size(N, n))
-    library.omniroll_toy_prepare(N, n, real(2.5), real(8.0), reals(real, [0.5, 2.5, 4.5]), model)
-    return model
+def reals(toy, values):
+    return toy.ffi.new("omniroll_real[]", flat(values))
 
 
 def python_model(python):
@@ -70,44 +93,36 @@ def agree(found, expected, epsilon):
 
 
 def test_model(library, python):
-    loaded, real, epsilon = library
-    assert loaded.omniroll_toy_model_size(N, n) == 2 + 2 * N + (n - 1)
-    m = python_model(python)
+    toy, epsilon = library
+    m, model = python_model(python), toy.model
+    assert (model.wheels, model.rollers_per_wheel) == (N, n)
+    found = [model.gain, model.l, *[x for i in range(N) for x in (model.wheel[i].cos_alpha, model.wheel[i].sin_alpha)],
+             *[model.roller[j].cos_kappa for j in range(n - 1)]]  # fmt: skip
     expected = [m.gain, m.l, *[x for i in range(N) for x in (m.cos_alpha[i], m.sin_alpha[i])], *m.cos_kappa]
-    agree(model_of(loaded, real), expected, epsilon)
+    agree(found, expected, epsilon)
 
 
 def test_functions(library, python):
-    loaded, real, epsilon = library
-    model, m = model_of(loaded, real), python_model(python)
-    out = reals(real, [0.0] * 3)
-    loaded.omniroll_toy_reduced(N, n, model, reals(real, NU), reals(real, CHI), reals(real, MOMENTA), out)
+    toy, epsilon = library
+    m, out = python_model(python), reals(toy, [0.0] * 3)
+    toy.lib.omniroll_reduced(toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, MOMENTA), out)
     agree(out, python.reduced(m, NU, CHI, MOMENTA), epsilon)
-    rates, spins = reals(real, [0.0] * N), reals(real, [0.0] * N)
-    loaded.omniroll_toy_wheel_rates(N, n, model, reals(real, NU), reals(real, CHI), rates, spins)
+    rates, spins = reals(toy, [0.0] * N), reals(toy, [0.0] * N)
+    toy.lib.omniroll_wheel_rates(toy.model, reals(toy, NU), reals(toy, CHI), rates, spins)
     agree([*rates, *spins], python.wheel_rates(m, NU, CHI), epsilon)
-    loaded.omniroll_toy_pose_rates(N, n, model, reals(real, NU), real(THETA), out)
+    toy.lib.omniroll_pose_rates(toy.model, reals(toy, NU), THETA, out)
     agree(out, python.pose_rates(m, NU, THETA), epsilon)
 
 
 def test_arrays_are_dense(library, python):
-    loaded, real, epsilon = library
-    model = model_of(loaded, real)
-    matrix, spins, momenta = (reals(real, [0.0] * size) for size in (9, N * (n - 1), 2 * N))
-    energy = reals(real, [0.0])
-    loaded.omniroll_toy_everything(
-        N, n, model, reals(real, NU), reals(real, CHI), reals(real, SPINS), matrix, spins, momenta, energy
+    toy, epsilon = library
+    matrix, spins, momenta = (reals(toy, [0.0] * size) for size in (9, N * (n - 1), 2 * N))
+    energy = reals(toy, [0.0])
+    toy.lib.omniroll_everything(
+        toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, SPINS), matrix, spins, momenta, energy
     )
     expected = python.everything(python_model(python), NU, CHI, SPINS)
     agree([*matrix, *spins, *momenta, *energy], expected, epsilon)
-
-
-def test_set_without_a_model(library, toy_folder):
-    loaded, real, epsilon = library
-    parts = importlib.import_module("toy_generated.python.parts")
-    total, mean = reals(real, [0.0]), reals(real, [0.0])
-    loaded.omniroll_parts_share_of(N, n, real(1.5), reals(real, CHI), total, mean)
-    agree([*total, *mean], parts.share_of(N, n, 1.5, CHI), epsilon)
 
 
 def python_step(python, model, h, nu, chi, pose):
@@ -128,25 +143,32 @@ def python_step(python, model, h, nu, chi, pose):
 
 
 def test_step(library, python):
-    loaded, real, epsilon = library
-    work = reals(real, [0.0] * loaded.omniroll_toy_step_work_size(N))
-    nu, chi, pose = reals(real, NU), reals(real, CHI), reals(real, [0.0, 1.0, THETA])
-    loaded.omniroll_toy_step(N, n, model_of(loaded, real), real(0.125), nu, chi, reals(real, MOMENTA), pose, work)
+    """A short step, in which no wheel comes to its joint: one step of Runge and Kutta."""
+    toy, epsilon = library
+    state, inputs = toy.ffi.new("omniroll_state *"), toy.ffi.new("omniroll_inputs *")
+    chi, momenta, work = reals(toy, CHI), reals(toy, MOMENTA), reals(toy, [0.0] * (30 + 6 * N))
+    contact = toy.ffi.new("int[]", N)
+    state.nu, state.pose = NU, [0.0, 1.0, THETA]
+    state.chi, state.contact, state.work, inputs.momenta = chi, contact, work, momenta
+    assert toy.lib.omniroll_start(toy.model, state) == 0
+    assert toy.lib.omniroll_step(toy.model, 0, inputs, 0.0625, state) == 0
+    assert list(contact) == [0] * N
     agree(
-        [*nu, *chi, *pose],
-        python_step(python, python_model(python), 0.125, NU, CHI, [0.0, 1.0, THETA]),
+        [*state.nu, *chi, *state.pose],
+        python_step(python, python_model(python), 0.0625, NU, CHI, [0.0, 1.0, THETA]),
         epsilon,
     )
 
 
-def test_header_serves_cpp(toy_folder, tmp_path):
+def test_the_pair_serves_cpp(pair_folder, tmp_path):
     compiler = next(filter(None, map(shutil.which, ["g++", "clang++"])), None)
     if compiler is None:
         pytest.skip("no C++ compiler")
     program = tmp_path / "all.cpp"
-    headers = sorted(h.name for h in toy_folder.glob("c/omniroll_*.h"))
-    program.write_text("".join(f'#include "{h}"\n' for h in headers) + "int main() { return 0; }\n")
-    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{toy_folder}/c", program], check=True)
+    program.write_text('#include "omniroll.h"\nint main() { return 0; }\n')
+    flags = ["-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only", f"-I{pair_folder}"]
+    for source in (program, pair_folder / "omniroll.c"):
+        subprocess.run([compiler, *flags, "-x", "c++", source], check=True)
 
 
 def test_source_says_where_it_comes_from(toy_folder):
@@ -157,10 +179,10 @@ def test_source_says_where_it_comes_from(toy_folder):
             assert "do not edit" in start.replace("\n", " "), file
 
 
-def test_comments_carry_counts_units_and_equations(toy_folder):
-    header = (toy_folder / "c/omniroll_toy.h").read_text()
+def test_comments_carry_counts_units_and_equations(files, toy_folder):
+    header = files.header
     assert "Equations: (3.4), section 4." in header
     assert "out nu_dot[3] [1]: the toy's nu_dot" in header
     assert "Operations: once" in header and "Intermediates:" in header
-    longest = max(len(line) for file in toy_folder.glob("c/omniroll_*") for line in file.read_text().splitlines())
-    assert longest <= 120
+    texts = [header, files.source, (toy_folder / "c/toy.c").read_text()]
+    assert max(len(line) for text in texts for line in text.splitlines()) <= 120

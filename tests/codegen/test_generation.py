@@ -34,13 +34,13 @@ def test_check_of_what_was_just_written(toy_file, folder, capsys):
 
 
 def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsys):
-    (folder / "c/omniroll_toy.c").write_text("/* edited */\n")
+    (folder / "c/toy.c").write_text("/* edited */\n")
     (folder / "python/toy.py").unlink()
     (folder / "c/old.c").write_text("\n")
     before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     assert check(toy_file, folder) == 1
     said = capsys.readouterr().out
-    assert "different: c/omniroll_toy.c" in said
+    assert "different: c/toy.c" in said
     assert "missing: python/toy.py" in said
     assert "surplus: c/old.c" in said
     assert before == {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}, "a check writes nothing"
@@ -50,7 +50,7 @@ def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsy
 
 def test_check_of_an_empty_folder(toy_file, tmp_path, capsys):
     assert check(toy_file, tmp_path / "nothing") == 1
-    assert "missing: c/omniroll_toy.h" in capsys.readouterr().out
+    assert "missing: c/toy.c" in capsys.readouterr().out
 
 
 def test_python_caches_are_no_surplus(toy_file, folder):
@@ -96,9 +96,10 @@ def test_no_trace_of_the_machine(toy_file, folder, tmp_path):
     "change, message",
     [
         (lambda d: d.pop("bounds"), "parts missing: bounds"),
-        (lambda d: d.update(format=2), "not of format 1"),
+        (lambda d: d.update(format=1), "not of format 2"),
         (lambda d: d["bases"].pop(), "functions of unknown sets: parts"),
         (lambda d: d["functions"].append(d["functions"][0]), "stands twice"),
+        (lambda d: d.update(steps={}), "wheel_rates: no group of steps wheel"),
         (lambda d: d["functions"].append(d["functions"][0] | {"body": WRONG}), "toy.prepare: .*zeta"),
     ],
 )  # fmt: skip
@@ -127,6 +128,9 @@ def test_data_is_json_with_counts(folder):
     programs = json.loads((folder / "data/programs.json").read_text())
     program = next(f for f in programs["functions"] if f["name"] == "reduced")
     assert program["elements"]["p"] == ["momenta", "i", 0]
+    rates = next(f for f in programs["functions"] if f["name"] == "wheel_rates")
+    assert rates["body"][0]["body"][0] == {"use": "wheel"}
+    assert programs["steps"]["wheel"]["proofs"] == ["p"]
     bounds = json.loads((folder / "data/bounds.json").read_text())["bounds"]
     assert bounds[0]["positive"] == ["+", "l", ["*", -1, "r"]]
 
@@ -135,7 +139,7 @@ def test_emitted_data_can_be_derived_from_again(folder):
     """Canonical data renders to the same kernels: specialising needs no Maxima."""
     names = ("kernels", "programs", "symbols", "effects", "equations", "proofs", "bounds")
     parts = [json.loads((folder / f"data/{name}.json").read_text()) for name in names]
-    data = {"format": 1} | {key: value for part in parts for key, value in part.items()}
+    data = {"format": 2} | {key: value for part in parts for key, value in part.items()}
     again = render(Derivation(data))
     assert all(again[path] == (folder / path).read_bytes() for path in again)
 

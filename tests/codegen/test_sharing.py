@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 from test_expressions import random_expression
-from toy import FUNCTIONS, MODEL, array, function, let, put, random_data, run
+from toy import FUNCTIONS, GROUPS, MODEL, array, function, let, put, random_data, run
 
 from codegen.operations import count_operations
 from codegen.programs import ContractError, Loop, read_array, read_function, steps
@@ -15,7 +15,8 @@ FIELDS = tuple(read_array(f, "field") for f in MODEL)
 
 
 def read(data):
-    return read_function(data, FIELDS if data["set"] == "toy" else ())
+    (name,) = data["sets"]
+    return read_function(data, FIELDS if name == "toy" else (), name, GROUPS)
 
 
 def random_program(rng):
@@ -128,6 +129,11 @@ def test_a_changing_accumulator_is_not_shared():
     f = shared([{"var": "s", "expr": "a"}, put(["nu_dot", 0], ["sin", "s"]), {"add": "s", "expr": "b"},
                 put(["nu_dot", 1], ["sin", "s"]), put(["nu_dot", 2], ["*", 2, ["sin", "s"]])])  # fmt: skip
     assert count_operations(f)["once"]["sincos"] == 2
+
+
+def test_a_function_names_the_groups_that_it_is_made_of():
+    function = read(next(f for f in FUNCTIONS if f["name"] == "wheel_rates"))
+    assert function.groups == ("wheel",), "a group whose steps are not needed is none of them"
 
 
 def test_steps_without_use_are_dropped():

@@ -21,7 +21,7 @@ NU = {"nu_1": ["nu", 0], "nu_2": ["nu", 1], "nu_3": ["nu", 2]}
 def function(name, summary, inputs, outputs, elements, body, set="toy", equations=("3.4", "section 4")):
     arguments = [array(*a, "in") for a in inputs] + [array(*a, "out") for a in outputs]
     return {
-        "set": set,
+        "sets": [set],
         "name": name,
         "summary": summary,
         "equations": list(equations),
@@ -62,10 +62,10 @@ FUNCTIONS = [
         NU | {"chi": ["chi", "i"]},
         [
             {"loop": "i", "body": [
-                let("unused", ["sin", "nu_3"]),
+                {"use": "wheel"},
                 put(["chi_dot", "i"], ["*", "gain", ["^", "l", -1],
                     ["+", ["*", "sin_alpha", "nu_1"], ["*", -1, "cos_alpha", "nu_2"]]]),
-                put(["contact_spin", "i"], ["*", "gain", "nu_3", ["^", ["+", 2, ["cos", "chi"]], -1]]),
+                put(["contact_spin", "i"], ["*", "turn", ["^", ["+", 2, ["cos", "chi"]], -1]]),
             ]},
         ],
     ),
@@ -137,17 +137,25 @@ FUNCTIONS = [
 ]  # fmt: skip
 
 
+GROUPS = {
+    "wheel": {"source": "forms/toy.mac", "proofs": ["p"],
+              "body": [let("turn", ["*", "gain", "nu_3"]), {"use": "no_use"}]},
+    "no_use": {"source": "forms/toy.mac", "proofs": [], "body": [let("unused", ["sin", "nu_3"])]},
+}  # fmt: skip
+
+
 def derivation():
     """The toy's data, new at every call."""
     meanings = {"nu_1": r"\nu_1", "rho": r"\rho", "l": "l"}
     return {
-        "format": 1,
+        "format": 2,
         "symbols": {s: {"code": s, "latex": t, "unit": "1", "meaning": s} for s, t in meanings.items()},
         "effects": [{"name": "toy", "meaning": "a toy"}],
         "bases": [{"name": "toy", "effects": ["toy"], "model": MODEL},
                   {"name": "parts", "effects": [], "model": []}],
         "sets": [{"base": "toy", "effects": [], "meaning": "a toy for tests"},
                  {"base": "parts", "effects": [], "meaning": "a toy of parts"}],
+        "steps": GROUPS,
         "functions": FUNCTIONS,
         "equations": [{"id": "1", "title": "a_b", "source": "2.1", "left": "x",
                        "expr": ["*", -1, ["^", "rho", -1], ["+", "nu_1", ["*", -1, ["sin", "l"]]]]}],

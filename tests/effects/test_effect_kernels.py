@@ -16,6 +16,7 @@ from oracle.states import random_state, random_vehicle
 
 from omniroll import generated_data
 from omniroll.kernels import sets
+from omniroll.kernels.kernel import form
 
 OPTIONAL = tuple(
     e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
@@ -34,6 +35,7 @@ def random_case(rng, wheels=WHEELS, rollers=ROLLERS):
         "axle_damping": rng.uniform(0.1, 1, wheels), "axle_torque": rng.uniform(0.1, 1, wheels), "axle_fade_speed": 0.3,
         "roller_damping": rng.uniform(0.1, 1, wheels), "roller_torque": rng.uniform(0.1, 1, wheels),
         "roller_fade_speed": 0.2, "gravity": 9.8, "slope_angle": 0.2, "slope_direction": 0.7,
+        "torque_constant": 0.02, "resistance": 1.5, "motor_gear_ratio": 20, "back_emf": 0.03, "current_limit": 4,
         "torque": rng.normal(size=wheels), "damping": rng.uniform(0.1, 1, wheels), "heading": 0.4,
     }  # fmt: skip
     return vehicle, random_state(rng, vehicle, 0.9), numbers
@@ -86,12 +88,13 @@ def kernel(vehicle, model, effects, numbers):
 
 @working_precision
 def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
-    module, constants = kernel(vehicle, model, effects, numbers)
-    asked = {"slope": "heading", "drive": "torque", "motor": "damping"}
-    inputs = [balls(numbers[asked[e]]) for e in ("slope", "drive", "motor") if e in effects]
-    spins = [balls(spins)] if model.startswith("free") else []
-    found = module.accelerations(constants, balls(nu), balls(chi), *spins, *inputs)
-    return (found[0], found[1]) if model.startswith("free") else (found, [])
+    base = model.removesuffix("_sharp")
+    module, constants = kernel(vehicle, base, effects, numbers)
+    asked = {"drive": "torque", "motor": "damping", "slope": "heading"}
+    inputs = [balls(numbers[name]) for effect, name in asked.items() if effect in effects]
+    spins = [balls(spins)] if base == "free" else []
+    found = getattr(module, form("accelerations", base != model))(constants, balls(nu), balls(chi), *spins, *inputs)
+    return (found[0], found[1]) if base == "free" else (found, [])
 
 
 def flat(values):

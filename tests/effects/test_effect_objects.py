@@ -8,7 +8,7 @@ import pytest
 
 from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
 from omniroll.effects import KINDS
-from omniroll.effects.effect import Part, Process, Signal
+from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.numbers import Curve
 from omniroll.effects.torque import Drive
@@ -174,8 +174,8 @@ class SwingingProcess(Process):
     def pass_time(self, state):
         self.time = self.curve.next_knot(self.time)
 
-    def part(self, elapsed, given):
-        return Part({"torque": Signal(*self.curve.after(elapsed))})
+    def influence(self, elapsed, given):
+        return Influence({"torque": Signal(*self.curve.after(elapsed))})
 
 
 def test_an_effect_of_somebody_else():

@@ -168,7 +168,7 @@ CASES = [
         name="turning-back",
         section=SECTION,
         title="Turning back just before, at and just after the joint",
-        naive="looks at the ends of steps alone, and takes both ends of the turn for inside",
+        naive="looks only at the ends of steps, where the wheel is inside both times",
         promise=f"a turn that passes the joint by more than {NOISE:.1e} rad (8 eps) is seen, one before it is none",
         run=turning_back,
     ),
@@ -176,16 +176,19 @@ CASES = [
         name="out-and-in",
         section=SECTION,
         title="Out and in again within one step",
-        naive="no switch, or one where the wheel comes back",
-        promise="the switch is at the first crossing, where the wheel is within 8 eps of its joint in the true flow",
+        naive="makes no switch, or makes one where the wheel comes back",
+        promise="the switch is at the first crossing: in the true motion the wheel is there within 8 eps of its joint",
         run=out_and_in,
     ),
     Case(
         name="vanishing-at-the-joint",
         section=SECTION,
         title="A wheel whose speed vanishes exactly at the joint",
-        naive="as good for massless and locked rollers, whose motion does not depend on what it sees",
-        promise="a touch, or there and back; the same motion but for the time between, sqrt(8 eps); |chi| <= pi/n",
+        naive="is as good for massless and locked rollers, whose motion is the same with or without these switches",
+        promise=(
+            "either no switch, or one and back; the motion is the same but for the time between, sqrt(8 eps); |chi| "
+            "<= pi/n"
+        ),
         run=vanishing_at_the_joint,
     ),
 ]

@@ -256,7 +256,7 @@ CASES = [
         section=SECTION,
         title="Any vehicle",
         naive="",
-        promise="refused with the field's name, or runs that are finite and satisfy the invariants",
+        promise="either refused by the name of the wrong field, or the runs are finite and satisfy the invariants",
         run=lambda scale: measured(check_vehicle, vehicles(), scale.of(60, 2000), "compiled, all roller models"),
     ),
     Case(
@@ -264,7 +264,7 @@ CASES = [
         section=SECTION,
         title="Any start",
         naive="",
-        promise="as above; none takes longer than a minute, and a run that is stopped keeps what it had",
+        promise="as above; no run takes longer than a minute, and one that is stopped keeps its trajectory",
         run=lambda scale: measured(check_state, states(), scale.of(80, 3000), "both engines"),
     ),
     Case(
@@ -272,7 +272,7 @@ CASES = [
         section=SECTION,
         title="Any scene",
         naive="",
-        promise="refused with all that is wrong, or a finite run",
+        promise="either refused with a list of all that is wrong, or the run is finite",
         run=lambda scale: measured(check_scene, scene_texts(), scale.of(60, 1500), "engine of the scene"),
     ),
 ]

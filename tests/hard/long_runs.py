@@ -243,7 +243,7 @@ CASES = [
         section=SECTION,
         title="10^6 switches of a massless vehicle (Python engine, naive: 3000), against the closed form",
         naive="drifts as its tolerance allows; the heading, which is linear in time, is good",
-        promise="errors grow as an error of eps in the start does: linearly in the angle turned",
+        promise="errors grow as an error of eps in the start would: in proportion to the angle turned",
         run=massless,
     ),
     Case(
@@ -251,7 +251,7 @@ CASES = [
         section=SECTION,
         title="10^6 switches of massive rollers (Python engine, naive: 1000; distances of runs: 30 000)",
         naive="drifts as its tolerance allows",
-        promise="energy is what the switches leave; errors grow as eps times the sensitivity times sqrt(switches)",
+        promise="only switches change the energy; errors grow as eps times the sensitivity times sqrt(switches)",
         run=massive,
     ),
     Case(
@@ -260,15 +260,20 @@ CASES = [
         title="10^6 impacts of a vehicle that is driven (compiled: by exact scaling; Python engine: by torques, 60 s; "
         "naive: 400 impacts, not driven)",
         naive="the energy drifts between the impacts",
-        promise="no impact raises the energy by more than rounding, 16 eps; what the switches report is what is lost",
+        promise=(
+            "no impact raises the energy by more than rounding, 16 eps; the jumps that are reported add up to the loss"
+        ),
         run=impacts,
     ),
     Case(
         name="straight-run",
         section=SECTION,
         title="The straight run, exponentially unstable in heading",
-        naive="noise of its steps grows as fast as the instability allows",
-        promise="no faster than eps times the sensitivity; with mirrored wheels (massless, locked) exactly none",
+        naive="its rounding errors grow as fast as the instability allows",
+        promise=(
+            "the heading grows no faster than eps times the sensitivity, and not at all with mirrored wheels "
+            "(massless, locked)"
+        ),
         run=straight_run,
     ),
 ]

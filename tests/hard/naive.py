@@ -68,7 +68,7 @@ def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, star
     """
     bound, state = task.kernel, task.state
     acting = EffectRun(task.effects, bound, start_time)
-    work = np.zeros(acting.layout.size - acting.layout.plain)  # integrated along, nothing depends on it
+    work = np.zeros(acting.state_vector.size - acting.state_vector.plain)  # integrated along, nothing depends on it
     model = SwitchingModel(bound, task.switching)
     events = joint_events(bound.wheels, model.joint)
     motion, end = Motion(t=start_time, y=_packed(state)), start_time + task.duration

@@ -109,24 +109,26 @@ CASES = [
         name="start-on-a-joint",
         section=SECTION,
         title="Start exactly on a joint, moving out or in",
-        naive="as good: an event that rises from exactly 0 counts",
-        promise="out is a switch at once, in is none",
+        naive="is as good: it counts an event that rises from exactly 0",
+        promise="a wheel that moves outwards switches at once, one that moves inwards does not",
         run=start_moving,
     ),
     Case(
         name="rest-on-a-joint",
         section=SECTION,
         title="Start exactly on a joint, at rest",
-        naive="sees the wheel leave when it is far enough beyond the joint",
-        promise="a switch at once where the wheel accelerates outwards, else none; a vehicle at rest stays as it is",
+        naive="sees the switch only when the wheel is some way beyond the joint",
+        promise=(
+            "a wheel that accelerates outwards switches at once, another does not; a vehicle at rest stays as it is"
+        ),
         run=start_at_rest,
     ),
     Case(
         name="switch-at-the-end",
         section=SECTION,
         title="A switch at the end time or at an output time",
-        naive="the end hides the event, or the sample is that before it",
-        promise="the switch is in the run; samples are right-continuous",
+        naive="misses the event at the end, or gives the sample before the switch",
+        promise="the switch is in the run, and a sample at its time is the state after it",
         run=at_the_end,
     ),
 ]

@@ -124,7 +124,9 @@ CASES = [
         section=SECTION,
         title="No switch missed or doubled in 10^6 random phases (Python engine: 10^3)",
         naive="misses none in 40 runs of 20 phases",
-        promise="inside every step every wheel is on its roller; every switch is at a joint, outwards",
+        promise=(
+            "in every step every wheel stays on its roller; every switch is of a wheel that moves outwards at its joint"
+        ),
         run=random_phases,
     )
 ]

@@ -18,7 +18,7 @@ from flint import acb, arb, ctx
 
 from hard.sampling import Sample
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import signatures
+from omniroll.kernels.kernel import form, signatures
 
 BITS = 160
 NO_DIGIT = 64  # ulp cond: the bound that is promised
@@ -28,17 +28,27 @@ STEP = 1e-30  # of a complex step, relative: its square vanishes beside 1, also 
 
 
 def set_key(base: str, effects: tuple[str, ...] = ()) -> str:
-    """One string for a roller model, or its sharp twin, and further effects."""
+    """One string for a roller model, "_sharp" after it for its functions for sharp tips, and further effects."""
     return "+".join([base, *effects])
 
 
 def split_key(set_name: str) -> tuple[str, tuple[str, ...]]:
     base, *effects = set_name.split("+")
-    return base, tuple(effects)
+    return base.removesuffix("_sharp"), tuple(effects)
+
+
+def is_sharp(set_name: str) -> bool:
+    """Whether the functions for sharp tips are meant."""
+    return set_name.split("+")[0].endswith("_sharp")
 
 
 def module(set_name: str):
     return sets.python_module(*split_key(set_name))
+
+
+def generated(set_name: str, name: str):
+    """The generated Python function that computes what `name` says."""
+    return getattr(module(set_name), form(name, is_sharp(set_name)))
 
 
 def functions(set_name: str, sample: Sample) -> dict:
@@ -50,6 +60,12 @@ def functions(set_name: str, sample: Sample) -> dict:
         for name, signature in found.items()
         if signature.outputs and sample.wheels >= least.get(name, 1)
     }
+
+
+def vehicle_numbers(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
+    """The numbers of the vehicles that a set takes: massless rollers, for instance, have no roller_inertia."""
+    wanted = signatures(*split_key(set_name), sample.wheels, sample.rollers)["prepare"].inputs
+    return {argument.name: sample.vehicle[argument.name] for argument in wanted}
 
 
 def flat(values) -> list:
@@ -85,11 +101,11 @@ def references(sample: Sample, set_name: str, names: list[str]) -> dict[str, Ref
             model = code.prepare(
                 sample.wheels,
                 sample.rollers,
-                **{name: nested(array[row], arb) for name, array in sample.vehicle.items()},
+                **{name: nested(array[row], arb) for name, array in vehicle_numbers(sample, set_name).items()},
             )
             for name in names:
                 inputs = [nested(sample.state[a.name][row], arb) for a in wanted[name].inputs]
-                found[name].append([split(ball) for ball in flat(getattr(code, name)(model, *inputs))])
+                found[name].append([split(ball) for ball in flat(generated(set_name, name)(model, *inputs))])
     return {name: Reference(*np.array(parts).transpose(2, 1, 0)) for name, parts in found.items()}
 
 
@@ -160,7 +176,7 @@ def values(sample: Sample, set_name: str, name: str, dtype=np.float64) -> np.nda
 
 def inputs_of(sample: Sample, set_name: str, name: str, dtype) -> tuple[dict, list[np.ndarray]]:
     last = lambda array: np.moveaxis(array, 0, -1).astype(dtype)  # noqa: E731
-    vehicle = {field: last(array) for field, array in sample.vehicle.items()}
+    vehicle = {field: last(array) for field, array in vehicle_numbers(sample, set_name).items()}
     return vehicle, [last(sample.state[a.name]) for a in functions(set_name, sample)[name].inputs]
 
 
@@ -168,7 +184,7 @@ def call(set_name: str, name: str, sample: Sample, vehicle: dict, inputs: list) 
     code = module(set_name)
     with np.errstate(all="ignore"):
         model = code.prepare(sample.wheels, sample.rollers, **vehicle)
-        found = flat(getattr(code, name)(model, *inputs))
+        found = flat(generated(set_name, name)(model, *inputs))
     return np.array([np.broadcast_to(v, len(sample)) for v in found])
 
 
@@ -197,7 +213,7 @@ def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
 def slopes_in_balls(sample: Sample, set_name: str, name: str) -> np.ndarray:
     """`slopes` (M,) of a single state, by the same complex steps in many digits."""
     code, total = module(set_name), 0.0
-    vehicle = {field: array[0] for field, array in sample.vehicle.items()}
+    vehicle = {field: array[0] for field, array in vehicle_numbers(sample, set_name).items()}
     given = [sample.state[a.name][0] for a in functions(set_name, sample)[name].inputs]
     with ctx.workprec(4 * BITS):
         step = arb(2) ** (-2 * BITS)
@@ -211,7 +227,7 @@ def slopes_in_balls(sample: Sample, set_name: str, name: str) -> np.ndarray:
                 model = code.prepare(
                     sample.wheels, sample.rollers, **{field: numbers(values) for field, values in vehicle.items()}
                 )
-                found = flat(getattr(code, name)(model, *map(numbers, given)))
+                found = flat(generated(set_name, name)(model, *map(numbers, given)))
                 total = total + np.array([abs(float((acb(value).imag / step).mid())) for value in found])
     return total
 

@@ -42,7 +42,8 @@ def test_sharp_kernels_compute_the_same(roller_model, backend, monkeypatch):
     kernel.cache_clear()
     sharp = kernel(VEHICLE, roller_model, backend)
     kernel.cache_clear()
-    assert plain.set_name == roller_model and sharp.set_name == f"{roller_model}_sharp"
+    assert plain.set_name == sharp.set_name == roller_model and sharp.sharp and not plain.sharp
+    assert sharp.engine_name == f"{roller_model}_sharp"
     assert sharp.signatures == plain.signatures
     for name in ("reduced", "impact", "energy"):
         values = arguments(plain, name)

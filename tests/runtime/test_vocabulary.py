@@ -10,6 +10,7 @@ import pytest
 
 import omniroll
 from omniroll import InvalidValueError, vocabulary
+from omniroll.kernels import sets
 from omniroll.kinds import Choice, Numbers, Whole
 from omniroll.scenes.schema import SCENE, keys
 from omniroll.vocabulary import Entry
@@ -25,7 +26,10 @@ TABLES = {
     for name, table in vars(vocabulary).items()
     if isinstance(table, Entry) or (isinstance(table, tuple) and table and isinstance(table[0], Entry))
 }
-HEADERS = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "generated/c").glob("*.h")))
+HEADERS = "\n".join(
+    sets.programs().kernel(*made).pair().header for made in (("free", ()), ("free", ("drive", "motor")))
+)
+PARTS = (ROOT / "generated/python/parts.py").read_text(encoding="utf-8")
 
 
 def plain(text: str) -> str:
@@ -91,7 +95,10 @@ def test_the_page_shows_unit_and_meaning_of_every_key():
 
 def test_the_c_headers_say_what_the_table_says():
     """Where a header describes an argument of the vehicle, its parts or its drives: unit and meaning."""
-    text = plain(HEADERS.replace("\n *", " "))
+    text = plain(f"{HEADERS} {PARTS}".replace("\n *", " "))
+    text = re.sub(
+        r" \*?(\w+); /\* (?:\[\w+\] )?([^;:]+?): ", r" \1 [\2]: ", text
+    )  # a field of a struct like an argument
     checked = set()
     for entry in (*vocabulary.VEHICLE, *vocabulary.PARTS, *vocabulary.STATE, vocabulary.TORQUE):
         for unit, rest in re.findall(rf" {entry.name}(?:\[[\w-]+\])* \[([^]]+)\][:,] (.{{200}})", text):

@@ -5,7 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from omniroll.scenes import costs
+
 SHORT = 0.5  # s
+
+
+@pytest.fixture
+def quick_timing(monkeypatch) -> None:
+    """For tests that do not ask how long an evaluation takes: few evaluations, timed once."""
+    monkeypatch.setattr(costs, "MANY", {"compiled": 200, "Python": 20})
+    monkeypatch.setattr(costs, "ENOUGH", 0.0)
 
 
 @pytest.fixture

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import cli
+from omniroll import cli, generated_data
+from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.estimates import estimates
+from omniroll.scenes.explanation import called_by, effects_on, events_of
+
+pytestmark = pytest.mark.usefixtures("quick_timing")
 
 GOOD = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\n"
 MOTOR = "[drive]\nvoltage = 2.0\ntorque_constant = 0.01\nresistance = 2.0\n"
@@ -124,8 +128,6 @@ def test_a_centre_of_mass_that_no_vehicle_has(tmp_path):
 
 
 def test_a_scene_without_effects_is_simulated_without_effects(tmp_path):
-    from omniroll.engine.simulate import checked_task
-
     for more, effects in (("", ()), ("[slope]\nangle = 0.1\n", ("slope",))):
         scene = scene_of(tmp_path, more)
         assert checked_task(scene.vehicle, **scene.options).kernel.effects == effects
@@ -203,12 +205,13 @@ def test_explain_says_what_calls_for_an_effect_and_which_events_there_are(capsys
     ],
 )
 def test_events_of_a_scene(more, words, tmp_path):
-    from omniroll.scenes.explanation import explained
-
-    said = explained(scene_of(tmp_path, more))
-    assert len(said["events"]) == len(words)
-    assert all(word in event for word, event in zip(words, said["events"], strict=True))
-    assert {e["name"]: e["called_by"] for e in said["effects"] if e["on"]}["free"] == []
+    scene = scene_of(tmp_path, more)
+    task = checked_task(scene.vehicle, **scene.options)
+    events = events_of(task)
+    assert len(events) == len(words)
+    assert all(word in event for word, event in zip(words, events, strict=True))
+    (free,) = (effect for effect in generated_data.load("effects")["effects"] if effect["name"] == "free")
+    assert "free" in effects_on(scene, task) and called_by(scene, free) == []
 
 
 UNSTABLE = "[controller]\ntarget = [1, 0, 0]\nproportional = 0.02\nsample_time = 0.5\n"
@@ -250,11 +253,13 @@ def test_scenes_leave_the_warnings_of_the_process_alone(tmp_path, monkeypatch):
     """Threads share the filters of warnings: a scene that changed them would say what another one is warned of."""
     from omniroll.scenes.outcome import run_scene
 
-    monkeypatch.setattr(warnings, "catch_warnings", None)
-    monkeypatch.setattr(warnings, "warn", None)
     level = SLIPPERY.replace("0.3", "0.001").replace("0.05", "5.0")
     scenes = [scene_of(tmp_path, SLIPPERY), scene_of(tmp_path, level), scene_of(tmp_path, UNSTABLE)]
-    with ThreadPoolExecutor(4) as pool:
+    for scene in scenes:  # their kernels are made and SciPy is imported: both look at the filters, once
+        run_scene(scene)
+    with monkeypatch.context() as patch, ThreadPoolExecutor(4) as pool:
+        patch.setattr(warnings, "catch_warnings", None)
+        patch.setattr(warnings, "warn", None)
         said = list(pool.map(lambda scene: run_scene(scene).warnings, scenes * 2))
     assert [len(found) for found in said] == [1, 0, 1] * 2
 

@@ -32,6 +32,7 @@ def keys_of(found) -> list[str]:
     return [lint.key for lint in found]
 
 
+@pytest.mark.usefixtures("quick_timing")
 @pytest.mark.parametrize("scene", sorted(Path("scenes").glob("*.toml")), ids=lambda scene: scene.stem)
 def test_every_shipped_scene_is_explained(scene, shortened, capsys):
     assert cli.main(["explain", str(shortened(scene)), "--json"]) == 0
@@ -56,6 +57,7 @@ def test_text(capsys):
         assert part in said
 
 
+@pytest.mark.usefixtures("quick_timing")
 def test_operations_add_up(tmp_path):
     """The paper's table of counts, on the kernel's own numbers: constant + per wheel N, nothing per roller."""
     few, many = (load_scene("scenes/motion-3.toml"), scene_of(tmp_path, {"preset": "paper", "rollers_per_wheel": 60}))
@@ -91,6 +93,7 @@ def test_models_without_free_rollers_are_compared_from_rest(tmp_path):
     assert all(found[name] > 0 for name in ("massless", "locked", "impact"))
 
 
+@pytest.mark.usefixtures("quick_timing")
 def test_a_scene_of_no_time_is_explained(tmp_path, capsys):
     path = tmp_path / "standing.toml"
     path.write_text(Path("scenes/motion-3.toml").read_text().replace("duration = 20.0", "duration = 0"))

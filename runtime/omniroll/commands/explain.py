@@ -19,29 +19,36 @@ def run(arguments: argparse.Namespace) -> int:
     """0 where the scene was explained. Raises SceneError, SimulationStopped."""
     from omniroll.scenes.explanation import explained
 
-    said = explained(load_scene(arguments.scene))
-    print(json.dumps(said, indent=1, allow_nan=False) if arguments.json else text(said))
+    explanation = explained(load_scene(arguments.scene))
+    print(json.dumps(explanation, indent=1, allow_nan=False) if arguments.json else text(explanation))
     return 0
 
 
-def text(said: dict[str, Any]) -> str:
+def text(explanation: dict[str, Any]) -> str:
     """The explanation for people."""
-    vehicle = said["vehicle"]
-    lines = [f"{said['scene']}: {vehicle['wheels']} wheels of {vehicle['rollers_per_wheel']} rollers", "", "State"]
-    lines += [f"  {e['name']:<14}{e['count']:>5}  {e['unit']:<10} {e['meaning']}" for e in said["state"]]
+    vehicle = explanation["vehicle"]
+    lines = [
+        f"{explanation['scene']}: {vehicle['wheels']} wheels of {vehicle['rollers_per_wheel']} rollers",
+        "",
+        "State",
+    ]
+    lines += [f"  {e['name']:<14}{e['count']:>5}  {e['unit']:<10} {e['meaning']}" for e in explanation["state"]]
     lines += ["", "Effects that are on"]
-    lines += [f"  {_named(e, _why(e))}  {e['meaning']}" for e in said["effects"] if e["on"]]
-    lines += ["", "Events that steps end on", *(f"  {event}" for event in said["events"])]
-    lines += ["", f"Effects that are off, and how far each would take the motion away within {said['compared']:g} s"]
-    for effect in said["effects"]:
+    lines += [f"  {_named(e, _why(e))}  {e['meaning']}" for e in explanation["effects"] if e["on"]]
+    lines += ["", "Events that steps end on", *(f"  {event}" for event in explanation["events"])]
+    lines += [
+        "",
+        f"Effects that are off, and how far each would take the motion away within {explanation['compared']:g} s",
+    ]
+    for effect in explanation["effects"]:
         if not effect["on"]:
-            place, estimate = f"[{effect['table']}]", _estimated(effect["estimate"], said["felt"])
+            place, estimate = f"[{effect['table']}]", _estimated(effect["estimate"], explanation["felt"])
             lines += [f"  {_named(effect, place)}  {estimate}"]
-    if not any(effect["estimate"] for effect in said["effects"]):
+    if not any(effect["estimate"] for effect in explanation["effects"]):
         lines.append("  nothing to compare with: the motion takes no time, or too long on this machine, or it stops")
-    lines += _cost(said)
-    lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in said["lints"])]
-    return "\n".join(lines if said["lints"] else [*lines, "  nothing"])
+    lines += _cost(explanation)
+    lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in explanation["lints"])]
+    return "\n".join(lines if explanation["lints"] else [*lines, "  nothing"])
 
 
 def _named(effect: dict[str, Any], place: str) -> str:
@@ -65,17 +72,17 @@ def _estimated(estimate: dict[str, Any] | None, felt: float) -> str:
     return f"{distance:<9} {estimate['setting']}{percent}"
 
 
-def _cost(said: dict[str, Any]) -> list[str]:
-    measured = said["time"]
+def _cost(explanation: dict[str, Any]) -> list[str]:
+    measured = explanation["time"]
     return [
         "",
-        f"Cost of an evaluation, kernel {said['set']}: operations (+ * / sqrt, sine or cosine)",
+        f"Cost of an evaluation, kernel {explanation['set']}: operations (+ * / sqrt, sine or cosine)",
         f"  {'':<14}{'constant':>10}{'a wheel':>10}{'a roller':>10}{'total':>10}",
         *(
             f"  {c['function']:<14}{c['constant']:>10}{c['per_wheel']:>10}{c['per_roller']:>10}{c['total']:>10}"
-            for c in said["operations"]["functions"]
+            for c in explanation["operations"]["functions"]
         ),
-        f"  {'total':<44}{said['operations']['total']:>10}",
+        f"  {'total':<44}{explanation['operations']['total']:>10}",
         f"  {measured['nanoseconds']:.3g} ns per evaluation, measured here over {measured['evaluations']}: "
-        f"steps and switches included, {measured['engine']} engine, {said['backend']} kernel",
+        f"steps and switches included, {measured['engine']} engine, {explanation['backend']} kernel",
     ]

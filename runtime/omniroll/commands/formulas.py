@@ -59,8 +59,8 @@ def nearest(name: str, known: list[str]) -> str:
     """What may have been meant: names that begin or look alike, else where to look."""
     begun = [other for other in known if other.lower().startswith(name.lower())]
     alike = difflib.get_close_matches(name, known, n=5, cutoff=0.4)
-    found = list(dict.fromkeys(begun + alike))[:5]
-    return f"nearest: {', '.join(found)}" if found else "`omniroll formulas` lists them all"
+    names = list(dict.fromkeys(begun + alike))[:5]
+    return f"nearest: {', '.join(names)}" if names else "`omniroll formulas` lists them all"
 
 
 def columns() -> int:

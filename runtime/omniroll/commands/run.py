@@ -53,41 +53,44 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _warn(texts: Iterable[str]) -> None:
-    for said in texts:
-        print(f"warning: {said}", file=sys.stderr, flush=True)
+    for text in texts:
+        print(f"warning: {text}", file=sys.stderr, flush=True)
 
 
 def text(outcome: Outcome) -> str:
     """The summary for people."""
-    said = outcome.summary()
-    start, end = said["t"]
-    x, y, theta = said["pose"]
+    summary = outcome.summary()
+    start, end = summary["t"]
+    x, y, theta = summary["pose"]
     lines = [
-        f"{said['scene']}: {said['roller_model']} rollers, {said['switching']} switches, {start:g} to {end:g} s"
-        + (", stopped there" if said["stopped"] else ""),
+        f"{summary['scene']}: {summary['roller_model']} rollers, {summary['switching']} switches, "
+        + f"{start:g} to {end:g} s"
+        + (", stopped there" if summary["stopped"] else ""),
         "",
-        f"{'took':<12}{said['seconds']:.3g} s, {said['steps']} steps, {said['evaluations']} evaluations",
-        f"{'switches':<12}{said['switches']}",
-        f"{'error':<12}{_number(said['error_estimate'])} estimated, sensitivity {_number(said['sensitivity'])}",
+        f"{'took':<12}{summary['seconds']:.3g} s, {summary['steps']} steps, {summary['evaluations']} evaluations",
+        f"{'switches':<12}{summary['switches']}",
+        f"{'error':<12}{_number(summary['error_estimate'])} estimated, sensitivity {_number(summary['sensitivity'])}",
         f"{'end':<12}x {x:.6g} m, y {y:.6g} m, heading {theta:.6g} rad",
-        f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in said["nu"]) + " 1/s",
+        f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in summary["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {LEDGER.get(name, name):<18}{value: .6e}" for name, value in said["energy"].items()),
-        *_reactions(said["reactions"]),
+        *(f"  {LEDGER.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
+        *_reactions(summary["reactions"]),
     ]
     return "\n".join(lines)
 
 
-def _reactions(said: dict[str, Any] | None) -> list[str]:
-    if said is None:
+def _reactions(summary: dict[str, Any] | None) -> list[str]:
+    if summary is None:
         return []
-    slip = "" if said["least_slip_margin"] is None else f", {said['least_slip_margin']:.4g} N from slipping at least"
+    slip = (
+        "" if summary["least_slip_margin"] is None else f", {summary['least_slip_margin']:.4g} N from slipping at least"
+    )
     return [
         "",
-        f"{'reactions':<12}loads {said['load_rule']}, {said['least_load']:.4g} N at least",
-        f"{'':<12}friction {said['needed_friction']:.4g} needed at most{slip}",
-        f"{'':<12}{1e3 * said['least_tip_margin']:.4g} mm from tipping at least",
+        f"{'reactions':<12}loads {summary['load_rule']}, {summary['least_load']:.4g} N at least",
+        f"{'':<12}friction {summary['needed_friction']:.4g} needed at most{slip}",
+        f"{'':<12}{1e3 * summary['least_tip_margin']:.4g} mm from tipping at least",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Effects: what acts on a vehicle besides its rolling. One file a kind; effect.py says what an effect is."""
+"""Effects: what acts on a vehicle besides its rolling. Each kind has its own file; effect.py says what an effect is."""
 
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.controller import Controller

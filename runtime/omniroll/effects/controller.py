@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.effect import Effect, Part, Process, Sampler, Signal
+from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
 from omniroll.effects.numbers import Curve, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
@@ -118,5 +118,5 @@ class Sampling(Process):
         self.sum = np.where(self.output == output, summed, self.sum)
         self.samples += 1
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
-        return Part({self.controller.output: Signal.constant(self.output)})
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
+        return Influence({self.controller.output: Signal.constant(self.output)})

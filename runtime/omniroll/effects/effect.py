@@ -8,12 +8,12 @@ A kind of effect is one file of this folder with two classes.
     the kernel's `prepare` takes with them.
  3. It names the generated functions that are evaluated with the rates, before `reduced`, in the order of their
     inputs, and the quantities that they integrate: states, and entries of the energy's account.
- 4. Its process (a subclass of Process) is its part in one run: what it remembers, at which times it must be asked
+ 4. Its process (a subclass of Process) is what it does in one run: what it remembers, at which times it must be asked
     again, and for each phase the inputs that it gives and the guards that end the phase.
  5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
     of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
 
-What is not said here costs nothing: no state, no call.
+What an effect does not name costs nothing: no state, no call.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -65,7 +65,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Part:
+class Influence:
     """What an effect does in one phase: inputs by name, and guards that end the phase."""
 
     inputs: Mapping[str, Signal] = field(default_factory=dict)
@@ -115,22 +115,30 @@ class Process:
         return () if type(self) is Process else None
 
     def next_time(self) -> float:
-        """When it must be asked again: a phase ends there exactly."""
+        """The time in s at which pass_time must be called: a phase ends there exactly. inf: never."""
         return np.inf
 
     def pass_time(self, state: State) -> None:
-        """next_time has come; the next one must be later."""
+        """The time next_time() has come, in this state. After the call next_time() must be later."""
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
-        """Its part in the phase that starts now; `given` are the inputs of those asked before."""
-        return Part()
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
+        """What it does in the phase that starts now.
+
+        elapsed  in s, the time since the start of the run
+        given    inputs by name, of the processes that were asked before
+        """
+        return Influence()
 
     def pass_guards(self, passed: np.ndarray) -> None:
-        """Some guards of the last part, (m,) bool, have ended the phase."""
+        """Some guards of the last influence, (m,) bool, have ended the phase."""
 
 
 class Effect:
-    """Base of the effects: one that does nothing. roller_model is "free", "locked" or "massless"."""
+    """Base of the effects: one that does nothing.
+
+    In its methods `vehicle` is a Vehicle, `roller_model` is "free", "locked" or "massless", and `kernel` is the Kernel
+    of the vehicle with all effects of the run.
+    """
 
     needs: ClassVar[tuple[str, ...]] = ()
     potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
@@ -141,14 +149,14 @@ class Effect:
             object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))  # effects are frozen
 
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
-        """Raise InvalidValueError where it does not fit the vehicle, or the effects with which it acts."""
+        """Raise InvalidValueError where it does not fit the vehicle, or `others`, the effects with which it acts."""
 
     def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
-        """What is allowed and yet looks wrong; simulate warns with it."""
+        """What is allowed for this vehicle and yet looks wrong; simulate warns with it."""
         return ()
 
     def events(self) -> tuple[str, ...]:
-        """What steps end on because of it, in words."""
+        """The events that steps end on because of it, in words."""
         return ()
 
     def equipped(self, vehicle: Vehicle) -> Vehicle:
@@ -156,37 +164,50 @@ class Effect:
         return vehicle
 
     def kernel_effects(self) -> tuple[str, ...]:
-        """Names in the registry."""
+        """Its names in the registry of effects, generated/data/effects.json."""
         return ()
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
-        """Arguments of the kernel's `prepare` by name."""
+        """The arguments of the kernel's `prepare` that it brings for this vehicle, by name; a number or (N,)."""
         return {}
 
     def functions(self, roller_model: str) -> tuple[str, ...]:
-        """Generated functions that are evaluated with the rates."""
+        """Names of the generated functions that are evaluated with the rates, for this roller_model."""
         return ()
 
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
-        """What is integrated."""
+        """What is integrated for it, for this roller_model."""
         return ()
 
     def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        """States after a switch or at the start, from the free rollers' axial speeds (N, n-1); account entries have
-        none: they go on."""
+        """Its states at the start and after a switch, by the names of its quantities.
+
+        kernel  Kernel of the run
+        axial   (N, n-1) in rad/s, the free rollers' axial speeds; None but for free rollers
+
+        Entries of the energy account have no such states: they go on over a switch.
+        """
         return {}
 
     def axial_later(
         self, kernel: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
     ) -> np.ndarray | None:
-        """The free rollers' axial speeds (..., N, n-1) later in the phase, where this effect changes them.
+        """The free rollers' axial speeds (..., N, n-1) later in the phase; None where this effect leaves them alone.
 
-        before, after  the quantities by name, then and now; elapsed (...,) the time between
+        kernel   Kernel of the run
+        axial    (..., N, n-1) in rad/s, the axial speeds at first
+        before   the quantities by name at first
+        after    the same later
+        elapsed  (...,) in s, the time between
         """
         return None
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
-        """Its part in a run that starts at `start_time`."""
+        """Its process in a run.
+
+        kernel      Kernel of the run
+        start_time  in s, the time at the run's start on its clock
+        """
         return Process()
 
     def as_dict(self) -> dict[str, Any]:

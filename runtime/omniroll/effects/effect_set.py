@@ -1,4 +1,4 @@
-"""All effects of a run together: what the engine asks, it asks here, and this asks each effect."""
+"""All effects of a run together. The engine asks the set, and the set asks each effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from omniroll import generated_data
+from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Effect, Quantity, Signal
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
-from omniroll.effects.layout import Layout
-from omniroll.effects.program import Program
+from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
-DRIVES = ("torque", "damping")
+DRIVES = ("torque", "damping")  # inputs of the kernel that drives give, in the order of a trajectory's columns
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class EffectSet:
                 raise InvalidValueError("effects", effect, "is not an effect, such as omniroll.Torque")
         for effect in effects:
             effect.check(vehicle, effects)
-        found = cls(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
-        found.constants(vehicle)
-        return found
+        ordered = cls(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
+        ordered.constants(vehicle)
+        return ordered
 
     def __bool__(self) -> bool:
         return bool(self.effects)
@@ -81,22 +81,23 @@ class EffectSet:
         """Generated functions that are evaluated with the rates, each once."""
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.functions(roller_model)))
 
-    def layout(self, bound: Kernel) -> Layout:
-        return Layout(bound, self.quantities(bound.roller_model))
+    def state_vector(self, bound: Kernel) -> StateVector:
+        """Where each quantity stands in the states of a run with these effects."""
+        return StateVector(bound, self.quantities(bound.roller_model))
 
     def initial(self, bound: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
         """States after a switch or at the start."""
-        found = {}
+        states = {}
         for effect in self.effects:
-            found |= effect.initial(bound, axial)
-        return found
+            states |= effect.initial(bound, axial)
+        return states
 
     def axial_later(
         self, bound: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
     ) -> np.ndarray:
         """The free rollers' axial speeds (..., N, n-1) later in a phase; constant where no effect says otherwise."""
         later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
-        return next((found for found in later if found is not None), axial)
+        return next((speeds for speeds in later if speeds is not None), axial)
 
     def potentials(self) -> dict[str, str]:
         """Entries of the account, and the generated functions of the pose that give their potential energy."""
@@ -110,11 +111,13 @@ class EffectRun:
     """
 
     def __init__(self, effects: EffectSet, bound: Kernel, start_time: float):
-        self.effects, self.kernel, self.layout = effects, bound, effects.layout(bound)
+        self.effects, self.kernel, self.state_vector = effects, bound, effects.state_vector(bound)
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
-        self.parts, self.signals = [], {}
+        self.influences, self.signals = [], {}
         self.drives = tuple(a.name for a in bound.signatures["reduced"].inputs if a.name in DRIVES)
-        self.program = Program(bound, self.layout, effects.functions(bound.roller_model)) if effects else None
+        self.bound_rates = (
+            BoundRates(bound, self.state_vector, effects.functions(bound.roller_model)) if effects else None
+        )
 
     def next_time(self) -> float:
         """When a phase must end at the latest; counted from the start of the run."""
@@ -128,23 +131,23 @@ class EffectRun:
     def phase(self, elapsed: float, axial: np.ndarray | None) -> tuple[Flow, Guards]:
         """The rates and the guards of the phase that starts now; `axial` of the free rollers, (N, n-1)."""
         momenta = None if axial is None else self.kernel.momenta(axial)
-        if self.program is None:
+        if self.bound_rates is None:
             return self.kernel.flow(momenta), NO_GUARDS
-        guards = Guards(self.begin_phase(elapsed), self.layout.size)
-        constants = {} if momenta is None or "momenta" in self.layout.slices else {"momenta": momenta}
-        return self.program.flow(constants, self.signals), guards
+        guards = Guards(self.begin_phase(elapsed), self.state_vector.size)
+        constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
+        return self.bound_rates.flow(constants, self.signals), guards
 
     def begin_phase(self, elapsed: float) -> list[Guard]:
         """The guards of the phase that starts now; `signals` are its inputs then."""
         inputs: dict[str, Signal] = {}
-        self.parts = []
+        self.influences = []
         for process in self.processes:
-            part = process.part(elapsed, inputs)
-            for name, signal in part.inputs.items():
+            influence = process.influence(elapsed, inputs)
+            for name, signal in influence.inputs.items():
                 inputs[name] = inputs[name] + signal if name in inputs else signal
-            self.parts.append(part)
+            self.influences.append(influence)
         self.signals = inputs
-        return [guard for part in self.parts for guard in part.guards]
+        return [guard for influence in self.influences for guard in influence.guards]
 
     def drive(self, time: float) -> np.ndarray:
         """(D, N) the inputs of the drives at a time since the start of this phase."""
@@ -153,8 +156,8 @@ class EffectRun:
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of this phase, (m,) bool, have ended it."""
         start = 0
-        for process, part in zip(self.processes, self.parts, strict=True):
-            own = passed[start : start + len(part.guards)]
-            start += len(part.guards)
+        for process, influence in zip(self.processes, self.influences, strict=True):
+            own = passed[start : start + len(influence.guards)]
+            start += len(influence.guards)
             if own.any():
                 process.pass_guards(own)

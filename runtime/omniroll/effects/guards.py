@@ -1,10 +1,10 @@
 """Guards: linear functions of time and state that end a phase where they become positive.
 
-The current of a motor, the angle of a wheel: with the step's polynomial in Bernstein form a guard is a polynomial, too,
-so that its first passage is found like that of a joint.
+An example is the current of a motor. On a step whose polynomial is in Bernstein form a guard is a polynomial too, so
+that its first zero is located as that of a wheel at its joint.
 
-A guard counts as passed only where it exceeds its own rounding: one that has just been landed on, and guards the way
-back, stays quiet until the motion really goes back.
+A guard counts as passed only where its value exceeds its own rounding. Where a step has ended on a guard, the guard of
+the opposite transition is zero but for rounding: it must not end the next phase before the motion really turns back.
 """
 
 from collections.abc import Sequence
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 EPS = float(np.finfo(float).eps)
-PASSED = 16  # roundings above zero is beyond
-LANDED = 2  # roundings around zero is on it
+PASSED = 16  # a guard has been passed where its value is above this many of its roundings
+LANDED = 2  # a guard is met where its value is within this many of its roundings
 
 
 @dataclass(frozen=True)

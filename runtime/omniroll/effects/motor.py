@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Motors, Part, Signal, Table
+from omniroll.effects.effect import Effect, Influence, Motors, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
@@ -89,6 +89,15 @@ class Motor(Drive):
     def kernel_effects(self) -> tuple[str, ...]:
         return (*super().kernel_effects(), "motor")
 
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
+        return {
+            "torque_constant": self.torque_constant,
+            "resistance": self.resistance,
+            "motor_gear_ratio": self.gear_ratio,
+            "back_emf": self.back_emf,
+            "current_limit": 0.0 if self.current_limit is None else self.current_limit,
+        }
+
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
         return Driving(self, kernel, self._curve(kernel.wheels, start_time))
 
@@ -125,7 +134,7 @@ class Driving(Following):
         )
         return Table("voltage", self.curve), motors
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         motor, linear = self.motor, self.mode == LINEAR
         voltage = Signal(*self.curve.after(elapsed))
         if "voltage" in given:
@@ -137,10 +146,10 @@ class Driving(Following):
             np.where(linear, per_volt * voltage.slope, 0.0),
         )
         damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
-        return Part({"torque": torque, "damping": damping}, self._guards(voltage))
+        return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
 
     def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
-        """Where sign * current + limit * part becomes positive, a wheel's mode changes."""
+        """Where sign * current + limit * constant becomes positive, a wheel's mode changes."""
         self.leads_to = []
         limit = self.motor.current_limit
         if limit is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Part, Process, Quantity, Signal, Table
+from omniroll.effects.effect import Effect, Influence, Process, Quantity, Signal, Table
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -46,8 +46,8 @@ class Following(Process):
     def pass_time(self, state: State) -> None:
         self.knot = self.curve.next_knot(self.knot)
 
-    def part(self, elapsed: float, given: Mapping[str, Signal]) -> Part:
-        return Part({self.name: Signal(*self.curve.after(elapsed))})
+    def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
+        return Influence({self.name: Signal(*self.curve.after(elapsed))})
 
 
 @documented(replace(TORQUE, kind=ONE_OR_PER_WHEEL))

@@ -1,7 +1,7 @@
-"""nu' of many vehicles at once: the reduced kernel with sixteen vehicles in the lanes, runtime/csrc/batch.c.
+"""nu' of many vehicles in one call: runtime/csrc/batch.c computes sixteen vehicles at a time in vector registers.
 
-For whoever integrates thousands of vehicles in step, samples rollouts or fits parameters. Arrays are structures of
-arrays, components first: they go to the C code as they are.
+This serves who integrates thousands of vehicles together, samples rollouts or fits parameters. In all arrays the
+vehicle is the last index, so that the C code reads them as they are.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +36,7 @@ class Batch:
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
-        module = sets.library(first.base, first.effects, "double")
+        module = sets.engine(first.base, first.effects, first.sharp)
         self._ffi, self._function = module.ffi, module.lib.omniroll_reduced_batch
         self._constants = _blocks(module, kernels)
         self._largest_angle = joint_angle(self.rollers_per_wheel)
@@ -44,9 +44,12 @@ class Batch:
     def accelerations(self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None) -> np.ndarray:
         """nu' (3, V) in 1/s^2, equation (3.4) solved.
 
-        nu (3, V) in 1/s; chi (N, V) in rad, |chi| <= pi/n; momenta (N, 2, V) in kg m^2/s of free rollers, as
-        Kernel.momenta gives them, and None for the other models. Each result is that of Kernel.reduced to the last
-        bits; calls may run in several threads.
+        nu       (3, V) in 1/s
+        chi      (N, V) in rad, |chi| <= pi/n
+        momenta  (N, 2, V) in kg m^2/s of free rollers, as Kernel.momenta gives them; None for the other models
+
+        Each result is that of Kernel.reduced to the last bits; calls may run in several threads. Raises
+        InvalidValueError for other shapes, angles beyond the roller and results that are not finite.
         """
         count = np.shape(nu)[-1] if self.shared and np.ndim(nu) == 2 else len(self.vehicles)
         shapes = self._shapes(count, momenta)
@@ -65,10 +68,13 @@ class Batch:
     def bind(
         self, nu: np.ndarray, chi: np.ndarray, momenta: np.ndarray | None = None, *, nu_dot: np.ndarray
     ) -> Callable[[], None]:
-        """`accelerations` as a call without arguments from arrays into an array, for loops. One thread at a time.
+        """`accelerations` as a function without arguments that reads arrays and writes one, for loops.
 
-        Shapes as there; contiguous arrays of doubles, whose numbers are not checked. nu_dot (3, V) must be another
-        one than nu.
+        nu, chi, momenta  as of accelerations: contiguous arrays of doubles, whose numbers are not checked
+        nu_dot            (3, V), where the results go; it must be another array than nu
+
+        The function may run in one thread at a time. Raises InvalidValueError for arrays of another shape, kind or
+        order.
         """
         count = np.shape(nu_dot)[-1] if self.shared and np.ndim(nu_dot) == 2 else len(self.vehicles)
         shapes = self._shapes(count, momenta)
@@ -114,7 +120,7 @@ def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]
         if (vehicle.wheels, vehicle.rollers_per_wheel) != (first.wheels, first.rollers_per_wheel):
             raise InvalidValueError(f"vehicles[{k}]", vehicle, "must have as many wheels and rollers as the first")
         kernels.append(kernel(vehicle, roller_model))
-        if kernels[k].set_name != kernels[0].set_name:
+        if kernels[k].sharp != kernels[0].sharp:
             bound = "has rollers with far sharper or blunter tips than the first; put them into a batch of their own"
             raise InvalidValueError(f"vehicles[{k}]", vehicle, bound)
     return kernels
@@ -124,7 +130,7 @@ def _blocks(module: SimpleNamespace, kernels: list[CompiledKernel]) -> np.ndarra
     """The constants of all vehicles in blocks of sixteen; batch.c. The model in a block points into the block."""
     first, count = kernels[0], len(kernels)
     constants = aligned(module.lib.omniroll_blocks_size(count, first.wheels, first.rollers_per_wheel))
-    models = module.ffi.new("omniroll_model *[]", [own.model for own in kernels])
+    models = module.ffi.new("omniroll_model *[]", [own.model_for(module.ffi) for own in kernels])
     module.lib.omniroll_fill_blocks(count, models, module.ffi.from_buffer("double[]", constants))
     return constants
 

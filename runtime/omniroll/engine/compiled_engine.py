@@ -50,14 +50,14 @@ def can_run(task: Task) -> bool:
     if not task.kernel.effects:
         return not run.next_time() < np.inf and not run.begin_phase(0.0)
     known = names_of(task.kernel, "states")
-    return all(quantity.name in known for quantity in run.layout.quantities) and all(
+    return all(quantity.name in known for quantity in run.state_vector.quantities) and all(
         len(guard.weights) <= 3 for guard in run.begin_phase(0.0)
     )
 
 
 def engine_of(kernel: Kernel) -> Any:
     """`ffi` and `lib` with the engine of a kernel's set."""
-    return sets.library(kernel.base, kernel.effects, "double")
+    return sets.engine(kernel.base, kernel.effects, kernel.sharp)
 
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
@@ -84,7 +84,7 @@ class CompiledRun:
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model)
+        step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
         parts, status, size = [], FULL, 0
         while status == FULL:
             self.run.row_count = self.run.switch_count = 0
@@ -278,15 +278,15 @@ class Columns:
     """
 
     def __init__(self, kernel: Kernel, task: Task):
-        self.kernel, self.layout = kernel, task.effects.layout(kernel)
+        self.kernel, self.state_vector = kernel, task.effects.state_vector(kernel)
         self.states, self.inputs = names_of(kernel, "states"), names_of(kernel, "inputs")
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}
-        rates = {quantity.name: quantity.rate for quantity in self.layout.quantities}
+        rates = {quantity.name: quantity.rate for quantity in self.state_vector.quantities}
         self.sizes = [int(np.prod(outputs[(RATES | rates)[name]])) for name in self.states]
         starts = dict(zip(self.states, np.cumsum([0, *self.sizes]), strict=False))
         places = [
             np.arange(starts[quantity.name], starts[quantity.name] + self.sizes[self.states.index(quantity.name)])
-            for quantity in self.layout.quantities
+            for quantity in self.state_vector.quantities
         ]
         self.order = np.concatenate([np.zeros(0, int), *places]).astype(int)
         self.added = sum(self.sizes)
@@ -295,9 +295,9 @@ class Columns:
 
     def part_sizes(self) -> np.ndarray:
         """The size at |nu| = 1 of each state."""
-        scale, place = self.layout.scale_of_added(self.kernel, 1.0), {}
-        for quantity in self.layout.quantities:
-            place[quantity.name] = scale[self.layout.slices[quantity.name].start - self.layout.plain]
+        scale, place = self.state_vector.scale_of_added(self.kernel, 1.0), {}
+        for quantity in self.state_vector.quantities:
+            place[quantity.name] = scale[self.state_vector.slices[quantity.name].start - self.state_vector.plain]
         return np.array([*(place.get(name, 1.0) for name in self.states), 0.0])
 
     def state(self, numbers: np.ndarray) -> np.ndarray:
@@ -323,7 +323,7 @@ def joined(parts: list[dict[str, np.ndarray]], task: Task, columns: Columns) -> 
         y=y,
         contact=rows[:, columns.end : columns.end + wheels].astype(int),
         axial=axial_speeds(parts, task, columns, rows[:, 0], y, switch_rows) if task.kernel.has_spins else None,
-        dense=dense_polynomials(rows[:, 1 : columns.end], steps, starts, columns) if len(starts) else None,
+        dense=lambda: dense_polynomials(rows[:, 1 : columns.end], steps, starts, columns) if len(starts) else None,
         step_rows=starts,
         directions=switches[:, 2 : 2 + wheels].astype(int),
         switch_rows=switch_rows,
@@ -348,7 +348,7 @@ def axial_speeds(
         return axial
     since = np.append(0, switch_rows)[switched]
     bound = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
-    before, after = columns.layout.views(y[since]), columns.layout.views(y)
+    before, after = columns.state_vector.views(y[since]), columns.state_vector.views(y)
     found = task.effects.axial_later(bound, axial, before, after, elapsed - elapsed[since])
     return np.array(np.broadcast_to(found, axial.shape))
 

@@ -22,7 +22,7 @@ from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, documented
 
-TASKS_PER_WORKER = 8  # enough for a progress bar, and for workers of unequal speed
+TASKS_PER_WORKER = 8  # chunks of runs for each worker: a progress bar moves, and fast workers take more of them
 SAMPLED = tuple(field.name for field in fields(Samples))
 COUNTS = ("switches", "steps", "evaluations")
 
@@ -54,6 +54,7 @@ class Many:
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """The shape (...) of the runs."""
         return self.stopped.shape
 
     def __repr__(self) -> str:
@@ -119,8 +120,8 @@ def simulate_many(
     for doubt in {str(doubt): doubt for task in tasks for doubt in task.effects.doubts(task.vehicle)}.values():
         warnings.warn(doubt, stacklevel=2)
     times = None if times is None else _times(times, tasks)
-    found = _scattered(runs, times, control, executor, progress)
-    many = _gathered(shape, found, times)
+    results = _scattered(runs, times, control, executor, progress)
+    many = _gathered(shape, results, times)
     _warn(many, accuracy)
     return many
 
@@ -202,7 +203,7 @@ def _scattered(
     cores = os.cpu_count() or 1
     size = max(1, math.ceil(len(runs) / (TASKS_PER_WORKER * cores)))
     own = ThreadPoolExecutor(cores) if executor is None else nullcontext(executor)
-    found: list[Any] = [None] * len(runs)
+    results: list[Any] = [None] * len(runs)
     with own as pool, reporting(progress or False, len(runs), "runs") as report:
         starts = {
             pool.submit(run_chunk, Chunk(tuple(runs[k : k + size]), times, control)): k
@@ -211,19 +212,19 @@ def _scattered(
         try:
             done = 0
             for future in as_completed(starts):
-                results, k = future.result(), starts[future]
-                found[k : k + len(results)] = results
-                done += len(results)
+                of_chunk, k = future.result(), starts[future]
+                results[k : k + len(of_chunk)] = of_chunk
+                done += len(of_chunk)
                 report(done, len(runs))
         except BaseException:
             for future in starts:
                 future.cancel()
             raise
-    return found
+    return results
 
 
 def run_chunk(chunk: Chunk) -> list[dict[str, Any]]:
-    """What is kept of each run of a chunk. This is what a worker does."""
+    """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
     return [_one(run, chunk.times, chunk.control) for run in chunk.runs]
 
 
@@ -245,23 +246,23 @@ def _one(run: dict[str, Any], times: np.ndarray | None, control: bool) -> dict[s
 def _samples(trajectory: Trajectory, times: np.ndarray) -> dict[str, np.ndarray | None]:
     """Samples at the times; beyond the trajectory's end nan, or -1 where whole numbers stand."""
     within = times <= trajectory.t[-1]
-    found = trajectory.sample(times[within])
+    samples = trajectory.sample(times[within])
     result: dict[str, np.ndarray | None] = {}
     for name in SAMPLED:
-        part = getattr(found, name)
-        if part is None:
+        values = getattr(samples, name)
+        if values is None:
             result[name] = None
             continue
-        whole = part.dtype.kind in "iu"
-        result[name] = np.full((len(times), *part.shape[1:]), -1 if whole else np.nan, part.dtype)
-        result[name][within] = part
+        whole = values.dtype.kind in "iu"
+        result[name] = np.full((len(times), *values.shape[1:]), -1 if whole else np.nan, values.dtype)
+        result[name][within] = values
     return result
 
 
 # Arrays
 
 
-def _gathered(shape: tuple[int, ...], found: list[dict[str, Any]], times: np.ndarray | None) -> Many:
+def _gathered(shape: tuple[int, ...], results: list[dict[str, Any]], times: np.ndarray | None) -> Many:
     def stacked(values: list[Any], dtype: Any = None) -> np.ndarray | None:
         if values and values[0] is None and dtype is None:
             return None
@@ -269,20 +270,20 @@ def _gathered(shape: tuple[int, ...], found: list[dict[str, Any]], times: np.nda
         return array.reshape(shape + array.shape[1:])
 
     def numbers(name: str) -> np.ndarray:
-        return stacked([np.nan if run[name] is None else run[name] for run in found], float)
+        return stacked([np.nan if run[name] is None else run[name] for run in results], float)
 
     samples = None
     if times is not None:
-        samples = Samples(**{name: stacked([run["samples"][name] for run in found]) for name in SAMPLED})
+        samples = Samples(**{name: stacked([run["samples"][name] for run in results]) for name in SAMPLED})
     indices = np.ndindex(shape)
     return Many(
-        end=Samples(**{name: stacked([run[name] for run in found]) for name in SAMPLED}),
+        end=Samples(**{name: stacked([run[name] for run in results]) for name in SAMPLED}),
         energy_start=numbers("energy_start"),
-        **{name: stacked([run[name] for run in found], int) for name in COUNTS},
+        **{name: stacked([run[name] for run in results], int) for name in COUNTS},
         error_estimate=numbers("error_estimate"),
         sensitivity=numbers("sensitivity"),
-        stopped=stacked([run["reason"] is not None for run in found], bool),
-        reasons={k: run["reason"] for k, run in zip(indices, found, strict=True) if run["reason"]},
+        stopped=stacked([run["reason"] is not None for run in results], bool),
+        reasons={k: run["reason"] for k, run in zip(indices, results, strict=True) if run["reason"]},
         samples=samples,
     )
 

@@ -55,14 +55,16 @@ class Run:
         self.model = SwitchingModel(self.kernel, task.switching)
         self.tolerance = tolerance
         self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.added = np.zeros(self.acting.layout.size - self.acting.layout.plain)  # what the effects integrate
+        self.added = np.zeros(
+            self.acting.state_vector.size - self.acting.state_vector.plain
+        )  # what the effects integrate
         self._start_added()
         scale = np.concatenate(
             [
                 np.full(3, speed_scale(task)),
                 np.full(vehicle.wheels, self.model.joint),
                 [vehicle.platform_radius, vehicle.platform_radius, 1.0],
-                self.acting.layout.scale_of_added(self.kernel, speed_scale(task)),
+                self.acting.state_vector.scale_of_added(self.kernel, speed_scale(task)),
             ]
         )
         self.integrator = PhaseIntegrator(
@@ -127,8 +129,8 @@ class Run:
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
         y = self._y()
-        self.acting.layout.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
-        self.added = y[self.acting.layout.plain :]
+        self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
+        self.added = y[self.acting.state_vector.plain :]
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""
@@ -178,7 +180,7 @@ class Run:
             drive = self.acting.drive(h)
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
-        end, plain = 3 + self.kernel.wheels, self.acting.layout.plain
+        end, plain = 3 + self.kernel.wheels, self.acting.state_vector.plain
         if phase.dense:
             chi = np.array(phase.dense)[:, :, self.integrator.chi]
             self.turned += float(np.ptp(chi, axis=(0, 1)).max())
@@ -189,7 +191,7 @@ class Run:
 
     def _axial_during(self, phase: Phase) -> np.ndarray | None:
         """Axial speeds of the free rollers (K, N, n-1) at the ends of a phase's steps."""
-        axial, layout = self.state.free_axial(), self.acting.layout
+        axial, layout = self.state.free_axial(), self.acting.state_vector
         if axial is None or not phase.times:
             return None
         before, after = layout.views(self._y()), layout.views(np.array(phase.ends))
@@ -237,7 +239,7 @@ class Run:
             y=y,
             contact=np.array(record.contact),
             axial=np.array(record.axial) if self.kernel.has_spins else None,
-            dense=np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
+            dense=lambda: np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
             step_rows=np.array(record.step_rows, int),
             directions=directions.reshape(len(directions), self.kernel.wheels),
             switch_rows=np.array(record.switch_rows, int),

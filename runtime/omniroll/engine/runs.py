@@ -8,6 +8,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
 from omniroll.results.trajectory_files import SWITCH_FIELDS
 from omniroll.vehicles.state import State
@@ -41,7 +42,7 @@ class Rows:
     y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
     contact      (T, N) physical roller in contact
     axial        (T, N, n-1) axial speeds of the free rollers by place, or None
-    dense        (S, d + 1, 6 + N + E) Bernstein coefficients of y on each step, or None
+    dense        a function that gives the (S, d + 1, 6 + N + E) Bernstein coefficients of y on each step, or None
     step_rows    (S,) the row at which a step starts
     directions   (K, N) +1, -1, or 0 for a wheel that did not switch
     switch_rows  (K,) the row after a switch
@@ -52,7 +53,7 @@ class Rows:
     y: np.ndarray
     contact: np.ndarray
     axial: np.ndarray | None
-    dense: np.ndarray | None
+    dense: Callable[[], np.ndarray | None]
     step_rows: np.ndarray
     directions: np.ndarray
     switch_rows: np.ndarray
@@ -70,15 +71,15 @@ def speed_scale(task: Task) -> float:
 
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
-    """The trajectory of a run."""
+    """The trajectory of a run. What follows from its rows is computed when it is first read."""
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
     end = 3 + task.vehicle.wheels
     parts = (slice(3), slice(3, end), slice(end, end + 3), slice(end + 3, None))
     nu, chi, pose, added = (rows.y[:, part].copy() for part in parts)
-    _, contact_spin = bound.wheel_rates(nu, chi)
-    spins = None if rows.axial is None else bound.spins_from_axial(nu, chi, rows.axial)
-    energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
-    switches = _switches(task, rows, energy)
+
+    def spins() -> np.ndarray | None:
+        return None if rows.axial is None else bound.spins_from_axial(nu, chi, rows.axial)
+
     trajectory = Trajectory(
         vehicle=task.vehicle,
         roller_model=task.kernel.roller_model,
@@ -91,19 +92,23 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         nu=nu,
         chi=chi,
         contact=rows.contact,
-        contact_spin=contact_spin,
-        spins=spins,
         pose=pose,
-        energy=energy,
-        switches=switches,
-        dense=rows.dense,
         step_rows=rows.step_rows,
-        stats=stats | {"switches": len(switches), "error_estimate": None, "sensitivity": None},
+        made={
+            "contact_spin": lambda: bound.wheel_rates(nu, chi)[1],
+            "spins": spins,
+            "energy": lambda: bound.energy(nu, chi, *bound.spins_or_nothing(trajectory.spins)),
+            "switches": lambda: _switches(task, rows, trajectory.energy),
+            "dense": rows.dense,
+        },
+        stats=Stats(
+            stats | {"switches": int(np.count_nonzero(rows.directions)), "error_estimate": None, "sensitivity": None},
+            {"phase_energy_drift": lambda: _phase_drift(trajectory, rows.switch_rows)},
+        ),
         effects=task.effects,
         added=added if task.effects else None,
         drive=rows.drive,
     )
-    trajectory.stats["phase_energy_drift"] = _phase_drift(trajectory, rows.switch_rows)
     return trajectory
 
 

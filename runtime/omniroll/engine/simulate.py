@@ -26,13 +26,15 @@ from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, do
 
 ENTRIES = by_name(RUN)
 
-CONTROL = 100.0  # the control run's tolerance is this much coarser
-TRIALS = 4  # runs, each with a tighter tolerance, before the accuracy counts as out of reach
-FINEST = EPS  # a tolerance that no step can feel
-MOVED = 1e-7  # the start of the run that measures the sensitivity, and
-MOVED_NU = np.array([0.48, -0.64, 0.6])  # a direction like any other, of length 1
-FINE = 1e-4  # the tolerance of that run, over MOVED
-PROBES = 201  # times at which it is compared
+CONTROL = 100.0  # the tolerance of the control run is this many times that of the run
+TRIALS = 4  # at most so many runs, each with a tighter tolerance, try to reach the accuracy
+FINEST = EPS  # the tightest tolerance that is tried: rounding is as large
+
+# The sensitivity is measured by a second run whose start is moved a little.
+MOVED = 1e-7  # how far the start is moved, relative to each quantity's size
+MOVED_NU = np.array([0.48, -0.64, 0.6])  # the direction in which nu is moved; of length 1, along no axis of the vehicle
+FINE = 1e-4  # the tolerance of the second run is FINE * MOVED, so that its error is small against the distance
+PROBES = 201  # the number of times at which the two runs are compared
 
 
 @documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
@@ -155,11 +157,11 @@ def _check_range(task: Task) -> None:
         acting = EffectRun(task.effects, bound, task.start_time)
         acting.pass_time(0.0, state)
         flow, _ = acting.phase(0.0, free)
-        y = np.zeros(acting.layout.size)
-        acting.layout.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-        acting.layout.put(y, task.effects.initial(bound, free))
+        y = np.zeros(acting.state_vector.size)
+        acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+        acting.state_vector.put(y, task.effects.initial(bound, free))
         rates = flow(0.0, y)
-        way = rates[: acting.layout.plain] * task.duration
+        way = rates[: acting.state_vector.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if np.abs(way).max() > validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
@@ -184,7 +186,8 @@ def controlled_run(task: Task) -> Trajectory:
         error = difference(control, trajectory) / math.sqrt(CONTROL)
         if control.stats["steps"] == trajectory.stats["steps"]:  # events have cut both into the same steps
             error = max(error, trajectory.stats.get("local_errors", 0.0))
-        if error <= task.accuracy or tolerance <= FINEST or trial == TRIALS - 1:
+        reached = error + trajectory.stats.get("step_error", 0.0) <= task.accuracy  # as the estimate counts it below
+        if reached or tolerance <= FINEST or trial == TRIALS - 1:
             break
         control, tolerance = trajectory, max(tolerance / CONTROL, FINEST)
     sensitivity = _sensitivity(quiet, trajectory)
@@ -197,7 +200,7 @@ def controlled_run(task: Task) -> Trajectory:
 
 
 def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:
-    """What is to be warned of where a controlled run has missed its accuracy, or does not know."""
+    """The warning that a controlled run deserves whose error estimate is above the accuracy, or missing; or none."""
     estimate = trajectory.stats["error_estimate"]
     if estimate is not None and estimate <= task.accuracy:
         return ()

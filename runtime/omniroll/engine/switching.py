@@ -19,10 +19,11 @@ The contract, numbered:
     impact   nu is projected (kernel function `impact`): the constraints after the switch are imposed
              perfectly inelastically, those of all switching wheels jointly.
  7. The rollers that enter and leave, by roller model:
-    free      the entering roller comes with the spin that its axial speed gives it, and forgets it. The
-              leaving roller keeps its absolute axial speed: under smooth also its spin, since theta' and its
-              angle stay; under impact its spin changes with theta', as does any free roller's.
-    locked    the entering roller comes with spin 0 relative to its disk, the leaving roller stops there.
+    free      the entering roller arrives with the spin that its absolute axial speed gives it; from then on its
+              spin follows from (2.1). The leaving roller keeps its absolute axial speed. Under smooth it also
+              keeps its spin, since theta' and its angle stay; under impact its spin changes with theta', as that of
+              any free roller does.
+    locked    the entering roller arrives with spin 0 relative to its disk; the leaving roller stops on its disk.
     massless  rollers have no inertia, so both laws change nothing but the bookkeeping.
  8. The energy after minus before is reported; in a joint switch it is shared equally among its wheels, so
     that the reported jumps add up. Under impact it is never positive but for rounding.

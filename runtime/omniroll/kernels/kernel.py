@@ -13,6 +13,7 @@ needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.v
 
 import importlib
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
@@ -25,7 +26,7 @@ from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import ROLLER_MODELS
+from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
 
 BACKENDS = ("compiled", "python")
 NUMBER_TYPES = {"double": np.float64, "float": np.float32, "long_double": np.longdouble}
@@ -41,7 +42,9 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
-SHARP = 1e2  # beyond this the sharp kernels are the more accurate ones
+SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
+SOLVING = ("reduced", "accelerations", "impact")  # functions that have a form for sharp tips beside the usual one
+SHARP_FORMS = tuple(f"{name}_sharp" for name in SOLVING)
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
 Constants = tuple[tuple[str, float | tuple], ...]  # arguments of `prepare` by name, in a form that can be hashed
@@ -65,7 +68,7 @@ class Signature:
 
 @cache
 def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_wheel: int) -> dict[str, Signature]:
-    """The signature of every function of a set, by name."""
+    """The signature of every function of a set, by name; a form for sharp tips has that of the usual one."""
     sizes = {"N": wheels, "n": rollers_per_wheel, "n-1": rollers_per_wheel - 1}
 
     def arguments(function: dict, role: str) -> tuple[Argument, ...]:
@@ -78,18 +81,22 @@ def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_whe
     return {
         function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
         for function in sets.functions(base, effects)
+        if function["name"] not in SHARP_FORMS
     }
 
 
-def kernel_base(vehicle: Vehicle, roller_model: str) -> str:
-    """The programs for a vehicle: those of its roller model, or their twin for rollers with sharp tips.
+def form(name: str, sharp: bool) -> str:
+    """The generated function that computes what `name` says; where tips are sharp, its form for these."""
+    return f"{name}_sharp" if sharp and name in SOLVING else name
 
-    Both compute the same; where the contact rollers' inertia B/rho^2 outgrows all other inertia at the joint,
-    only the twin is accurate.
+
+def is_sharp(vehicle: Vehicle, roller_model: str) -> bool:
+    """Whether nu' is to be solved for by the functions for sharp tips.
+
+    Both forms compute the same; where the contact rollers' inertia B/rho^2 outgrows all other inertia at the joint,
+    only the one for sharp tips is accurate.
     """
-    twin = f"{roller_model}_sharp"
-    sharp = vehicle.sharpness() > SHARP and twin in sets.set_names()
-    return twin if sharp else roller_model
+    return roller_model != "massless" and vehicle.sharpness() > SHARP
 
 
 @cache
@@ -134,11 +141,21 @@ def _wheel_places(vehicle: Vehicle) -> ArrayLike:
     )
 
 
+@documented(*KERNEL_ARGUMENTS)
 class Kernel:
     """The generated functions of one set, for one vehicle. Made by `kernel`.
 
-    effects   names of the effects beside the roller model, in the registry's order
-    set_name  of the set of effects
+    vehicle       Vehicle, with the inertia that effects bring
+    roller_model  "massless", "locked" or "free"
+    effects       names of the effects beside the roller model, in the registry's order
+    constants     (name, value) of the arguments of `prepare` that belong to the effects
+    set_name      name of the set of effects
+    sharp         whether the rollers end in sharp tips: then the set's functions for these solve for nu'
+
+    Its methods take the arguments below. `inputs` are further ones that the set has, in the order that `reduced`
+    says. A method whose function the set lacks raises KeyError; arrays of other shapes raise ValueError.
+
+    {entries}
     """
 
     backend: str
@@ -146,16 +163,21 @@ class Kernel:
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         self.vehicle, self.roller_model = vehicle, roller_model
         self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
-        self.base, self.effects = kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)
+        self.base, self.effects = roller_model, _effects_of(vehicle, effects)
+        self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
         prepare = self.signatures.pop("prepare")
-        self._constant_names = [argument.name for argument in prepare.inputs]
+        self.constant_names = [argument.name for argument in prepare.inputs]
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
 
+    def form(self, name: str) -> str:
+        """The generated function that computes what `name` says for these tips."""
+        return form(name, self.sharp)
+
     def call(self, name: str, *values: ArrayLike):
-        """The generated function `name`: its output or a tuple of its outputs; leading axes broadcast."""
+        """The generated function `name` of `values`: its output or a tuple of its outputs; leading axes broadcast."""
         raise NotImplementedError
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
@@ -203,16 +225,16 @@ class Kernel:
     def reduced(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
         """nu' (..., 3).
 
-        Further inputs, those that the set has, in this order: momenta (..., N, 2) of free rollers; the heading
-        (...,) on a slope; torque (..., N) of drives; damping (..., N) of motors; roller_drag (..., N) of free
-        rollers with Coulomb's friction.
+        Further inputs, those that the set has, in this order: momenta (..., N, 2) of free rollers; torque (..., N)
+        of drives; damping (..., N) of motors; the heading (...,) on a slope; roller_drag (..., N) of free rollers
+        with Coulomb's friction.
         """
         return self.call("reduced", nu, chi, *inputs)
 
     def accelerations(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike):
         """nu' (..., 3); with free rollers, whose spins are (..., N, n-1), also spins' of that shape.
 
-        Further inputs: spins of free rollers, then heading, torque and damping as of `reduced`.
+        Further inputs: spins of free rollers, then torque, damping and heading as of `reduced`.
         """
         return self.call("accelerations", nu, chi, *inputs)
 
@@ -257,6 +279,14 @@ class Kernel:
     def drive_power(self, nu: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
         """Power (...,) of drives: torque (..., N), and damping (..., N) of motors."""
         return self.call("drive_power", nu, *inputs)
+
+    def motor_torques(self, voltage: ArrayLike, modes: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Torques and damping (..., N) of motors, from their voltages and modes (..., N): 0, or +-1 at a limit."""
+        return self.call("motor_torques", voltage, modes)
+
+    def motor_margins(self, nu: ArrayLike, voltage: ArrayLike, modes: ArrayLike) -> np.ndarray:
+        """Event functions (..., N, 2) of motors: a mode ends where one of them becomes positive."""
+        return self.call("motor_margins", nu, voltage, modes)
 
     def axle_loss(self, nu: ArrayLike) -> np.ndarray:
         """Power (...,) lost in the axles' bearings."""
@@ -337,7 +367,7 @@ class PythonKernel(Kernel):
             inputs = [array.tolist() for array in inputs]
         try:
             with np.errstate(all="ignore"):
-                found = getattr(self._module, name)(self._model, *inputs)
+                found = getattr(self._module, self.form(name))(self._model, *inputs)
         except (ZeroDivisionError, OverflowError):  # Python's floats raise where arrays and C give inf or nan
             found = tuple(np.full(argument.shape, np.nan) for argument in signature.outputs)
             found = found if len(signature.outputs) > 1 else found[0]
@@ -350,13 +380,14 @@ class PythonKernel(Kernel):
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
         module, model, chi_end = self._module, self._model, 3 + self.wheels
+        reduced = getattr(module, self.form("reduced"))
         constants = () if momenta is None else (momenta.tolist(),)
 
         def rates(_: float, y: np.ndarray) -> np.ndarray:
             state = y.tolist()
             nu, chi, theta = state[:3], state[3:chi_end], state[-1]
             try:
-                nu_dot = module.reduced(model, nu, chi, *constants)
+                nu_dot = reduced(model, nu, chi, *constants)
                 chi_dot = module.wheel_speeds(model, nu)
                 return np.array([*nu_dot, *chi_dot, *module.pose_rates(model, nu, theta)], float)
             except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
@@ -365,7 +396,7 @@ class PythonKernel(Kernel):
         return rates
 
     def bind(self, name: str, buffers: Mapping[str, np.ndarray]) -> Callable[[], None]:
-        function, model, signature = getattr(self._module, name), self._model, self.signatures[name]
+        function, model, signature = getattr(self._module, self.form(name)), self._model, self.signatures[name]
         inputs = [buffers[argument.name] for argument in signature.inputs]
         outputs = [buffers[argument.name] for argument in signature.outputs]
 
@@ -417,8 +448,12 @@ class CompiledKernel(Kernel):
         """The constants of the vehicle: a cffi pointer to the struct omniroll_model of the header."""
         return self._model
 
+    def model_for(self, ffi):
+        """`model` as a pointer of another library's cffi interface; both libraries have the set's structs."""
+        return ffi.cast("omniroll_model *", int(self._ffi.cast("uintptr_t", self._model)))
+
     def _function(self, name: str):
-        return getattr(self._lib, f"omniroll_{name}")
+        return getattr(self._lib, f"omniroll_{self.form(name)}")
 
     def _pointer(self, array: np.ndarray):
         """A pointer to the first number of a contiguous array; keeps the array alive."""
@@ -431,7 +466,7 @@ class CompiledKernel(Kernel):
         vehicle.wheels, vehicle.rollers_per_wheel = self.wheels, self.rollers_per_wheel
         arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
         pointers = [self._pointer(array) if array.ndim else array for array in arrays]
-        for name, array, value in zip(self._constant_names, arrays, pointers, strict=True):
+        for name, array, value in zip(self.constant_names, arrays, pointers, strict=True):
             setattr(vehicle, name, value if array.ndim else self._number(array))
         self._model = ffi.new("omniroll_model *")
         storage = [ffi.new("omniroll_wheel[]", self.wheels)]
@@ -444,8 +479,9 @@ class CompiledKernel(Kernel):
         if self._lib.omniroll_check_layout(*sizes) != self._lib.OMNIROLL_OK:
             raise KernelsMissingError(f"the library of {self.set_name} has other structs than its declarations")
         status = self._lib.omniroll_prepare(vehicle, *storage, self._model)
-        if status == self._lib.OMNIROLL_BAD_COUNT:
-            raise InvalidValueError("vehicle", self.vehicle, "the C kernel refuses its numbers of wheels and rollers")
+        if status != self._lib.OMNIROLL_OK:
+            bound = f"the C kernel in {C_TYPES[self.number_type]} refuses it with status {status}, see its header"
+            raise InvalidValueError("vehicle", self.vehicle, bound)
 
     def _number(self, array: np.ndarray):
         """One number as cffi takes it; a long double keeps its digits."""
@@ -561,12 +597,14 @@ def kernel(
     effects: tuple[str, ...] = (),
     constants: Constants = (),
 ) -> Kernel:
-    """The kernel of a vehicle, a roller model ("massless", "locked" or "free") and further effects.
+    """The kernel of a vehicle, a roller model and further effects.
 
-    backend      "compiled" or "python"
-    number_type  of the compiled kernels: "double", "float" or "long_double"
-    effects      names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
-    constants    (name, value) of the arguments of `prepare` that belong to the effects
+    vehicle       Vehicle, with the inertia that effects bring
+    roller_model  "massless", "locked" or "free"
+    backend       "compiled" or "python"
+    number_type   of the compiled kernels: "double", "float" or "long_double"
+    effects       names from generated/data/effects.json; a vehicle with a layout brings "layout" by itself
+    constants     (name, value) of the arguments of `prepare` that belong to the effects
 
     A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
     no C compiler. Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were
@@ -579,7 +617,9 @@ def kernel(
         return PythonKernel(vehicle, roller_model, effects, constants)
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
-    except KernelsMissingError:
-        if sets.set_name(kernel_base(vehicle, roller_model), _effects_of(vehicle, effects)) in sets.set_names():
+    except KernelsMissingError as problem:
+        if sets.set_name(roller_model, _effects_of(vehicle, effects)) in sets.set_names():
             raise
-        return PythonKernel(vehicle, roller_model, effects, constants)
+        made = PythonKernel(vehicle, roller_model, effects, constants)
+        warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
+        return made

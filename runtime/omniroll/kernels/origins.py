@@ -15,8 +15,9 @@ maxima/; its files are then named without lines.
 import difflib
 import json
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -27,6 +28,7 @@ from omniroll.errors import InvalidValueError
 STATIONS = ("paper", "derivation", "data", "code", "engine")
 MOST_PLACES = 12  # at one station; the rest is counted
 FORMULA = re.compile(r"(?:.*:)?(\w+)\Z")  # 7.1:m13 is about m13
+ENTRIES = {"m": "Mstar", "f": "force"}  # m13 is an entry of what maxima/paper calls Mstar
 INDEXED = re.compile(r"[\[({].*")  # nu[0] is about nu
 
 
@@ -241,13 +243,19 @@ def _paper(name: str, symbol: str) -> list[Place]:
 
 
 def _derived(symbol: str, names: set[str]) -> list[Place]:
-    """The lines of maxima/paper and maxima/effects that give a symbol its value."""
-    wanted = set(names)
+    """The lines of maxima/ that give a symbol its value; of one that is given from outside, the first uses."""
+    wanted = set(names) | {whole for letter, whole in ENTRIES.items() if re.fullmatch(rf"{letter}\d+", symbol)}
     entry = generated_data.load("symbols")["symbols"].get(symbol, {})
     wanted |= {INDEXED.sub("", entry["maxima"])} if entry.get("maxima") else set()
     pattern = "|".join(map(re.escape, sorted(wanted)))
     defined = rf"^(?:{pattern})(?:_of_\w+)?(?:\(.*?\))?\s*:=?|'(?:let|var|add|update), (?:{pattern}),"
-    return _lines(_maxima("paper", "effects", "forms", "programs"), defined)
+    rooms = _maxima("paper", "forms", "effects", "programs")
+    return _lines(rooms, defined) or _first_in_each_file(_lines(rooms, rf"\b(?:{pattern})\b"))
+
+
+def _first_in_each_file(places: list[Place]) -> list[Place]:
+    """What is given, not derived, is named where each file first uses it."""
+    return list({place.file: place for place in reversed(places)}.values())[::-1]
 
 
 def _chapters(numbers: list[str]) -> list[Place]:
@@ -266,6 +274,8 @@ def _proved(groups: tuple[str, ...]) -> list[Place]:
     for name in names:
         file = proofs[name]["file"]
         line, _ = _first(_maxima_folder(), file, f'"{name}"')
+        if not line:  # a name that is put together, for instance of a roller model and a function
+            line, _ = _first(_maxima_folder(), file, f'"{name.rpartition(", ")[2]}"')
         places.append(Place(f"maxima/{file}", line, f"proved: {name}: {proofs[name]['claim']}"))
     return places
 
@@ -288,8 +298,18 @@ def _code(names: set[str]) -> list[Place]:
     places = []
     for folder in ("c", "python"):
         given = _lines(_generated(folder), rf"(?:^|[\s.>])(?:{pattern})(?:_i|_)?(?:\[.*?\])*\s*\+?=[^=]")
-        places += given or _lines(_generated(folder), rf"\b(?:{pattern})\b")
+        places += _first_of_each_text(given or _lines(_generated(folder), rf"\b(?:{pattern})\b"))
     return places
+
+
+def _first_of_each_text(places: list[Place]) -> list[Place]:
+    """Lines that say the same stand once, with how often they stand."""
+    times = Counter(place.text for place in places)
+    first = {place.text: place for place in reversed(places)}
+    return [
+        replace(first[text], text=text if number == 1 else f"{text}   ({number} times)")
+        for text, number in times.items()
+    ]
 
 
 def _functions_that_read(names: set[str]) -> tuple[str, ...]:
@@ -306,9 +326,10 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
     if not functions:
         return []
     pattern = "|".join(map(re.escape, functions))
+    solved = r"|^\s*core_rates\(" if "reduced" in functions else ""  # a set's header calls it by this name
     return [
-        *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll)_(?:{pattern})\b"),
-        *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|\"(?:{pattern})\""),
+        *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\({solved}"),
+        *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|call\(\"(?:{pattern})\""),
     ]
 
 

@@ -1,6 +1,6 @@
 """Sets of effects: their texts and their compiled libraries, made beforehand or when a scene calls for them.
 
-A set has a folder with its files:
+A set has a folder with its files; one that is made on demand has its C files in a folder of their own, inside:
 
     omniroll.h omniroll.c    the pair that a controller takes
     kernel_in_lanes.h        the functions on vectors, for the compiled engine
@@ -8,7 +8,8 @@ A set has a folder with its files:
     declarations.h           what cffi must know of the pair
     functions.json           what the functions take and give
     float.so ...             the compiled pair, one library a number type
-    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions
+    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions,
+                             and engine-LEVEL-sharp.so for rollers with sharp tips
 
 The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
 Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
@@ -89,19 +90,43 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 # Libraries
 
 
-@cache
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
-    """`ffi` and `lib` of a set's compiled functions; those in doubles have the engine with them.
+    """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
+    if number_type == "double" and not effects:  # built with the engine beforehand
+        return engine(base, effects)
+    with MAKING:
+        return _opened_pair(base, effects, number_type)
+
+
+def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNamespace:
+    """`ffi` and `lib` of a set's functions in doubles with the compiled engine.
+
+    sharp  whether the engine solves for nu' by the functions for sharp tips
 
     Raises KernelsMissingError where they cannot be had.
     """
-    place, file = _engine(base, effects) if number_type == "double" else _pair(base, effects, number_type)
-    ffi = cffi.FFI()
+    with MAKING:  # two threads get one library
+        return _opened_engine(base, effects, sharp)
+
+
+@cache
+def _opened_pair(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
+    place, file = _pair(base, effects, number_type)
+    return _opened(place, file, number_type, [])
+
+
+@cache
+def _opened_engine(base: str, effects: tuple[str, ...], sharp: bool) -> SimpleNamespace:
+    place, file = _engine(base, effects, sharp)
+    return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
+
+
+def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
+    """A library, and the declarations of its pair and what comes with it."""
     c_type, _ = NUMBER_TYPES[number_type]
     declarations = [f"typedef {c_type} omniroll_real;", (place / "declarations.h").read_text(encoding="utf-8")]
-    if file.startswith("engine"):
-        declarations.append((_engine_sources() / "engine_calls.h").read_text(encoding="utf-8"))
-    ffi.cdef("\n".join(declarations))
+    ffi = cffi.FFI()
+    ffi.cdef("\n".join(declarations + further))
     return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(place / file)))
 
 
@@ -111,16 +136,16 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
     return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
 
 
-def _engine(base: str, effects: tuple[str, ...]) -> tuple[Path, str]:
+def _engine(base: str, effects: tuple[str, ...], sharp: bool) -> tuple[Path, str]:
     """The folder and the library of a set's functions and its engine, at the widest level that runs here."""
     levels = building.levels_here()
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
-        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once", file=sys.stderr)
-        building.engine_library(place, _engine_sources(), constants, levels[0])
+        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
+        building.engine_library(place, _engine_sources(), constants, levels[0], sharp)
 
-    return _made(base, effects, [f"engine-{level}.so" for level in levels], build)
+    return _made(base, effects, [building.engine_file(level, sharp) for level in levels], build)
 
 
 def _engine_sources() -> Path:
@@ -128,29 +153,40 @@ def _engine_sources() -> Path:
 
 
 def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable[[Path], None]) -> tuple[Path, str]:
-    """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none."""
+    """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none, or
+    where it is not as it was compiled."""
     built = BUILT / set_name(base, effects)
     for file in files:
         if (built / file).exists():
             return built, file
     with MAKING:
-        place = _for_this_compiler(folder(base, effects))
-        with cache_folder.lock(place / "libraries"):
-            if not (place / files[0]).exists():
-                try:
+        place = c_folder(base, effects)
+        try:
+            with cache_folder.lock(place / "libraries"):
+                if not building.is_whole(place / files[0]):
                     build(place)
-                except CompilationError as problem:
-                    raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+        except CompilationError as problem:
+            raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+        except OSError as problem:
+            raise _cannot_keep(place, problem) from None
     return place, files[0]
 
 
-def _for_this_compiler(place: Path) -> Path:
-    """The folder for what this compiler makes of a set; its texts are those of the set's folder."""
-    key = hashlib.sha256("\0".join([*building.compiler(), platform.machine()]).encode()).hexdigest()[:16]
-    own = place / key
-    if not own.is_dir():
-        _put_in_place(own, {file.name: file.read_text(encoding="utf-8") for file in place.iterdir() if file.is_file()})
-    return own
+def _cannot_keep(place: Path, problem: OSError) -> KernelsMissingError:
+    """The error for a folder of kernels that takes no more files."""
+    return KernelsMissingError(
+        f"kernels cannot be kept in {place.parent}: {problem}; $OMNIROLL_CACHE names another folder"
+    )
+
+
+def c_folder(base: str, effects: tuple[str, ...]) -> Path:
+    """The folder with a set's C and what this compiler makes of it; the C is written now where it is not there."""
+    flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS]
+    key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
+    place = folder(base, effects) / key
+    if not place.is_dir():
+        _put_in_place(place, programs().kernel(base, effects).c_files())
+    return place
 
 
 # Texts
@@ -158,16 +194,18 @@ def _for_this_compiler(place: Path) -> Path:
 
 def _put_in_place(place: Path, texts: dict[str, str]) -> None:
     """A folder of files, whole or not at all: they are written aside and put in place in one move."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(dir=place.parent))
-    for file, text in texts.items():
-        (scratch / file).write_text(text, encoding="utf-8")
+    scratch = None
     try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        scratch = tempfile.mkdtemp(dir=place.parent)
+        for file, text in texts.items():
+            Path(scratch, file).write_text(text, encoding="utf-8")
         os.replace(scratch, place)
-    except OSError:  # another process was faster
-        shutil.rmtree(scratch, ignore_errors=True)
-        if not place.is_dir():
-            raise
+    except OSError as problem:
+        if scratch is not None:
+            shutil.rmtree(scratch, ignore_errors=True)
+        if not place.is_dir():  # else another process was faster
+            raise _cannot_keep(place, problem) from None
 
 
 @cache
@@ -194,11 +232,11 @@ def _source_key() -> str:
 
 
 def folder(base: str, effects: tuple[str, ...]) -> Path:
-    """The folder with the texts of a set; written now where it is not there."""
+    """The folder with a set's Python; written now where it is not there. KernelsMissingError where it cannot be."""
     name = set_name(base, effects)
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
         place = cache_folder.folder() / key
         if not place.is_dir():
-            _put_in_place(place, programs().kernel(base, effects).files())
+            _put_in_place(place, programs().kernel(base, effects).python_files())
     return place

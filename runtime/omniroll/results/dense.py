@@ -11,7 +11,7 @@ from math import comb
 
 import numpy as np
 
-DEPTH = 40  # halvings of a step before a tangency counts as a crossing
+DEPTH = 40  # halvings of a step after which a polynomial that only touches zero counts as crossing it
 
 
 def _nested_form_to_bernstein(powers: int) -> np.ndarray:
@@ -80,11 +80,11 @@ def first_positive(coefficients: Sequence[float], depth: int = DEPTH) -> float |
 
         return float(brentq(lambda x: value(coefficients, x), 0.0, 1.0, xtol=1e-15))
     left, right = halves(coefficients)
-    found = first_positive(left, depth - 1)
-    if found is not None:
-        return found / 2
-    found = first_positive(right, depth - 1)
-    return None if found is None else (1 + found) / 2
+    first = first_positive(left, depth - 1)
+    if first is not None:
+        return first / 2
+    first = first_positive(right, depth - 1)
+    return None if first is None else (1 + first) / 2
 
 
 def _rises_at_once(coefficients: Sequence[float]) -> bool:

@@ -52,10 +52,10 @@ def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, 
     multipliers, residual = nnls(program, wanted)
     if residual < FEASIBLE:
         return loads
-    pressed = multipliers == 0  # the others carry nothing; those that do are of least norm
-    found = np.zeros_like(loads)
-    found[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
-    return found
+    pressed = multipliers == 0  # contacts with a multiplier carry no load; the others share it with the least norm
+    least = np.zeros_like(loads)
+    least[pressed] = np.linalg.pinv(matrix[:, pressed]) @ moments
+    return least
 
 
 @dataclass(frozen=True)

@@ -118,13 +118,13 @@ def reactions(
     """
     if not isinstance(trajectory, Trajectory):
         raise InvalidValueError("trajectory", trajectory, "must be a Trajectory")
-    found = judged_reactions(
+    result = judged_reactions(
         trajectory, height=height, friction=friction, gravity=gravity, wheel_mass=wheel_mass,
         platform_products=platform_products, spin_inertia=spin_inertia,
     )  # fmt: skip
-    for warning in found.warnings():
+    for warning in result.warnings():
         warnings.warn(warning, stacklevel=2)
-    return found
+    return result
 
 
 def judged_reactions(
@@ -180,11 +180,11 @@ def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: 
     )
 
 
-def _doubts(t: np.ndarray, found: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
-    """One Doubt for each run of rows in which `found` (T, N) holds for a wheel."""
+def _doubts(t: np.ndarray, holds: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
+    """One Doubt for each run of rows in which `holds` (T, N) holds for a wheel."""
     doubts = []
-    for wheel in range(found.shape[1]):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], found[:, wheel], [False]])))
+    for wheel in range(holds.shape[1]):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], holds[:, wheel], [False]])))
         for first, end in edges.reshape(-1, 2):
             extreme = float(worst(values[first:end, wheel]))
             doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme))
@@ -201,8 +201,8 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
         values["momenta"] = _call(bound, "momenta", values)
     if "coulomb_momenta" in bound.signatures:
         values["coulomb_momenta_dot"] = _call(bound, "coulomb_momenta", values)
-    found = _call(bound, "accelerations", values)
-    values["nu_dot"] = found[0] if bound.has_spins else found
+    rates = _call(bound, "accelerations", values)
+    values["nu_dot"] = rates[0] if bound.has_spins else rates
     sums, places = _call(bound, "load_balance", values)
     return _call(bound, "contact_forces", values), sums, places[0]
 
@@ -251,12 +251,12 @@ def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.
             raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
         return np.broadcast_to(given, (wheels,))
     vehicle = trajectory.effects.equipped(trajectory.vehicle)
-    found = vehicle.wheel_inertia
+    inertia = vehicle.wheel_inertia
     for motor in trajectory.effects.effects:
         if isinstance(motor, Motor):
             rotor = {"gear_ratio": motor.gear_ratio, "rotor_axial_inertia": motor.rotor_inertia}
-            found = _part(vehicle, "spin_inertia", wheel_inertia=found, **rotor)
-    return np.full(wheels, found)
+            inertia = _part(vehicle, "spin_inertia", wheel_inertia=inertia, **rotor)
+    return np.full(wheels, inertia)
 
 
 def _part(vehicle: Vehicle, name: str, **values: float) -> float:

@@ -1,7 +1,8 @@
 """A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from typing import Any
 
@@ -11,12 +12,13 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects import KINDS
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.layout import Layout
+from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
+from omniroll.results.on_demand import Maker, OnDemand, Stats
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -24,9 +26,23 @@ from omniroll.vehicles.vehicle import Vehicle
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
+MADE = ("contact_spin", "spins", "energy", "switches", "dense")  # when they are first read
+
+
 @dataclass(frozen=True)
 class Samples:
-    """A motion at given times; the fields of Trajectory of the same names."""
+    """A motion at given times, which may have any shape (...).
+
+    t             (...) in s
+    nu            (..., 3) in 1/s
+    chi           (..., N) in rad, |chi| <= pi/n
+    contact       (..., N) int, the physical roller in contact
+    contact_spin  (..., N) in rad/s, the spin of the roller in contact, (2.1)
+    spins         (..., N, n-1) in rad/s, of the free rollers j = 2..n relative to their disks; None but for the roller
+                  model "free"
+    pose          (..., 3) x, y in m, theta in rad
+    energy        (...) in J, (3.2)
+    """
 
     t: np.ndarray
     nu: np.ndarray
@@ -59,8 +75,10 @@ class Trajectory:
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
-                  takes damping * chi' from it; None without drives. At a row that ends a phase, the values before
+                  takes damping * chi' from it; None without drives. A row that ends a phase has the values of that
+                  phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
+    made          how contact_spin, spins, energy, switches and dense are computed when they are first read
     """
 
     vehicle: Vehicle
@@ -74,22 +92,29 @@ class Trajectory:
     nu: np.ndarray
     chi: np.ndarray
     contact: np.ndarray
-    contact_spin: np.ndarray
-    spins: np.ndarray | None
     pose: np.ndarray
-    energy: np.ndarray
-    switches: np.ndarray
-    dense: np.ndarray | None
     step_rows: np.ndarray
-    stats: dict[str, Any] = field(default_factory=dict)
+    made: Mapping[str, Maker]
+    stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
     added: np.ndarray | None = None
     drive: np.ndarray | None = None
+
+    contact_spin = OnDemand()
+    spins = OnDemand()
+    energy = OnDemand()
+    switches = OnDemand()
+    dense = OnDemand()
 
     def __post_init__(self) -> None:
         for value in vars(self).values():
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: with the values of all fields in the place of the functions that make them."""
+        values = {name: getattr(self, name) for name in self.made}
+        return vars(self) | values | {"made": {}}
 
     def __len__(self) -> int:
         return len(self.t)
@@ -147,7 +172,7 @@ class Trajectory:
 
     def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
-        # A clock late in its life is coarse: a time that is some row's t is that row's time.
+        # Where t is large, several elapsed times round to one t. A time that equals a row's t is taken as that row.
         row = np.searchsorted(self.t, times, side="right") - 1
         on_row = self.t[row] == times
         y = self._rows(row)
@@ -167,7 +192,7 @@ class Trajectory:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
         starts, lengths = self._steps
         step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
-        with np.errstate(divide="ignore", invalid="ignore"):  # the clock may not see the shortest steps
+        with np.errstate(divide="ignore", invalid="ignore"):  # a step may be shorter than the rounding of the time
             x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
         return values_at(self.dense[step], x)
 
@@ -187,7 +212,7 @@ class Trajectory:
         if self.spins is not None:
             axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
             if self.effects:
-                before, after = self._layout.views(self._rows(row)), self._layout.views(y)
+                before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
                 elapsed = (times - self.start_time) - self.elapsed[row]
                 axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
             spins = bound.spins_from_axial(nu, chi, axial)
@@ -212,8 +237,8 @@ class Trajectory:
         return self.effects.kernel(self.vehicle, self.roller_model, self._backend)
 
     @cached_property
-    def _layout(self) -> Layout:
-        return self.effects.layout(self._effect_kernel)
+    def _state_vector(self) -> StateVector:
+        return self.effects.state_vector(self._effect_kernel)
 
     # Energy
 
@@ -221,7 +246,7 @@ class Trajectory:
         """(T, ...) what an effect has integrated, by name: drive_work, axle_loss, roller_loss in J, ..."""
         names = [quantity.name for quantity in self.effects.quantities(self.roller_model)]
         validation.choice("name", name, names)
-        return self._layout.view(self._rows(np.arange(len(self))), name)
+        return self._state_vector.view(self._rows(np.arange(len(self))), name)
 
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
@@ -242,9 +267,9 @@ class Trajectory:
     @property
     def ledger(self) -> Ledger:
         """The account of the energy of the whole run."""
-        found = {name: float(values[-1]) for name, values in self.contributions().items()}
-        found["switches"] = float(self.switches["energy_jump"].sum())
-        return Ledger(float(self.energy[0]), float(self.energy[-1]), found, float(self.energy.max()))
+        sums = {name: float(values[-1]) for name, values in self.contributions().items()}
+        sums["switches"] = float(self.switches["energy_jump"].sum())
+        return Ledger(float(self.energy[0]), float(self.energy[-1]), sums, float(self.energy.max()))
 
     # Files
 
@@ -258,6 +283,7 @@ class Trajectory:
         Raises InvalidValueError for another ending, OSError where the file cannot be written.
         """
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
+            "stats": self.stats.complete(),
             "vehicle": self.vehicle.as_dict(),
             "effects": [effect.as_dict() for effect in self.effects.effects],
         }
@@ -277,10 +303,13 @@ class Trajectory:
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])
             effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
+            arrays = stored.arrays | {"switches": stored.switches.view(np.recarray)}
+            made = {name: partial(arrays.pop, name) for name in MADE}
             return cls(
                 vehicle=vehicle,
                 effects=EffectSet.checked(effects, vehicle),
-                switches=stored.switches.view(np.recarray),
-                **{name: described[name] for name in DESCRIPTION},
-                **stored.arrays,
+                **{name: described[name] for name in DESCRIPTION if name != "stats"},
+                **{name: array for name, array in arrays.items() if name not in MADE},
+                stats=Stats(described["stats"]),
+                made=made,
             )

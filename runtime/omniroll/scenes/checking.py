@@ -1,4 +1,4 @@
-"""Checks of a scene's tables against the schema: every key by itself, all of them before anybody complains."""
+"""Checks of a scene's tables against the schema: every key by itself, so that one message names all that is wrong."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -31,28 +31,28 @@ class Findings:
         return {problem.key for problem in self.problems if problem.table == table}
 
 
-def checked_tables(tables: dict[str, Any], found: Findings) -> dict[str, dict[str, Any]]:
-    """The tables with the keys that are known and good; what is not goes into `found`."""
+def checked_tables(tables: dict[str, Any], findings: Findings) -> dict[str, dict[str, Any]]:
+    """The tables with the keys that are known and good; what is not goes into `findings`."""
     contents = {}
     for name, content in tables.items():
         if name not in TABLES:
-            _unknown_table(name, content, found)
+            _unknown_table(name, content, findings)
         elif not isinstance(content, dict):
-            found.add_stray(name, content, f"must be a table, [{name}]")
+            findings.add_stray(name, content, f"must be a table, [{name}]")
         else:
             contents[name] = content
     for table in SCENE:
         if table.needed and table.name not in tables:
-            found.add(table.name, None, "is missing" + _that_needs(table))
+            findings.add(table.name, None, "is missing" + _that_needs(table))
     known = sizes(contents.get("vehicle", {}))
-    return {name: _good_keys(TABLES[name], content, known, found) for name, content in contents.items()}
+    return {name: _good_keys(TABLES[name], content, known, findings) for name, content in contents.items()}
 
 
 def sizes(vehicle: dict[str, Any]) -> Sizes:
     """N and n - 1 as far as [vehicle] says them."""
     preset = _is_preset(vehicle)
-    said = {key: vehicle.get(key, default if preset else None) for key, default in PRESET_SIZES.items()}
-    good = {key: value for key, value in said.items() if TABLES["vehicle"].key(key).kind.complaint(value, {}) is None}
+    given = {key: vehicle.get(key, default if preset else None) for key, default in PRESET_SIZES.items()}
+    good = {key: value for key, value in given.items() if TABLES["vehicle"].key(key).kind.complaint(value, {}) is None}
     result = {"N": good["wheels"]} if "wheels" in good else {}
     return result | ({"n-1": good["rollers_per_wheel"] - 1} if "rollers_per_wheel" in good else {})
 
@@ -61,22 +61,22 @@ def _is_preset(vehicle: dict[str, Any]) -> bool:
     return any(key.name in vehicle for key in PRESET)
 
 
-def _good_keys(table: Table, content: dict[str, Any], known: Sizes, found: Findings) -> dict[str, Any]:
+def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Findings) -> dict[str, Any]:
     names = {key.name for key in table.keys}
     for name, value in content.items():
         if name not in names:
-            found.add(table.name, name, f"no such key{_hint(name, names, table.name)}", shown(value))
+            findings.add(table.name, name, f"no such key{_hint(name, names, table.name)}", shown(value))
     good = {}
     for key in table.keys:
         if key.name not in content:
             if key.needed:
-                found.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
+                findings.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
             continue
         complaint = key.kind.complaint(content[key.name], known)
         if complaint is None:
             good[key.name] = content[key.name]
         else:
-            found.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
+            findings.add(table.name, key.name, complaint + _unit(key.unit), shown(content[key.name]))
     return good
 
 
@@ -89,13 +89,13 @@ def _that_needs(table: Table) -> str:
     return f"; it needs {', '.join(needed)}" if needed else ""
 
 
-def _unknown_table(name: str, content: Any, found: Findings) -> None:
+def _unknown_table(name: str, content: Any, findings: Findings) -> None:
     if not isinstance(content, dict):
         elsewhere = _elsewhere(name)
-        found.add_stray(name, content, "stands in no table" + (f"; did you mean {elsewhere}?" if elsewhere else ""))
+        findings.add_stray(name, content, "stands in no table" + (f"; did you mean {elsewhere}?" if elsewhere else ""))
         return
     close = nearest(name, TABLES)
-    found.add(name, None, "no such table" + (f"; did you mean [{close}]?" if close else _all(TABLES)))
+    findings.add(name, None, "no such table" + (f"; did you mean [{close}]?" if close else _all(TABLES)))
 
 
 def _hint(name: str, known: Iterable[str], table: str) -> str:

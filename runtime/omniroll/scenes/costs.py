@@ -13,11 +13,11 @@ from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("reduced", "wheel_speeds", "pose_rates")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
-MANY = {"compiled": 20_000, "Python": 1000}  # evaluations that hide the work of a run that comes once, by engine
-DOUBLINGS = 20  # of the time, to get as many
-SHORTEST = 0.5**10  # of the motion, where the doubling starts
-REPEATS = 5
-ENOUGH = 1.0  # s spent on that
+MANY = {"compiled": 20_000, "Python": 1000}  # with so many evaluations the work that a run does once hardly shows
+SHORTEST = 0.5**10  # the first run that is timed simulates this part of the motion
+DOUBLINGS = 20  # then the simulated time is doubled, at most this often, until there are MANY evaluations
+REPEATS = 5  # the longest run is timed again at most this often,
+ENOUGH = 1.0  # and no longer than so many s in all
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def operations(task: Task) -> list[Cost]:
     bound = task.kernel
     counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
     names = dict.fromkeys(ALWAYS + task.effects.functions(bound.roller_model))
-    return [_cost(name, counted[name], bound.vehicle) for name in names]
+    return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
 
 
 def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Cost:

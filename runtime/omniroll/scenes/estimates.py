@@ -24,16 +24,16 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene
 from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
-PROBE = 2.0  # s, the time over which motions are compared
-TIMES = 101
-ACCURACY = 1e-8
+PROBE = 2.0  # s, the simulated time over which two motions are compared, at most
+TIMES = 101  # the number of times at which they are compared
+ACCURACY = 1e-8  # of the runs
 FELT = 1e-7  # a smaller distance may be the error of the two runs
-STILL = 1e-9  # of the wheels' speed: what turns slower does not turn
-LEVEL = 0.01  # rad: a floor that looks level
-BESIDE = 0.01  # of the platform radius: as well as a centre of mass is known
-LONGEST = 5.0  # s of this machine for a motion
-SPIN_DOWN = 10.0  # s that a good bearing turns by itself
-FADE = 0.05  # of the fastest speed: where Coulomb's friction gives way
+STILL = 1e-9  # a roller that turns slower than this part of the fastest wheel's speed counts as not turning
+LEVEL = 0.01  # rad, the inclination of a floor that looks level
+BESIDE = 0.01  # distance of the centre of mass from S, over the platform radius: as well as it is known
+LONGEST = 5.0  # s that a run may take on this machine
+SPIN_DOWN = 10.0  # s in which a good bearing stops what turns by itself
+FADE = 0.05  # named speed of Coulomb's friction, over the fastest speed in the motion
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ def estimates(scene: Scene) -> tuple[float, list[Estimate]]:
     base = _motion(scene, duration, {})
     if base is None or duration == 0:
         return duration, []
-    found = [
+    made = [
         _estimate(variant, base, _motion(scene, duration, variant.changes))
         for variant in chain(_other_models(scene), _other_effects(scene, base))
     ]
     if "reactions" not in scene.tables:
-        found.append(Estimate("reactions", "an output, which changes no motion", 0.0))
-    return duration, found
+        made.append(Estimate("reactions", "an output, which changes no motion", 0.0))
+    return duration, made
 
 
 def _other_models(scene: Scene) -> Iterator[Variant]:
@@ -140,10 +140,12 @@ class TooLongError(OmnirollError):
 
 
 def _clock() -> Progress:
-    """Ends a run after LONGEST."""
-    end = time.monotonic() + LONGEST
+    """Ends a run after LONGEST, counted from its first report: kernels that are made for it take no part."""
+    end: float | None = None
 
     def report(done: float, duration: float) -> None:
+        nonlocal end
+        end = time.monotonic() + LONGEST if end is None else end
         if time.monotonic() > end:
             raise TooLongError(f"takes more than {LONGEST:g} s")
 

@@ -21,8 +21,8 @@ UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 def explained(scene: Scene) -> dict[str, Any]:
     """All of it in plain Python types. Runs the scene for a short time."""
     task = checked_task(scene.vehicle, **scene.options)
-    compared, found = estimates(scene)
-    by_effect = {estimate.effect: estimate for estimate in found}
+    compared, off = estimates(scene)
+    by_effect = {estimate.effect: estimate for estimate in off}
     on = effects_on(scene, task)
     costs = operations(task)
     massless = by_effect.get("massless")
@@ -42,7 +42,7 @@ def explained(scene: Scene) -> dict[str, Any]:
             for effect in generated_data.load("effects")["effects"]
             if effect["table"] or effect["name"] in on
         ],
-        "events": [JOINTS, *(event for effect in task.effects.effects for event in effect.events())],
+        "events": events_of(task),
         "compared": compared,
         "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
@@ -51,11 +51,15 @@ def explained(scene: Scene) -> dict[str, Any]:
     }
 
 
+def events_of(task: Task) -> list[str]:
+    """The events that steps end on, in words."""
+    return [JOINTS, *(event for effect in task.effects.effects for event in effect.events())]
+
+
 def effects_on(scene: Scene, task: Task) -> set[str]:
     """The effects of the registry that the scene calls for; the defaults where it says nothing."""
     asked = {"reactions"} if "reactions" in scene.tables else set()
-    sharp = {"sharp"} if task.kernel.base.endswith("_sharp") else set()
-    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked | sharp
+    return {task.kernel.roller_model, task.switching, *task.kernel.effects} | asked
 
 
 def called_by(scene: Scene, effect: dict[str, Any]) -> list[str]:
@@ -69,16 +73,16 @@ def state_variables(task: Task) -> list[dict[str, Any]]:
     """What is carried along the motion: name, how many numbers, unit, what they are."""
     bound = task.kernel
     wheels, places = bound.wheels, bound.rollers_per_wheel - 1
-    layout = task.effects.layout(bound)
+    vector = task.effects.state_vector(bound)
     counts = {"nu": 3, "chi": wheels, "pose": 3}
     entries = by_name(STATE)
     state = [(name, count, entries[name].unit, entries[name].meaning) for name, count in counts.items()]
-    for quantity in layout.quantities:
+    for quantity in vector.quantities:
         about = generated_data.described(quantity.rate if quantity.account else quantity.name).meaning
         kind = f"integral of the {about}, for the ledger" if quantity.account else about
-        state.append((quantity.name, math.prod(layout.shapes[quantity.name]), UNITS[quantity.size], kind))
+        state.append((quantity.name, math.prod(vector.shapes[quantity.name]), UNITS[quantity.size], kind))
     state.append(("contact", wheels, "", "the roller in contact of each wheel, changed by switches"))
-    if bound.has_spins and "axial" not in layout.shapes:
+    if bound.has_spins and "axial" not in vector.shapes:
         state.append(("axial", wheels * places, "rad/s", "axial speeds of the free rollers, kept between switches"))
     names = ("name", "count", "unit", "meaning")
     return [dict(zip(names, entry, strict=True)) for entry in state]

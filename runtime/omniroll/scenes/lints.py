@@ -14,13 +14,13 @@ from omniroll.scenes.loading import Scene
 from omniroll.vehicles.parts import cylinder, evaluate
 from omniroll.vehicles.vehicle import Vehicle
 
-FAR = 2.0  # a vehicle may reach this many times as far as its wheels do
-BLUNT = 0.05  # least height of a roller's axis at the joint, over that in the roller's middle
-NEGLIGIBLE = 1e-4  # a difference of the motion that is not worth a model
+FAR = 2.0  # the mass of a vehicle lies at most this many times as far from S as its wheels reach
+BLUNT = 0.05  # least height of a roller's axis above the ground at the joint, over that in the middle of the roller
+NEGLIGIBLE = 1e-4  # where massive rollers change the motion by less than this, massless ones would do
 PART_ARGUMENTS = tuple(
     argument["name"]
     for function in generated_data.load("kernels")["functions"]
-    if (function["set"], function["name"]) == ("parts", "inertias")
+    if "parts" in function["sets"] and function["name"] == "inertias"
     for argument in function["arguments"]
     if argument["role"] == "in"
 )
@@ -91,33 +91,35 @@ def _of_numbers(vehicle: Vehicle) -> Iterator[Lint]:
         yield Lint("vehicle", "roller_axis_radius", f"{text}, {thickness:.3g} m in the roller's middle")
 
 
-def _of_parts(said: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
+def _of_parts(table: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
     reach, thickness = vehicle.wheel_radius, vehicle.wheel_radius - vehicle.roller_axis_radius
     far = FAR * (vehicle.platform_radius + reach)
     outermost = {
-        "platform_inertia": ("platform_mass", said.get("platform_disk_radius", far)),
-        "hub_axial_inertia": ("hub_mass", said.get("hub_radius", reach)),
-        "roller_axial_inertia": ("roller_mass", said.get("roller_radius", thickness)),
+        "platform_inertia": ("platform_mass", table.get("platform_disk_radius", far)),
+        "hub_axial_inertia": ("hub_mass", table.get("hub_radius", reach)),
+        "roller_axial_inertia": ("roller_mass", table.get("roller_radius", thickness)),
     }
     for name, (mass, radius) in outermost.items():
-        if name in said and said[name] > (most := ring(said[mass], radius)):
-            text = f"{said[name]:.3g} kg m^2 is more than {said[mass]:g} kg within {radius:.3g} m of the axis can have"
+        if name in table and table[name] > (most := ring(table[mass], radius)):
+            text = (
+                f"{table[name]:.3g} kg m^2 is more than {table[mass]:g} kg within {radius:.3g} m of the axis can have"
+            )
             yield Lint("vehicle", name, f"{text}, {most:.3g}")
     axial, transverse = cylinder(1.0, 1.0, 1e-9)  # nothing is flatter than a disk
     for body in ("hub", "roller", "rotor"):
         names = f"{body}_axial_inertia", f"{body}_transverse_inertia"
-        if set(names) <= set(said) and said[names[0]] * transverse > said[names[1]] * axial * (1 + 1e-9):
+        if set(names) <= set(table) and table[names[0]] * transverse > table[names[1]] * axial * (1 + 1e-9):
             text = f"more than {axial / transverse:.3g} times the inertia across the axis, which not even a disk has"
             yield Lint("vehicle", names[0], text)
-    if said.get("roller_mass", 0) > said.get("hub_mass", math.inf):
+    if table.get("roller_mass", 0) > table.get("hub_mass", math.inf):
         yield Lint("vehicle", "roller_mass", "a roller is heavier than the wheel that carries it")
 
 
 def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
     if model == "free" and law == "smooth":
-        yield Lint("switching", "law", "smooth switches of free rollers pump energy in over long runs; impact does not")
-    # It is exactly 0 where nothing moves, which says nothing of the rollers.
+        yield Lint("switching", "law", "the law smooth lets the energy of free rollers rise at switches; impact never does")
+    # The distance is exactly 0 where nothing moves; that tells nothing about the rollers.
     if model != "massless" and without_inertia and without_inertia < NEGLIGIBLE:
         text = f"the rollers' inertia changes this motion by {without_inertia:.1e}: massless would do"
         yield Lint("rollers", "model", text)

@@ -51,85 +51,96 @@ class Scene:
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def doubts(self) -> list[UserWarning]:
-        """What is allowed in its effects and yet looks wrong."""
+        """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
         return [doubt for effect in self.options.get("effects", ()) for doubt in effect.doubts(self.vehicle)]
 
     def sample_times(self, end: float) -> np.ndarray | None:
-        """The times up to `end` at which samples are wanted, (K,) in s; None where none are."""
-        said = self.tables.get("run", {})
-        if "times" in said:
-            times = np.array(said["times"], float)
-        elif "step" in said:
-            start = said.get("start_time", 0)
-            times = start + said["step"] * np.arange(_steps(said) + 1)
+        """The times (K,) in s up to `end`, in s, at which the scene asks for samples; None where it asks for none."""
+        run_table = self.tables.get("run", {})
+        if "times" in run_table:
+            times = np.array(run_table["times"], float)
+        elif "step" in run_table:
+            start = run_table.get("start_time", 0)
+            times = start + run_table["step"] * np.arange(_sample_intervals(run_table) + 1)
         else:
             return None
         return times[times <= end]
 
 
 def load_scene(path: str | PathLike) -> Scene:
-    """Read a scene file; docs/scenes.md says what it holds. Raises SceneError, which names all that is wrong."""
+    """Read a scene file; docs/scenes.md says what it holds.
+
+    path  of the TOML file, str or path
+
+    Raises SceneError, which names all that is wrong in the file, each with its line.
+    """
     tables, lines = read(path)
-    found = Findings(lines)
-    tables = checked_tables(tables, found)
-    vehicle = vehicle_of(tables["vehicle"], found) if "vehicle" in tables else None
+    findings = Findings(lines)
+    tables = checked_tables(tables, findings)
+    vehicle = vehicle_of(tables["vehicle"], findings) if "vehicle" in tables else None
     options = {
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
-    _check_samples(tables.get("run", {}), found)
-    effects = effects_of(tables, found)
+    _check_samples(tables.get("run", {}), findings)
+    effects = effects_of(tables, findings)
     if vehicle is not None:
-        vehicle = with_layout(vehicle, tables, found)
+        vehicle = with_layout(vehicle, tables, findings)
     stand_in = vehicle or _stand_in(tables.get("vehicle", {}))
     if stand_in is not None:
-        check_together(effects, stand_in, found)
-        _check_options(stand_in, options, found)
+        check_together(effects, stand_in, findings)
+        _check_options(stand_in, options, findings)
     if effects:
         options["effects"] = tuple(effects.values())
-    if not found.problems:
-        _check_whole(vehicle, options, tables, found)
-    if found.problems:
-        raise SceneError(path, found.problems)
+    if not findings.problems:
+        _check_whole(vehicle, options, tables, findings)
+    if findings.problems:
+        raise SceneError(path, findings.problems)
     return Scene(Path(path).stem, vehicle, options, tables)
 
 
 def run(scene: Scene, **changes: Any) -> Trajectory:
-    """Simulate a scene; `changes` are arguments of omniroll.simulate that replace the scene's."""
+    """Simulate a scene.
+
+    scene    Scene, as load_scene gives it
+    changes  arguments of omniroll.simulate that replace the scene's
+
+    Raises and warns as omniroll.simulate does.
+    """
     return simulate(scene.vehicle, **scene.options | changes)
 
 
-def reactions_of(trajectory: Trajectory, said: dict[str, Any]) -> tuple[Reactions, list[str]]:
+def reactions_of(trajectory: Trajectory, arguments: dict[str, Any]) -> tuple[Reactions, list[str]]:
     """The reactions that [reactions] asks for, and the warnings that come with them."""
-    found = judged_reactions(trajectory, **said)
-    return found, [str(warning) for warning in found.warnings()]
+    reactions = judged_reactions(trajectory, **arguments)
+    return reactions, [str(warning) for warning in reactions.warnings()]
 
 
-def _steps(said: dict[str, Any]) -> int:
-    return int(np.floor(said["duration"] / said["step"] * (1 + 1e-12)))
+def _sample_intervals(run_table: dict[str, Any]) -> int:
+    return int(np.floor(run_table["duration"] / run_table["step"] * (1 + 1e-12)))
 
 
-def _check_samples(said: dict[str, Any], found: Findings) -> None:
-    if "step" in said and "times" in said:
-        found.add("run", "step", "cannot stand beside times", shown(said["step"]))
-    if "duration" not in said:
+def _check_samples(run_table: dict[str, Any], findings: Findings) -> None:
+    if "step" in run_table and "times" in run_table:
+        findings.add("run", "step", "cannot stand beside times", shown(run_table["step"]))
+    if "duration" not in run_table:
         return
-    start = said.get("start_time", 0)
-    end = start + said["duration"]
-    if "times" in said and not start <= said["times"][0] <= said["times"][-1] <= end:
-        found.add("run", "times", f"must lie within the run, {start!r} to {end!r} s", shown(said["times"]))
-    if "step" in said and said["duration"] / said["step"] > MOST_SAMPLES:
-        found.add("run", "step", f"must leave at most {MOST_SAMPLES} samples of the run", shown(said["step"]))
+    start = run_table.get("start_time", 0)
+    end = start + run_table["duration"]
+    if "times" in run_table and not start <= run_table["times"][0] <= run_table["times"][-1] <= end:
+        findings.add("run", "times", f"must lie within the run, {start!r} to {end!r} s", shown(run_table["times"]))
+    if "step" in run_table and run_table["duration"] / run_table["step"] > MOST_SAMPLES:
+        findings.add("run", "step", f"must leave at most {MOST_SAMPLES} samples of the run", shown(run_table["step"]))
 
 
-def _stand_in(said: dict[str, Any]) -> Vehicle | None:
+def _stand_in(vehicle_table: dict[str, Any]) -> Vehicle | None:
     """A vehicle of as many wheels and rollers as the one that could not be made, to check the start with."""
-    known = sizes(said)
+    known = sizes(vehicle_table)
     if "N" not in known or known.get("n-1", 0) < 3:
         return None
     return Vehicle.paper(known["N"], known["n-1"] + 1)
 
 
-def _check_options(vehicle: Vehicle, options: dict[str, Any], found: Findings) -> None:
+def _check_options(vehicle: Vehicle, options: dict[str, Any], findings: Findings) -> None:
     """What simulate would refuse of each argument by itself, so that all are named at once."""
     harmless = {"nu": (0, 0, 0), "duration": 0}
     for name, value in options.items():
@@ -139,17 +150,17 @@ def _check_options(vehicle: Vehicle, options: dict[str, Any], found: Findings) -
         try:
             checked_task(vehicle, **alone)
         except InvalidValueError as error:
-            found.add(*OPTIONS[name], error.bound, shown(error.value))
+            findings.add(*OPTIONS[name], error.bound, shown(error.value))
 
 
-def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], found: Findings) -> None:
+def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], findings: Findings) -> None:
     """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
     try:
         task = checked_task(vehicle, **options)
         if "reactions" in tables:
             reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables["reactions"])
     except InvalidValueError as error:
-        found.add(*_place(error.field, tables), error.bound, shown(error.value))
+        findings.add(*_place(error.field, tables), error.bound, shown(error.value))
 
 
 def _place(name: str, tables: dict[str, Any]) -> tuple[str, str]:

@@ -77,21 +77,21 @@ def ledger(trajectory: Trajectory) -> dict[str, float]:
     return {"start": account.start, "end": account.end} | account.contributions | {"residual": account.residual}
 
 
-def _reactions_in_short(found: Reactions) -> dict[str, Any]:
-    needed = found.needed_friction[np.isfinite(found.needed_friction)]
+def _reactions_in_short(reactions: Reactions) -> dict[str, Any]:
+    needed = reactions.needed_friction[np.isfinite(reactions.needed_friction)]
     return {
-        "load_rule": found.load_rule,
-        "least_load": float(found.load.min()),
+        "load_rule": reactions.load_rule,
+        "least_load": float(reactions.load.min()),
         "needed_friction": float(needed.max(initial=0.0)),
-        "least_slip_margin": None if found.slip_margin is None else float(found.slip_margin.min()),
-        "least_tip_margin": float(found.tip_margin.min()),
-        "doubts": [asdict(doubt) for doubt in found.doubts],
+        "least_slip_margin": None if reactions.slip_margin is None else float(reactions.slip_margin.min()),
+        "least_tip_margin": float(reactions.tip_margin.min()),
+        "doubts": [asdict(doubt) for doubt in reactions.doubts],
     }
 
 
 def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
     """Run a scene, also one that stops before its end."""
-    stopped, found = None, None
+    stopped, reactions = None, None
     began = time.perf_counter()
     task = checked_task(scene.vehicle, **scene.options, progress=report)
     doubts = scene.doubts()
@@ -101,11 +101,11 @@ def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
     except SimulationStopped as error:
         stopped, trajectory = error, error.trajectory
     seconds = time.perf_counter() - began
-    said = [str(doubt) for doubt in doubts]
+    texts = [str(doubt) for doubt in doubts]
     if "reactions" in scene.tables:
-        found, rolling = reactions_of(trajectory, scene.tables["reactions"])
-        said += rolling
-    return Outcome(scene, trajectory, seconds, tuple(said), stopped, found)
+        reactions, rolling = reactions_of(trajectory, scene.tables["reactions"])
+        texts += rolling
+    return Outcome(scene, trajectory, seconds, tuple(texts), stopped, reactions)
 
 
 def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
@@ -146,10 +146,10 @@ def _write_switches(trajectory: Trajectory, path: Path) -> None:
     _write_table(path, trajectory.switches.dtype.names, trajectory.switches.tolist())
 
 
-def _write_impulses(found: Impulses, path: Path) -> None:
-    wheels = range(1, found.contact.shape[1] + 1)
+def _write_impulses(at_switches: Impulses, path: Path) -> None:
+    wheels = range(1, at_switches.contact.shape[1] + 1)
     names = ["t", *(f"{name}_{i}" for name in ("along_axle", "along_rolling") for i in wheels)]
-    _write_table(path, names, _rows((found.t, found.contact[..., 0], found.contact[..., 1])))
+    _write_table(path, names, _rows((at_switches.t, at_switches.contact[..., 0], at_switches.contact[..., 1])))
 
 
 def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:
@@ -160,15 +160,23 @@ def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> Non
     _write_table(path, names, _rows(columns))
 
 
-def _write_reactions(found: Reactions, path: Path) -> None:
-    wheels = range(1, found.load.shape[1] + 1)
+def _write_reactions(reactions: Reactions, path: Path) -> None:
+    wheels = range(1, reactions.load.shape[1] + 1)
     names = [
         "t",
         *(f"{name}_{i}" for name in ("along_axle", "along_rolling", "load", "needed_friction") for i in wheels),
     ]
     names += ["pressure_x", "pressure_y", "tip_margin"]
-    along, across = found.contact_force[..., 0], found.contact_force[..., 1]
-    columns = (found.t, along, across, found.load, found.needed_friction, found.pressure_point, found.tip_margin)
+    along, across = reactions.contact_force[..., 0], reactions.contact_force[..., 1]
+    columns = (
+        reactions.t,
+        along,
+        across,
+        reactions.load,
+        reactions.needed_friction,
+        reactions.pressure_point,
+        reactions.tip_margin,
+    )
     _write_table(path, names, _rows(columns))
 
 

@@ -59,7 +59,7 @@ def _name(name: str) -> str:
 
 
 def shown(value: Any) -> str | None:
-    """A value as text of bearable length, as a file says it; None for what is not there."""
+    """A value as text of at most LONGEST characters, as a TOML file has it; None for what is not there."""
     if value is None:
         return None
     if isinstance(value, bool):
@@ -75,5 +75,5 @@ def shown(value: Any) -> str | None:
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that looks most like `name`, or None."""
-    found = difflib.get_close_matches(name[:LONGEST], known, n=1, cutoff=0.5)
-    return found[0] if found else None
+    alike = difflib.get_close_matches(name[:LONGEST], known, n=1, cutoff=0.5)
+    return alike[0] if alike else None

@@ -42,8 +42,8 @@ def read(path: str | PathLike) -> tuple[dict[str, Any], Lines]:
 
 
 def _where_digits_are_many(text: str) -> str:
-    found = re.search(rf"[0-9_]{{{sys.get_int_max_str_digits() or 1}}}", text)
-    return f" (at line {text.count(chr(10), 0, found.start()) + 1})" if found else ""
+    digits = re.search(rf"[0-9_]{{{sys.get_int_max_str_digits() or 1}}}", text)
+    return f" (at line {text.count(chr(10), 0, digits.start()) + 1})" if digits else ""
 
 
 def lines_of(text: str) -> Lines:

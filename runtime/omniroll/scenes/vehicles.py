@@ -18,33 +18,34 @@ BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from 
     "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
     "roller_mass": (("roller_axial_inertia", "roller_transverse_inertia"), ("roller_radius", "roller_length")),
 }
-# Numbers that break no bound, in place of those that are missing or wrong: the others are then judged by themselves.
+# Numbers that break no bound of the derivation. They take the place of numbers that are missing or wrong, so that the
+# bounds judge the numbers that are there.
 LENIENT = {
     "wheels": 1, "platform_radius": 1.0, "wheel_radius": 1e100, "roller_axis_radius": 1e-100, "mass": 1e-100,
     "yaw_inertia": 1e100, "wheel_inertia": 1.0, "roller_inertia": 1e-100,
 }  # fmt: skip
-MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # lenient only together
-REPAIRS = (1e-9, 1e9)  # a number that breaks a bound keeps it when it is this much smaller or larger
+MANY_ROLLERS = {"rollers_per_wheel": 10_000, "roller_inertia": 1e-100}  # so many rollers fit only if they are light
+REPAIRS = (1e-9, 1e9)  # a number that breaks a bound is multiplied by one of these to see which bounds the others break
 
 
-def vehicle_of(content: dict[str, Any], found: Findings) -> Vehicle | None:
-    """The vehicle; None where [vehicle] has problems, which go into `found`.
+def vehicle_of(content: dict[str, Any], findings: Findings) -> Vehicle | None:
+    """The vehicle; None where [vehicle] has problems, which go into `findings`.
 
     `content` has the keys that are good by themselves.
     """
     make, needed, strangers, beside = _way(content)
     for name in strangers:
         if name in content:
-            found.add("vehicle", name, f"cannot stand beside {beside}", shown(content[name]))
-    if "preset" not in found.keys_in("vehicle"):
-        _say_what_is_missing(content, needed, found)
-    wrong = found.keys_in("vehicle")
+            findings.add("vehicle", name, f"cannot stand beside {beside}", shown(content[name]))
+    if "preset" not in findings.keys_in("vehicle"):
+        _say_what_is_missing(content, needed, findings)
+    wrong = findings.keys_in("vehicle")
     try:
         if wrong:
             make, content = _make_numbers, _judged_alone(content, wrong)
         vehicle = make(content)
     except InvalidValueError as error:
-        _say_all_bounds(make, content, error, found)
+        _say_all_bounds(make, content, error, findings)
         return None
     return None if wrong else vehicle
 
@@ -62,7 +63,7 @@ def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, 
 
 
 def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
-    """How the vehicle is said: what makes it, the keys that it needs, those that it excludes, and why."""
+    """How the table gives the vehicle: what makes it, the keys that it needs, those that it excludes, and why."""
     if "preset" in content:
         return _make_preset, (), PART_NAMES, "a preset"
     if any(name in content for name in PART_NAMES):
@@ -70,15 +71,17 @@ def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str,
     return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
 
 
-def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], found: Findings) -> None:
-    already = found.keys_in("vehicle")
+def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], findings: Findings) -> None:
+    already = findings.keys_in("vehicle")
     for name in needed:
         if name not in content and name not in already:
-            found.add("vehicle", name, "is missing" + ("; give it, a preset, or parts" if name in NUMBER_NAMES else ""))
+            findings.add(
+                "vehicle", name, "is missing" + ("; give it, a preset, or parts" if name in NUMBER_NAMES else "")
+            )
     for mass, (inertias, sizes) in BODIES.items():
         for name in inertias if mass in needed else ():
             if not (name in content or set(sizes) <= set(content) or already & {name, *sizes}):
-                found.add("vehicle", name, f"is missing; give it, or {' and '.join(sizes)}")
+                findings.add("vehicle", name, f"is missing; give it, or {' and '.join(sizes)}")
 
 
 def _make_preset(content: dict[str, Any]) -> Vehicle:
@@ -103,10 +106,10 @@ def _make_parts(content: dict[str, Any]) -> Vehicle:
     return Vehicle.from_parts(**parts)
 
 
-def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValueError, found: Findings) -> None:
-    """Every bound that the numbers break together: each is said, then mended to see the next."""
+def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValueError, findings: Findings) -> None:
+    """Every bound that the numbers break together: each is told, then mended to see the next."""
     while True:
-        found.add("vehicle", error.field, error.bound, shown(error.value))
+        findings.add("vehicle", error.field, error.bound, shown(error.value))
         if not isinstance(content.get(error.field), (int, float)):
             return
         for factor in REPAIRS:

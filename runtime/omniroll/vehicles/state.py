@@ -18,7 +18,7 @@ class State:
     pose     (3,) x, y, theta
     contact  (N,) int, the physical roller in contact
     axial    (N, n) in rad/s by physical roller: the absolute axial speeds of free rollers, constant between
-             switches. What it holds for the roller in contact has no meaning. None but for the roller model
+             switches. The number of the roller in contact has no meaning. None but for the roller model
              "free".
     """
 

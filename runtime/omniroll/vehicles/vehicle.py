@@ -171,7 +171,12 @@ class Vehicle:
         return generated_data.evaluate(expression, _symbols_of(self)) if expression is not None else 0.0
 
     def replace(self, **changes: Any) -> "Vehicle":
-        """A vehicle with some fields changed; it is validated again."""
+        """A vehicle with some fields changed.
+
+        changes  fields of Vehicle by name
+
+        Raises InvalidValueError where the new numbers break a bound; they are checked as those of any vehicle.
+        """
         return type(self)(**(self.as_dict() | changes))
 
     def __repr__(self) -> str:

@@ -30,11 +30,11 @@ def deviation(outcome: Any, reference: Any, task: Task) -> dict[str, float]:
     }
 
 
-def _switch_times(found: list, wanted: list) -> float:
+def _switch_times(switches: list, wanted: list) -> float:
     """The largest error of a switch's time, wheel by wheel; nan where the switches are not the same."""
     worst = 0.0
-    for wheel in {wheel for _, wheel, _ in wanted} | {wheel for _, wheel, _ in found}:
-        one = [(t, d) for t, i, d in found if i == wheel]
+    for wheel in {wheel for _, wheel, _ in wanted} | {wheel for _, wheel, _ in switches}:
+        one = [(t, d) for t, i, d in switches if i == wheel]
         other = [(t, d) for t, i, d in wanted if i == wheel]
         if [d for _, d in one] != [d for _, d in other]:
             return math.nan

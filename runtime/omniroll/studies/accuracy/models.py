@@ -22,7 +22,8 @@ from omniroll.studies.accuracy.peers import TOLERANCES, Outcome, Peer, outcome_o
 from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
 from omniroll.vocabulary import ROLLER_MODELS
 
-# Errors of models are large: these tolerances show where they end. Effects run on the Python engine, which is slower.
+# The error of a model stays however fine the tolerance is, and these tolerances are enough to show it. Runs with
+# effects take longer, and have fewer.
 SETTINGS, SETTINGS_WITH_EFFECTS = TOLERANCES[::2][:6], TOLERANCES[1:8:3]
 FINEST_WITH_EFFECTS = 1e-11
 
@@ -36,7 +37,13 @@ def _run(task: Task, times: np.ndarray, tolerance: float) -> Outcome:
 
 @dataclass
 class Ladder:
-    """Points of each rung at some tolerances, why others are missing, how fine the reference is; a run that stopped."""
+    """What was measured of all models, which are the rungs.
+
+    points     a Point for each rung and tolerance
+    failed     why rungs are missing, in words
+    confirmed  the largest distance between two computations of the reference
+    stopped    the error of a run that stopped, or None
+    """
 
     points: list[Any] = field(default_factory=list)
     failed: list[str] = field(default_factory=list)
@@ -58,7 +65,7 @@ def ladder(
     for name, vehicle, arguments in _rungs(scene, options):
         try:
             rungs.append((name, checked_task(vehicle, **arguments, duration=duration)))
-        except InvalidValueError as error:  # a controller of motors cannot do without them
+        except InvalidValueError as error:  # a controller that gives voltages needs motors
             result.failed.append(f"{name}: {error}")
     fullest = next(task for name, task in rungs if name == "free")
     peer = Peer("compiled", _run, SETTINGS_WITH_EFFECTS if some else SETTINGS)
@@ -89,6 +96,8 @@ def _rungs(scene: Scene, options: dict[str, Any]) -> Iterator[tuple[str, Any, di
 
 
 def _reference(fullest: Task, times: np.ndarray) -> Reference:
-    found, coarse = (_run(fullest, times, tolerance) for tolerance in (FINEST_WITH_EFFECTS, 100 * FINEST_WITH_EFFECTS))
-    gap = max(deviation(coarse, found, fullest)["trajectory"], FINEST_WITH_EFFECTS)  # events may cut both alike
-    return Reference(times, found.y, found.contact, found.energy, found.switches, confirmed=gap / FINER)
+    fine, coarse = (_run(fullest, times, tolerance) for tolerance in (FINEST_WITH_EFFECTS, 100 * FINEST_WITH_EFFECTS))
+    gap = max(
+        deviation(coarse, fine, fullest)["trajectory"], FINEST_WITH_EFFECTS
+    )  # events may cut both runs into the same steps
+    return Reference(times, fine.y, fine.contact, fine.energy, fine.switches, confirmed=gap / FINER)

@@ -24,14 +24,14 @@ from omniroll.kernels import sets
 from omniroll.studies.accuracy.deviation import deviation
 
 DIGITS, ORDER = 28, 26
-TAYLOR_ERROR = 1e-22  # of a step, relative
-COLUMNS = 6  # of the extrapolation table; more would cost digits
-EXTRAPOLATED_STEP = 0.05  # of the joint's angle, at the speed of the fastest wheel
-EXTRAPOLATION_ERROR = 1e-17  # of the column before the last, relative
-LANDING = 7  # Newton's rule from a linear guess
-FINER = 100.0  # a reference is so much finer than any error that is shown
-LEAST = 1e-18  # no reference counts as finer
-LONGEST = 100_000  # steps
+TAYLOR_ERROR = 1e-22  # relative error of a Taylor step
+COLUMNS = 6  # columns of the extrapolation table; further ones would lose digits to rounding
+EXTRAPOLATED_STEP = 0.05  # longest step: the fastest wheel turns by this part of the joint's angle
+EXTRAPOLATION_ERROR = 1e-17  # relative error of the last column but one
+LANDING = 7  # steps of Newton's rule that locate a joint, from a linear guess
+FINER = 100.0  # no error is shown that is smaller than this many times the reference's own
+LEAST = 1e-18  # the reference's own error is never taken as smaller
+LONGEST = 100_000  # steps before a run is given up
 
 
 @dataclass
@@ -58,10 +58,10 @@ class Reference:
 def confirmed(task: Task, times: np.ndarray) -> Reference:
     """The motion of `task` by Taylor series, compared with the extrapolated one at all `times`."""
     with digits():
-        found = follow(Taylor(task), task, times)
-    gaps = deviation(follow(Extrapolated(task), task, times), found, task).values()
-    found.confirmed = math.inf if any(math.isnan(gap) for gap in gaps) else max(gaps)
-    return found
+        reference = follow(Taylor(task), task, times)
+    gaps = deviation(follow(Extrapolated(task), task, times), reference, task).values()
+    reference.confirmed = math.inf if any(math.isnan(gap) for gap in gaps) else max(gaps)
+    return reference
 
 
 class Mechanics:
@@ -77,13 +77,17 @@ class Mechanics:
         self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
         self.free = bound.has_spins
 
+    def form(self, name: str) -> Callable:
+        """The generated function for the rollers' tips."""
+        return getattr(self.module, self.task.kernel.form(name))
+
     def momenta(self, axial: Any) -> tuple:
         return (self.module.momenta(self.model, axial),) if self.free else ()
 
     def rates(self, y: list, momenta: tuple) -> list:
         """y' of y = (nu, chi, x, y, theta)."""
         nu, chi = y[:3], y[3 : 3 + self.wheels]
-        nu_dot = self.module.reduced(self.model, nu, chi, *momenta)
+        nu_dot = self.form("reduced")(self.model, nu, chi, *momenta)
         return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
 
     def energy(self, y: list, axial: Any) -> Any:
@@ -113,7 +117,7 @@ class Mechanics:
                 leaving[i] = left_with[i]
             entering[i] = spin - demanded[i]
         if self.task.switching == "impact" and hasattr(self.module, "impact"):
-            nu = self.module.impact(self.model, nu, after, entering, leaving)
+            nu = self.form("impact")(self.model, nu, after, entering, leaving)
         return [*nu, *after, *y[-3:]], axial
 
 
@@ -187,13 +191,13 @@ def horner(coefficients: list, time: Any) -> Any:
 
 
 class Extrapolated:
-    """Steps by Gragg's rule with 2, 4, 6 ... parts, extrapolated to none, in long double."""
+    """Steps by Gragg's rule with 2, 4, 6 ... parts, extrapolated to a part length of zero, in long double."""
 
     probes = 2
 
     def __init__(self, task: Task):
         self.mechanics = Mechanics(task, np.longdouble)
-        self.part = 1.0  # of the longest step, as the last one went
+        self.part = 1.0  # the last step's length over the longest step's
 
     def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         m = self.mechanics
@@ -242,7 +246,7 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
     axial = None if free is None else [[m.number(float(v)) for v in wheel] for wheel in free]
     contact = np.zeros(m.wheels, int)
     now, phase_start, end = m.number(0.0), m.number(0.0), m.number(task.duration)
-    found, wanted, switches = [], list(times), []
+    sampled, wanted, switches = [], list(times), []
     idle = 0
     y, axial = _due_at_start(m, y, axial, contact, switches)
     for _ in range(LONGEST):
@@ -251,7 +255,7 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
         if crossings:
             h = min((time for time, _ in crossings.values()), key=float)
         while wanted and now + h > m.number(wanted[0]):
-            found.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
+            sampled.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
         y, now = at(h), now + h
         if crossings:
             together = tau(float(now) + task.start_time, float(now - phase_start))
@@ -268,10 +272,10 @@ def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Refe
             raise _stopped(task, "switches without progress in time", now, y, contact)
     else:
         raise _stopped(task, f"the reference solution needs more than {LONGEST} steps", now, y, contact)
-    found += [(y, contact.copy(), axial) for _ in wanted]
-    rows = np.array([[extended(v) for v in one] for one, _, _ in found])
-    energy = np.array([extended(m.energy(one, its)) for one, _, its in found])
-    return Reference(np.array(times), rows, np.array([c for _, c, _ in found]), energy, switches)
+    sampled += [(y, contact.copy(), axial) for _ in wanted]
+    rows = np.array([[extended(v) for v in one] for one, _, _ in sampled])
+    energy = np.array([extended(m.energy(one, its)) for one, _, its in sampled])
+    return Reference(np.array(times), rows, np.array([c for _, c, _ in sampled]), energy, switches)
 
 
 def extended(value: Any) -> np.longdouble:
@@ -311,12 +315,12 @@ def _crossings(m: Mechanics, at: Callable, h: Any, probes: int) -> dict[int, tup
                 left[i] = (h * k / probes, 1 if float(y[3 + i]) > 0 else -1)
         if left:
             break
-    found = {}
+    exits = {}
     for i, (time, direction) in left.items():
         for _ in range(LANDING):
             y = at(time)
             speed = m.module.wheel_speeds(m.model, y[:3])[i]
             time = time - (y[3 + i] - direction * m.joint) / speed
             time = time.mid() if hasattr(time, "mid") else time
-        found[i] = (time, direction)
-    return found
+        exits[i] = (time, direction)
+    return exits

@@ -20,7 +20,7 @@ from omniroll.studies.accuracy.peers import PEERS, Peer, quietly
 from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
 
 SAMPLES = 41  # times at which motions are compared
-ENOUGH = 0.2  # s that a setting is repeated for, at most REPEATS times
+ENOUGH = 0.2  # s: a setting is timed again until this is used up, at most REPEATS times
 REPEATS = 5
 INTEGRATORS = (*PEERS, *heyoka_peer())
 
@@ -200,10 +200,9 @@ def advice(result: Study, wanted: float) -> dict[str, Any]:
 
 def _offers(result: Study) -> list[dict[str, Any]]:
     """What was measured, as (model, integrator, setting) with error and time; errors of models and numbers add up."""
-    engine = "Python engine over the compiled kernel" if result.effects else "compiled"
-    offers = [(point, point.series, engine, 0.0) for point in result.models]
+    offers = [(point, point.series, "compiled", 0.0) for point in result.models]
     finest = [point.trajectory for point in result.models if point.series == result.model][-1:]
-    if finest and not result.effects:  # which the integrators were compared without
+    if finest and not result.effects:  # the integrators were compared without effects
         model_error = 0.0 if result.model == "free" else finest[0]
         offers += [(point, result.model, point.series, model_error) for point in result.points]
     return [

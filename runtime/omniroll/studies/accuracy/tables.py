@@ -10,9 +10,10 @@ from omniroll.studies.accuracy.study import Point, Study
 COLUMNS = ("", "setting", "us/s", "evaluations", "end", "whole", "switches", "energy")
 WIDTHS = (-20, 8, 9, 11, 8, 8, 8, 8)  # negative: from the left
 MEANING = """\
-setting: the tolerance, or steps from one of 41 samples to the next; us/s: microseconds per simulated second;
-end, whole: error at the end and over the trajectory in the norm of `accuracy`; switches: of their times in s, - where
-they are others; energy: relative; - elsewhere: the motion blew up"""
+"setting" is the tolerance, or of `RK4 fixed` the number of steps between two of the 41 samples; "us/s" are
+microseconds per simulated second. Errors at the end and over the whole trajectory are in the norm of `accuracy`; that
+of the switches is in seconds, with "-" where other switches were made; that of the energy is relative. "-" in the other
+columns means that the motion grew without bound"""
 STANDS = "Without the scene's effects the vehicle stands still: there is nothing to integrate."
 
 
@@ -34,7 +35,7 @@ def markdown(study: Study, figure: str | None = None) -> str:
     laws = [(name, f"{c:.2g}", f"{e:.2f}") for name, (c, e) in study.laws.items()]
     picture = f"![Error against time, one curve per integrator and per model]({figure})\n\n" if figure else ""
     parts = [
-        f"# {_title(study)}\n", f"Written by `omniroll accuracy`. {_machine()}. Compare within this page only.\n",
+        f"# {_title(study)}\n", f"Written by `omniroll accuracy`. {_machine()}. Compare times only within this page.\n",
         f"{_sentence(_reference(study))} {_sentence(MEANING)}\n", f"{picture}## {_integrators(study)}\n",
         _table(COLUMNS, _rows(study.points)) if study.points else STANDS + "\n",
         _table(("error = C tol^E", "C", "E"), laws) if laws else "",
@@ -57,7 +58,7 @@ def _title(study: Study) -> str:
 def _reference(study: Study) -> str:
     return (
         f"reference: two solutions in extended precision, {study.confirmed:.1e} apart; "
-        f"errors below {study.floor:.1e}, 100 times that, are shown as that"
+        f"an error below 100 times that distance, {study.floor:.1e}, is shown as {study.floor:.1e}"
     )
 
 
@@ -66,8 +67,11 @@ def _integrators(study: Study) -> str:
 
 
 def _models(study: Study) -> str:
-    own = "its own run, errors" if study.effects else "errors"
-    return f"Model accuracy: against {fullest(study)} ({own} below {study.models_floor:.1e} are shown as that)"
+    own = ", which this engine has run itself" if study.effects else ""
+    return (
+        f"Model accuracy: against {fullest(study)}{own} "
+        f"(an error below {study.models_floor:.1e} is shown as {study.models_floor:.1e})"
+    )
 
 
 def _machine() -> str:
@@ -113,7 +117,7 @@ def _advice(advice: dict) -> list[str]:
         lines.append("The next digit costs nothing: this setting has it.")
     else:
         lines.append(f"The next digit takes {advice['times']:.2f} times as long: {_offer(then)}")
-    return [*lines, "omniroll's own times are those of simulate(..., control=False)."]
+    return [*lines, "The times of omniroll's own engines are those of simulate(..., control=False)."]
 
 
 def _offer(offer: dict | None) -> str:

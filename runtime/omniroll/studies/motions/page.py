@@ -77,9 +77,9 @@ def difference_list(findings: list[Finding]) -> str:
             failing.setdefault(finding.claim, []).append(finding)
     return bullets(
         f"Motion {claim.motion}: “{escape(claim.text)}” {escape(claim.quantity)}: "
-        + ", ".join(f"<b>{number(finding.value)}</b> ({finding.setting.label})" for finding in found)
+        + ", ".join(f"<b>{number(finding.value)}</b> ({finding.setting.label})" for finding in failures)
         + f"; {limit(claim.kind)}. {escape(claim.remark)}"
-        for claim, found in failing.items()
+        for claim, failures in failing.items()
     )
 
 
@@ -97,9 +97,9 @@ def figure_section(entry: tuple, findings: list[Finding]) -> str:
     """One figure of the paper: our picture beside its caption and the numbers of the run."""
     figure, caption, ids, setting = entry
     lines = [
-        f"{escape(found.claim.text)}<br>{quantity(found)} {verdict(found)}"
-        for found in findings
-        if found.claim.id in ids and found.setting == setting
+        f"{escape(finding.claim.text)}<br>{quantity(finding)} {verdict(finding)}"
+        for finding in findings
+        if finding.claim.id in ids and finding.setting == setting
     ]
     return (
         f"<h3>Figure {figure}</h3><div class=pair><div>{picture(f'figure-{figure}.png', caption)}</div>"
@@ -108,8 +108,8 @@ def figure_section(entry: tuple, findings: list[Finding]) -> str:
     )
 
 
-def quantity(found: Finding) -> str:
-    return f"<span class=unit>{escape(found.claim.quantity)}:</span>"
+def quantity(finding: Finding) -> str:
+    return f"<span class=unit>{escape(finding.claim.quantity)}:</span>"
 
 
 def claims_table(motion: Motion, findings: list[Finding]) -> str:
@@ -163,6 +163,7 @@ def motion_section(motion: Motion, runs: Runs, findings: list[Finding]) -> str:
         + claims_table(motion, findings)
         + picture(f"{stem}-long.png", f"motion {motion.number}, long interval")
         + picture(f"{stem}-short.png", f"motion {motion.number}, short interval")
+        + picture(f"{stem}-impact.png", f"motion {motion.number}, long interval, impact at each switch")
         + picture(f"{stem}-laws.png", f"motion {motion.number}, switching laws")
         + runs_table(motion, runs)
     )

@@ -34,6 +34,7 @@ def write_figures(folder: Path, runs: Runs) -> list[Path]:
     import matplotlib
 
     smooth = [setting for setting in SETTINGS if setting.switching == "smooth"]
+    impact = [MASSLESS, *(setting for setting in SETTINGS if setting.switching == "impact")]
     massive = [setting for setting in SETTINGS if setting != MASSLESS]
     twist = MOTIONS[2]
     written = []
@@ -54,6 +55,7 @@ def write_figures(folder: Path, runs: Runs) -> list[Path]:
             print(f"  pictures of motion {motion.number}", flush=True)
             put(figures.sheet(motion, smooth, runs, LONG, title), f"{stem}-long.png")
             put(figures.sheet(motion, smooth, runs, SHORT, f"{title}, short interval"), f"{stem}-short.png")
+            put(figures.sheet(motion, impact, runs, LONG, f"{title}, impact at each switch"), f"{stem}-impact.png")
             put(figures.laws_sheet(motion, massive, runs), f"{stem}-laws.png")
     return written
 
@@ -74,10 +76,10 @@ def write_findings(path: Path, findings: list[Finding]) -> Path:
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["claim", "motion", "setting", "statement", "quantity", "value", "kind", "holds"])
-        for found in findings:
-            claim = found.claim
-            rows.writerow([claim.id, claim.motion, found.setting.key, claim.text, claim.quantity,
-                           repr(found.value), claim.kind, found.holds])  # fmt: skip
+        for finding in findings:
+            claim = finding.claim
+            rows.writerow([claim.id, claim.motion, finding.setting.key, claim.text, claim.quantity,
+                           repr(finding.value), claim.kind, finding.holds])  # fmt: skip
     return path
 
 
@@ -90,7 +92,7 @@ def write_all(folder: Path) -> Path:
     data = [*write_data(folder, runs), write_findings(folder / "findings.csv", findings)]
     index = folder / "index.html"
     index.write_text(page(Vehicle.paper(), runs, findings), encoding="utf-8")
-    held = sum(found.holds for found in findings)
+    held = sum(finding.holds for finding in findings)
     print(f"  {held} of {len(findings)} statements of the paper hold; the others are listed on the page")
     print(f"wrote {len(pictures)} pictures (PNG), {len(data)} tables (CSV) and the page with both:\n{index}")
     return index

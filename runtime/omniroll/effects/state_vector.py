@@ -9,8 +9,8 @@ from omniroll.effects.effect import Quantity
 from omniroll.kernels.kernel import Kernel
 
 
-class Layout:
-    """Names, places and shapes of the quantities in y."""
+class StateVector:
+    """Names, places and shapes of the quantities in y, a row of numbers."""
 
     def __init__(self, kernel: Kernel, quantities: Sequence[Quantity]):
         self.quantities = tuple(quantities)

@@ -9,22 +9,22 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from omniroll.effects.effect import Signal
-from omniroll.effects.layout import Layout
+from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Flow, Kernel
 
 PLAIN = ("reduced", "wheel_speeds", "pose_rates")
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 
 
-class Program:
+class BoundRates:
     """The functions of one kernel, bound to buffers. Belongs to one run: threads do not share it."""
 
-    def __init__(self, kernel: Kernel, layout: Layout, functions: Sequence[str]):
+    def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str]):
         functions = (*functions, *PLAIN)
-        self.y, self.rates = np.zeros(layout.size), np.zeros(layout.size)
-        rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in layout.quantities}
-        self.buffers = {name: layout.view(self.y, name) for name in rates}
-        self.buffers |= {rate: layout.view(self.rates, name) for name, rate in rates.items()}
+        self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
+        rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}
+        self.buffers = {name: vector.view(self.y, name) for name in rates}
+        self.buffers |= {rate: vector.view(self.rates, name) for name, rate in rates.items()}
         self.buffers["theta"] = self.buffers["heading"] = self.buffers["pose"][2:].reshape(())
         for function in functions:
             signature = kernel.signatures[function]

@@ -1,0 +1,51 @@
+"""Values that are made when they are first read: what nobody reads costs nothing."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+Maker = Callable[[], Any]
+
+
+class OnDemand:
+    """A field of a frozen dataclass whose value comes from the object's `made`, a mapping of fields to functions.
+
+    The value is kept; arrays cannot be written.
+    """
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+    def __get__(self, instance: Any, owner: type | None = None) -> Any:
+        if instance is None:
+            return self
+        value = instance.made[self.name]()
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+        instance.__dict__[self.name] = value
+        return value
+
+
+class Stats(dict):
+    """Figures of a run by name; those in `made` are computed when they are first read."""
+
+    def __init__(self, known: Mapping[str, Any], made: Mapping[str, Maker] | None = None):
+        super().__init__(known)
+        self.made = dict(made or {})
+
+    def __missing__(self, name: str) -> Any:
+        value = self[name] = self.made.pop(name)()
+        return value
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or name in self.made
+
+    def complete(self) -> dict[str, Any]:
+        """All figures, as a plain dict."""
+        for name in list(self.made):
+            self[name]  # noqa: B018
+        return dict(self)
+
+    def __reduce__(self) -> tuple:
+        return Stats, (self.complete(),)

@@ -1,0 +1,85 @@
+"""`omniroll where`: each symbol, function and effect has a way whose lines say what it claims."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from omniroll import InvalidValueError, cli, generated_data
+from omniroll.kernels.origins import STATIONS, way
+
+ROOT = Path(__file__).parents[2]
+SYMBOLS = generated_data.load("symbols")["symbols"]
+FUNCTIONS = sorted({f["name"] for f in generated_data.load("programs")["functions"]})
+EFFECTS = [e["name"] for e in generated_data.load("effects")["effects"]]
+
+
+def places(name):
+    return [(station, place) for station, all_of in way(name).stations.items() for place in all_of]
+
+
+def check(name):
+    """The places are lines of files that there are; returns the stations that there are."""
+    found = places(name)
+    for _, place in found:
+        file = ROOT / place.file
+        assert file.is_file(), place
+        assert 0 <= place.line <= len(file.read_text(encoding="utf-8").splitlines()), place
+    return {station for station, _ in found}
+
+
+@pytest.mark.parametrize("name", ["m13", "7.1:m13"])
+def test_m13_in_five_hops(name):
+    found = way(name)
+    assert list(found.stations) == list(STATIONS) and len(STATIONS) == 5 and all(found.stations.values())
+    texts = {station: " ".join(f"{p.file} {p.text}" for p in found.stations[station]) for station in STATIONS}
+    assert "(7.1:m13)" in texts["paper"]
+    assert (
+        "maxima/paper/kinetic_energy.mac Mstar:" in texts["derivation"]
+        and "proved: free wheel, matrix" in texts["derivation"]
+    )
+    assert "steps row_matrix, from maxima/forms/system.mac" in texts["data"]
+    assert re.search(r"generated/c/free\.c m13 \+=", texts["code"]) and "generated/python/free.py m13" in texts["code"]
+    assert "runtime/csrc/collocation.c core_rates(" in texts["engine"]
+
+
+@pytest.mark.parametrize("symbol", SYMBOLS)
+def test_every_symbol_of_the_table(symbol):
+    stations = check(symbol)
+    assert stations & {"paper", "derivation"}, "nobody says where it comes from"
+    code = re.sub(r"[\[({].*", "", SYMBOLS[symbol]["code"])
+    if code and not symbol.startswith("p_"):  # formal momenta are of the derivation alone
+        assert stations & {"code", "data"} or symbol in ("kappa", "arm", "omega", "nu_s"), (
+            "nobody says what becomes of it"
+        )
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function(name):
+    assert {"derivation", "code"} <= check(name)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect(name):
+    assert {"derivation", "data"} <= check(name)
+
+
+def test_names_as_they_stand_in_c():
+    assert way("omniroll_reduced").stations == way("reduced").stations == way("lanes_reduced").stations
+
+
+def test_an_unknown_name_is_refused_with_what_is_near(capsys):
+    with pytest.raises(InvalidValueError, match="reduced"):
+        way("redduced")
+    assert cli.main(["where", "redduced"]) == 2
+    assert "nearest" in capsys.readouterr().err
+
+
+def test_the_command_shows_the_way(capsys):
+    assert cli.main(["where", "rho"]) == 0
+    text = capsys.readouterr().out
+    assert [f"{k}. {station}" in text for k, station in enumerate(STATIONS, 1)] == [True] * 5
+    assert "maxima/paper/constraints.mac" in text and "rho_of_chi: l*cos(chi) - r" in text
+    assert cli.main(["where", "rho", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["stations"]) == set(STATIONS)
