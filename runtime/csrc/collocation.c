@@ -137,7 +137,8 @@ typedef struct {
 #endif
 } arrays_t;
 
-/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not asked. */
+/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
+ * asked. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
     point_t point = {.vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
@@ -165,7 +166,8 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
 #if SET_CORE_PARTS
 #define STIFF 0.05                              /* h times a slope that Picard's iteration need not bear */
 
-/* The change of rates that solves change = missing + slope h (integral of the change), node by node: Gauss's elimination. */
+/* The change of rates that solves change = missing + slope h (integral of the change), node by node: Gauss's
+ * elimination. */
 static void solve_stiff(const nodes_t *slope, double h, nodes_t *missing)
 {
     double matrix[NODES][NODES];
@@ -218,8 +220,8 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
     }
 }
 
-/* A sweep in which each number of the rest of the core is solved for with its own slope (Newton's rule on the diagonal), since
- * Picard's iteration contracts slowly, or not at all, where a slope times h is not small. */
+/* A sweep in which each number of the rest of the core is solved for with its own slope (Newton's rule on the
+ * diagonal), since Picard's iteration contracts slowly, or not at all, where a slope times h is not small. */
 static double stiff_sweep(step_t *s, const int wheels)
 {
     lanes_t change = lanes_of(0);
@@ -366,8 +368,8 @@ ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, 
     *integral = area;
 }
 
-/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the heading 0,
- * turned here: a heading may be any angle. */
+/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the
+ * heading 0, turned here: a heading may be any angle. */
 static void integrate_pose(step_t *s, const double *pose)
 {
     nodes_t theta;

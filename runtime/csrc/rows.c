@@ -80,7 +80,8 @@ static void put_step(omniroll_run_t *run, const step_t *s)
     *out++ = s->h;
     *out++ = s->late;
     for (int c = 0; c < 6 + wheels + added + SET_ACCOUNTS; c++) {
-        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : &s->rate_pose[c - 3 - wheels];
+        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3]
+            : &s->rate_pose[c - 3 - wheels];
 #if SET_CORE_PARTS
         if (c >= 6 + wheels)
             rate = &s->rate_core[c - 6 - wheels];
