@@ -1,5 +1,5 @@
-/* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots, controllers have
- * samples, motors have modes. */
+/* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots,
+ * controllers have samples, motors have modes. */
 #if SET_IS_ACTED_ON
 
 /* The value of a curve and its slope from `elapsed` up to its next time. */

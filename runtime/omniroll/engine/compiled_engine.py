@@ -259,7 +259,12 @@ class CompiledRun:
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
         wheel = int(result.switches.wheel[-1]) if status == STUCK and len(result.switches) else None
         time = self.task.start_time + self.run.elapsed
-        return SimulationStopped(REASONS[status], t=time, wheel=wheel, state=state, trajectory=result)
+        reason = REASONS[status]
+        if status == NO_STEP:
+            part = self.run.hardest_part
+            name = "nu" if part < 0 else self.columns.states[part]
+            reason += f": {name} changes faster than a step can follow"
+        return SimulationStopped(reason, t=time, wheel=wheel, state=state, trajectory=result)
 
 
 def aligned(size: int) -> np.ndarray:
