@@ -8,7 +8,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from .latex import escaped
-from .programs import Array, Loop
+from .programs import Array, Function, Loop
 
 SOURCE = "maxima/derive.mac"
 PLACE_WORDS = {
@@ -121,6 +121,15 @@ def work(function) -> str:
     return f"Operations: {'; '.join(places) or 'none'}. Intermediates: {function.intermediates}."
 
 
+def made_of(function: Function) -> str:
+    """The groups of steps that a function was made from, by the files that they stand in, as a sentence."""
+    files: dict[str, list[str]] = {}
+    for name in function.groups:
+        files.setdefault(function.sources[name], []).append(name)
+    told = [f"{', '.join(names)} (maxima/{file})" for file, names in files.items()]
+    return f" Steps: {'; '.join(told)}." if told else ""
+
+
 def equations_of(numbers: Iterable[str]) -> str:
     """(3.1), (3.4) and plain words for what is not a number."""
     return ", ".join(f"({n})" if re.fullmatch(r"\d+\.\d+(:\w+)?", n) else n for n in numbers)
@@ -149,6 +158,7 @@ def environment() -> Environment:
         "wrapped": wrapped,
         "broken_list": broken_list,
         "work": work,
+        "made_of": made_of,
         "equations": equations_of,
         "tex": escaped,
         "called": called,

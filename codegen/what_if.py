@@ -1,7 +1,8 @@
 """python -m codegen.what_if: what follows from a changed assumption.
 
-Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with what is left
-of their claims. The equations that have changed are printed, old and new, and written as LaTeX. Nothing in generated/ changes.
+Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with
+what is left of their claims. The equations that have changed are printed, old and new, and written as LaTeX. Nothing in
+generated/ changes.
 """
 
 import argparse

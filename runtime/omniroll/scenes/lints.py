@@ -58,7 +58,9 @@ def ring(mass: float, radius: float) -> float:
 def _joint_height(vehicle: Vehicle) -> float:
     """The height of a roller's axis above the ground at the joint, m: the margin of the derivation's bound on r."""
     margin = next(
-        bound["positive"] for bound in generated_data.load("bounds")["bounds"] if bound["field"] == "roller_axis_radius"
+        bound["positive"]
+        for bound in generated_data.load("bounds")["bounds"]
+        if bound["field"] == "roller_axis_radius" and isinstance(bound["positive"], list)
     )
     codes = generated_data.code_names().items()
     return generated_data.evaluate(margin, {symbol: getattr(vehicle, code, None) for symbol, code in codes})
