@@ -5,6 +5,7 @@ The generator keeps the Maxima that it has installed; the package keeps kernels 
 
 import os
 import tempfile
+import warnings
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +21,8 @@ def user_folder() -> Path:
 def folder() -> Path:
     """The folder for kernels, which exists and can be written.
 
-    $OMNIROLL_CACHE, or user_folder(). Where that cannot be written, a folder of this process that goes away with it.
+    $OMNIROLL_CACHE, or user_folder(). Where that cannot be written, a folder of this process that goes away with it,
+    and a RuntimeWarning, once.
     """
     return _writable(Path(os.environ.get("OMNIROLL_CACHE") or user_folder()))
 
@@ -31,7 +33,9 @@ def _writable(wanted: Path) -> Path:
         wanted.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=wanted):
             return wanted
-    except OSError:
+    except OSError as problem:
+        text = f"kernels cannot be kept in {wanted}: {problem}; they are made for this process alone"
+        warnings.warn(f"{text}; $OMNIROLL_CACHE names another folder", RuntimeWarning, stacklevel=3)
         return Path(_scratch().name)
 
 

@@ -80,23 +80,21 @@ def count_of(array: Array, holder: str) -> str:
 EXAMPLE = {
     "mass": "2.0", "yaw_inertia": "0.02", "wheel_inertia": "5e-4", "roller_inertia": "1e-6", "yaw_scale": "1.0",
     "platform_radius": "0.15", "wheel_radius": "0.05", "roller_axis_radius": "0.038",
+    "wheel_angles": "0 2.0944 4.1888", "wheel_places": "0.15 0 -0.075 0.13 -0.075 -0.13", "center_of_mass": "0.01 0",
+    "axle_damping": "1e-4 1e-4 1e-4", "axle_torque": "1e-3 1e-3 1e-3", "axle_fade_speed": "0.1",
+    "roller_damping": "1e-7 1e-7 1e-7", "roller_torque": "1e-6 1e-6 1e-6", "roller_fade_speed": "0.1",
+    "gravity": "9.81", "slope_angle": "0.02",
 }  # fmt: skip
-EXAMPLE_ANGLES = ("0", "2.0944", "4.1888")
-
-
-def example_number(array: Array, prefix: str) -> str:
-    """The example's value of a constant."""
-    number = EXAMPLE.get(array.name, "0")
-    return f"({prefix}_real){number}"
 
 
 def example_count(array: Array) -> str:
+    """The number of elements of an array of the example."""
     return "*".join("WHEELS" if size == "N" else str(size) for size in array.shape)
 
 
 def example_numbers(array: Array, prefix: str) -> str:
-    """The example's values of an array of constants."""
-    return ", ".join(f"({prefix}_real){angle}" for angle in EXAMPLE_ANGLES) if array.name == "wheel_angles" else "0"
+    """The example's value of a constant, or its values."""
+    return ", ".join(f"({prefix}_real){number}" for number in EXAMPLE.get(array.name, "0").split())
 
 
 def broken_list(head: str, items: list[str], width: int = 110) -> str:
@@ -168,7 +166,6 @@ def environment() -> Environment:
         "field": field,
         "count_of": count_of,
         "example_count": example_count,
-        "example_number": example_number,
         "example_numbers": example_numbers,
     }
     made.tests["loop"] = is_loop

@@ -92,8 +92,12 @@ class SetKernel:
         """The module of the functions in Python."""
         return python_text(self.effects, self.functions, {})
 
-    def files(self) -> dict[str, str]:
-        """All texts of the set, by the names that they have in its folder."""
+    def python_files(self) -> dict[str, str]:
+        """What Python needs of the set, by the names of the files."""
+        return {f"{self.name}.py": self.python, "functions.json": json.dumps(self.signatures)}
+
+    def c_files(self) -> dict[str, str]:
+        """What is compiled, and what cffi needs, by the names of the files."""
         pair = self.pair()
         return {
             "omniroll.h": pair.header,
@@ -101,6 +105,8 @@ class SetKernel:
             "declarations.h": pair.declarations,
             "kernel_in_lanes.h": self.in_lanes,
             "engine_set.h": engine_set(self.effects),
-            f"{self.name}.py": self.python,
-            "functions.json": json.dumps(self.signatures),
         }
+
+    def files(self) -> dict[str, str]:
+        """All texts of the set."""
+        return self.c_files() | self.python_files()

@@ -216,12 +216,13 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
 
 
 def _work(carried: str) -> str:
-    """The numbers of scratch of a state: four vectors of what is integrated, and what its rates need."""
+    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what its
+    rates need."""
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {
-        "": "24 + 5*(wheels)",
-        "momenta": f"24 + 14*(wheels) + {slots}",
-        "axial": f"24 + 7*(wheels) + 4*{slots}",
+        "": "30 + 6*(wheels)",
+        "momenta": f"30 + 17*(wheels) + {slots}",
+        "axial": f"30 + 8*(wheels) + 5*{slots}",
     }[carried]
 
 

@@ -87,10 +87,17 @@ def draw_frames(axis: Axes) -> None:
         n, p = unit(heading + a), unit(heading + a + np.pi / 2)
         arrow(axis, n, n + 0.45 * n, RATE)
         arrow(axis, n, n + 0.45 * p, RATE)
-        axis.text(*(n + 0.5 * n + 0.13 * p), rf"$\mathbf{{n}}_{number}$", color=RATE, fontsize=12, ha="center",
-                  va="center")
-        axis.text(*(n + 0.58 * p + 0.02 * n), rf"$\mathbf{{n}}_{number}^\perp$", color=RATE, fontsize=12, ha="center",
-                  va="center")
+        axis.text(
+            *(n + 0.5 * n + 0.13 * p), rf"$\mathbf{{n}}_{number}$", color=RATE, fontsize=12, ha="center", va="center"
+        )
+        axis.text(
+            *(n + 0.58 * p + 0.02 * n),
+            rf"$\mathbf{{n}}_{number}^\perp$",
+            color=RATE,
+            fontsize=12,
+            ha="center",
+            va="center",
+        )
     axis.text(*(0.53 * unit(heading + angles[2]) + (0.12, 0.0)), "$R$", color=BODY, fontsize=12)
 
 
@@ -115,8 +122,14 @@ def draw_rollers(axis: Axes, chi: float) -> None:
         axis.fill(*roller_outline(place).T, color="#dbe6f3" if j == 0 else "#f1f1f1", ec=BODY, lw=1.1)
         middle, along = AXIS_RADIUS * from_down(place), unit(place)
         axis.plot(*np.array([middle - 0.6 * along, middle + 0.6 * along]).T, color=BODY, lw=0.8, ls=(0, (6, 3, 1, 3)))
-        axis.text(*(middle - 0.13 * from_down(place) + 0.22 * along), f"${j + 1}$", fontsize=11, color=BODY, ha="center",
-                  va="center")
+        axis.text(
+            *(middle - 0.13 * from_down(place) + 0.22 * along),
+            f"${j + 1}$",
+            fontsize=11,
+            color=BODY,
+            ha="center",
+            va="center",
+        )
 
 
 def draw_wheel(axis: Axes) -> None:

@@ -10,25 +10,20 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import generated_data
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import form
 
-ROOT = Path(__file__).parents[1]
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
 NODES = 16  # of a step of the compiled engine
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def operations(set_name, name):
     """Operation counts of a generated function by place: once, wheel, slot, roller."""
     model = set_name.removesuffix("_sharp")
     wanted = form(name, model != set_name)
-    (found,) = [
-        function["operations"]
-        for function in generated_data.load("kernels")["functions"]
-        if model in function["sets"] and function["name"] == wanted
-    ]
+    (found,) = [f["operations"] for f in sets.functions(model, ()) if f["name"] == wanted]
     return found
 
 
@@ -77,42 +72,66 @@ def test_a_model_without_spins_needs_no_more_than_one_with_them():
     assert costs == sorted(costs)
 
 
-# The batch kernel's object code
+# The libraries' object code
 
 VECTOR_PRODUCT = re.compile(r"\bv?mulpd\b.*%(?P<register>[xyz]mm)\d+")
 SCALAR_PRODUCT = re.compile(r"\bv?mulsd\b")
+FUSED = re.compile(r"\bvfn?m(?:add|sub)\w*")
+REGISTERS = {"x86-64-v3": "ymm", "x86-64-v4": "zmm"}
 
 
-@pytest.fixture(scope="module", params=[("x86-64-v3", "ymm"), ("x86-64-v4", "zmm")], ids=["AVX2", "AVX-512"])
-def batch_code(request, tmp_path_factory):
-    """(the disassembled batch function of free rollers, the registers of its level)."""
-    level, register = request.param
+@pytest.fixture(scope="module")
+def disassembled(tmp_path_factory):
+    """The disassembly of a set's engine at a level of vector instructions, {function: its code}."""
     if platform.machine() not in ("x86_64", "AMD64") or platform.system() != "Linux":
-        pytest.skip("the levels are those of x86-64")
-    if shutil.which("objdump") is None or shutil.which("cc") is None:
-        pytest.skip("no objdump or no C compiler")
-    folder = tmp_path_factory.mktemp(level)
-    for file, text in sets.programs().kernel("free", ()).files().items():
-        (folder / file).write_text(text, encoding="utf-8")
-    building.engine_library(folder, ROOT / "runtime/csrc", ROOT / "generated/c", level)
-    command = ["objdump", "-d", "--no-show-raw-insn", folder / f"engine-{level}.so"]
-    listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    parts = re.split(r"^[0-9a-f]+ <(.+)>:$", listing, flags=re.MULTILINE)[1:]
-    return dict(zip(parts[::2], parts[1::2], strict=True))["omniroll_reduced_batch"], register
+        pytest.skip("the object code is looked at on x86-64 Linux only")
+    for tool in ("objdump", "cc"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"{tool} is not there")
+    folder, known = tmp_path_factory.mktemp("libraries"), {}
+
+    def functions(set_name, level):
+        if (set_name, level) not in known:
+            known[set_name, level] = disassembly(library(set_name, level, folder))
+        return known[set_name, level]
+
+    return functions
 
 
-def test_the_batch_kernel_is_vectorised(batch_code):
-    text, register = batch_code
+def library(set_name, level, folder):
+    """The one that was built, where that has the level; else it is compiled now."""
+    built = sets.BUILT / set_name / f"engine-{level}.so"
+    if built.exists():
+        return built
+    place = folder / set_name
+    shutil.copytree(sets.c_folder(set_name, ()), place, dirs_exist_ok=True)
+    building.engine_library(place, sets._engine_sources(), ROOT / "generated/c", level)
+    return place / built.name
+
+
+def disassembly(file):
+    shown = subprocess.run(["objdump", "-d", "--no-show-raw-insn", file], capture_output=True, text=True)
+    if shown.returncode != 0:
+        pytest.skip(f"objdump cannot read the library: {shown.stderr.strip()}")
+    parts = re.split(r"^[0-9a-f]+ <(.+)>:$", shown.stdout, flags=re.MULTILINE)[1:]
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+@pytest.mark.parametrize("level", REGISTERS)
+def test_the_batch_kernel_is_vectorised(disassembled, level):
+    text = "\n".join(code for name, code in disassembled("locked", level).items() if "reduced_batch" in name)
     vectors = [match["register"] for match in VECTOR_PRODUCT.finditer(text)]
     scalars = SCALAR_PRODUCT.findall(text)
-    assert vectors.count(register) > 100, f"{vectors.count(register)} products in {register}"
+    assert vectors.count(REGISTERS[level]) > 100, f"{vectors.count(REGISTERS[level])} products in {REGISTERS[level]}"
     assert len(scalars) < 0.1 * len(vectors), "most of the kernel is scalar"
 
 
-def test_no_level_fuses_products_and_sums(batch_code):
+@pytest.mark.parametrize("set_name, level", [*((name, "x86-64-v4") for name in SETS[:3]), ("locked", "x86-64-v3")])
+def test_no_level_fuses_products_and_sums(disassembled, set_name, level):
     """Fused, results would depend on the machine."""
-    text, _ = batch_code
-    assert text and not re.search(r"\bvfn?m(add|sub)\w*pd\b", text)
+    code = disassembled(set_name, level)
+    assert {"omniroll_run", "omniroll_nu_from_wheels"} <= code.keys()
+    assert {name: FUSED.findall(text) for name, text in code.items() if FUSED.search(text)} == {}
 
 
 # The engine's evaluations

@@ -10,13 +10,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import omniroll
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel
 
 from .common import (
     ROOT,
     Answer,
     Target,
-    c_model,
     compiled,
     counted_operations,
     model_as_data,
@@ -120,6 +120,13 @@ def heyokas(vehicle, roller_model, parts, as_data=False, **options):
     return (lambda: function(inputs, outputs=out, **given)), out
 
 
+def constants_of_a_vehicle(roller_model):
+    """Numbers of the batch kernel's constants for each of many vehicles."""
+    vehicle = omniroll.Vehicle.paper()
+    made = sets.library(roller_model, (), "double")
+    return made.lib.omniroll_blocks_size(VEHICLES, vehicle.wheels, vehicle.rollers_per_wheel) // VEHICLES
+
+
 def call(action):
     def run():
         action()
@@ -185,7 +192,7 @@ def answer() -> Answer:
 
 def _plain_words(wins, found):
     words = [f"heyoka's function is the faster one for {'; '.join(wins)}."] if wins else []
-    sizes = " and ".join(f"{len(c_model(omniroll.Vehicle.paper(), model))} ({model})" for model in MODELS)
+    sizes = " and ".join(f"{constants_of_a_vehicle(model)} ({model})" for model in MODELS)
     words.append(f"Constants of each vehicle are read from memory, {sizes} numbers a vehicle, and cost the more.")
     floor = seconds_of_a_product()
     for model in MODELS:

@@ -43,13 +43,12 @@ class Engine:
 
     def __call__(self):
         run = CompiledRun(self.task, self.tolerance)
-        step = getattr(run.module.lib, f"omniroll_{run.kernel.engine_name}_run")
-        model, size = run._pointer(run.kernel.model), len(run.kernel.model)
+        step, model = run.module.lib.omniroll_run, run.kernel.model
         seconds, status, self.switches = 0.0, FULL, 0
         while status == FULL:
             run.run.row_count = run.run.switch_count = 0
             start = time.thread_time()
-            status = step(run.struct, model, size)
+            status = step(run.struct, model)
             seconds += time.thread_time() - start
             self.switches += run.run.switch_count
         assert status == DONE

@@ -21,6 +21,7 @@ from .common import (
     model_as_data,
     model_numbers,
     numeric_model,
+    pair,
     random_states,
     reduced_form,
     relative_error,
@@ -30,25 +31,18 @@ from .generic_mechanics import coordinate_rates, kinetic_energy
 ROLLERS = (5, 15, 30, 60)
 MOST_FOR_QR = 15  # CasADi's default factorisation grows to hundreds of megabytes of C beyond
 STATES = 32
-GENERATED_C = ROOT / "generated/c"
 
 OURS = """
-{how}
-static const double model[] = {{{model}}};
+#include "{file}"
+{model}
 void rhs(const double *in, double *out)
 {{
-    omniroll_free_{name}({wheels}, {rollers}, model, in, in + 3, in + {state}, out{outputs});
+    omniroll_{name}(&model, in, in + 3, in + {state}, out{outputs});
 }}
 """
 
 # The kernel as a library has it, with the vehicle as data; or included, so that the compiler knows the vehicle.
-INCLUDES = {
-    "omniroll": '#include "omniroll_free.h"',
-    "omniroll, vehicle compiled in": (
-        "#define OMNIROLL_SHORT_ANGLES\n#define OMNIROLL_API static inline __attribute__((unused))\n"
-        '#include "omniroll_free.c"'
-    ),
-}
+INCLUDES = {"omniroll": "omniroll.h", "omniroll, vehicle compiled in": "omniroll.c"}
 
 # Dense Cholesky, as a user of a mass matrix and a force would solve; M and f come from SymPy's C.
 CHOLESKY = """
@@ -85,18 +79,17 @@ def ours(folder, vehicle, name, tool="omniroll"):
     """This project's C: `accelerations`, or `reduced` with two momenta a wheel."""
     wheels, rollers = vehicle.wheels, vehicle.rollers_per_wheel
     full = name == "accelerations"
-    source = folder / f"ours_{name}.c"
-    sources = [source, GENERATED_C / "omniroll_free.c"] if tool == "omniroll" else [source]
+    source, files = folder / f"ours_{name}.c", pair("free")
+    sources = [source, files / "omniroll.c"] if tool == "omniroll" else [source]
     library = f"ours_{name}_{len(sources)}"
     source.write_text(
         OURS.format(
-            how=INCLUDES[tool],
-            model=", ".join(float(x).hex() for x in c_model(vehicle, "free")),
-            name=name, wheels=wheels, rollers=rollers, state=3 + wheels, outputs=", out + 3" if full else "",
+            file=INCLUDES[tool], model=c_model(vehicle, "free"), name=name, state=3 + wheels,
+            outputs=", out + 3" if full else "",
         )
     )  # fmt: skip
     size = 3 + wheels * (rollers - 1) if full else 3
-    return RightHandSide(folder, library, sources, size, f"-I{GENERATED_C}")
+    return RightHandSide(folder, library, sources, size, f"-I{files}")
 
 
 # CasADi
@@ -369,8 +362,7 @@ def answer() -> Answer:
             "fill). SymPy's C of M and f stands in a dense Cholesky solver. *Reduced*: the same formulas, "
             "this project's, go through each tool's code generator. The peers of the full form have the "
             "vehicle's numbers and N, n in their code; of this project's kernel, which takes them as "
-            "data, both variants are shown; the one compiled in is told that angles are on their rollers "
-            "(OMNIROLL_SHORT_ANGLES)."
+            "data, both variants are shown."
         ),
         headings=["form", "tool", *(f"n = {n}" for n in ROLLERS)],
         rows=rows,

@@ -28,8 +28,7 @@ class OneStep:
         chi[1] = direction * joint * (1 if at_joint else -1)
         task = checked_task(vehicle, nu=NU, chi=chi, duration=LENGTH, roller_model=roller_model, switching=switching)
         self.run = CompiledRun(task, 1e-9)
-        self.step = getattr(self.run.module.lib, f"omniroll_{compiled.engine_name}_run")
-        self.model, self.size = self.run._pointer(compiled.model), len(compiled.model)
+        self.step, self.model = self.run.module.lib.omniroll_run, compiled.model
         arrays = [getattr(self.run, name) for name in ("nu", "chi", "pose", "axial", "contact")]
         self.start = [(array, array.copy()) for array in arrays]
 
@@ -42,7 +41,7 @@ class OneStep:
             run.elapsed = run.carry = run.step = run.phase_start = run.anchor = 0
             run.row_count = run.switch_count = run.idle_switches = 0
             before = start()
-            status = self.step(self.run.struct, self.model, self.size)
+            status = self.step(self.run.struct, self.model)
             total += start() - before
             assert status == DONE
         return total / RUNS

@@ -1,9 +1,9 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows.
  * It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
-#include "omniroll_free.h"
 
 #include <fenv.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -11,36 +11,41 @@ enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 
 int main(int count, char **arguments)
 {
-    double model[128], vehicle[8], angles[WHEELS];
     double nu[3] = {1, 0.2, 1}, chi[WHEELS] = {0.1, -0.2, 0.3}, pose[3] = {0, 0, 0}, axial[WHEELS*PLACES];
+    double angles[WHEELS];
     const double spins[WHEELS*PLACES] = {0};
     long long contact[WHEELS] = {0, 0, 0};
     const int modes[] = {FE_TONEAREST, FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
     if (count != 14 || fesetround(modes[atoi(arguments[13])]))
         return 2;
-    for (int k = 0; k < 8; k++)
-        vehicle[k] = atof(arguments[k + 1]);
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
-    omniroll_free_prepare(WHEELS, ROLLERS, vehicle[0], vehicle[1], vehicle[2], vehicle[3], vehicle[4], vehicle[5],
-                          vehicle[6], vehicle[7], angles, model);
-    omniroll_free_axial_speeds(WHEELS, ROLLERS, model, nu, chi, spins, axial);
+    const omniroll_vehicle vehicle = {
+        .wheels = WHEELS, .rollers_per_wheel = ROLLERS,
+        .mass = atof(arguments[1]), .yaw_inertia = atof(arguments[2]), .wheel_inertia = atof(arguments[3]),
+        .roller_inertia = atof(arguments[4]), .yaw_scale = atof(arguments[5]), .platform_radius = atof(arguments[6]),
+        .wheel_radius = atof(arguments[7]), .roller_axis_radius = atof(arguments[8]), .wheel_angles = angles};
+    omniroll_wheel wheel[WHEELS];
+    omniroll_roller roller[PLACES];
+    omniroll_model model;
+    if (omniroll_prepare(&vehicle, wheel, roller, &model) != OMNIROLL_OK)
+        return 3;
+    omniroll_axial_speeds(&model, nu, chi, spins, axial);
 
-    const int size = (int)omniroll_free_model_size(WHEELS, ROLLERS);
-    double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_free_run_work_size(WHEELS, ROLLERS, size));
+    double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS));
     static double rows[ROWS*(7 + 2*WHEELS)], steps[ROWS*(2 + 16*(6 + WHEELS))], switches[ROWS*(2 + WHEELS)];
     static double switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
-        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]),
+        .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
         .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = 3.141592653589793/ROLLERS, .patience = 600,
         .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
         .rows = rows, .steps = steps, .row_capacity = ROWS,
         .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS};
-    int status = OMNIROLL_FULL;
+    int status = OMNIROLL_RUN_FULL;
     long long switched = 0;
-    while (status == OMNIROLL_FULL) {
+    while (status == OMNIROLL_RUN_FULL) {
         run.row_count = run.switch_count = 0;
-        status = omniroll_free_run(&run, model, size);
+        status = omniroll_run(&run, &model);
         switched += run.switch_count;
         for (const double *at = switches; at < switches + (2 + WHEELS)*run.switch_count; at += 2 + WHEELS)
             printf("%.17g %.0f %.0f %.0f\n", at[0], at[2], at[3], at[4]);

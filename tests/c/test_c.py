@@ -1,57 +1,43 @@
-"""The generated C alone, as a controller takes it: strict compilers, a small program, Python's numbers."""
+"""The pairs of C files alone, as a controller takes them: strict compilers, small programs, Python's numbers."""
 
 import re
-import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
+from firmware.files import NUMBER_TYPES, PAIRS, STRICT, WARNINGS, example, run, texts, tool, write
 
 import omniroll
 
-HERE = Path(__file__).resolve().parent
-GENERATED = HERE.parents[1] / "generated" / "c"
-STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
-NUMBER_TYPES = {  # macro, machine epsilon of the type
-    "double": ([], np.finfo(np.float64).eps),
-    "float": (["-DOMNIROLL_FLOAT"], np.finfo(np.float32).eps),
-    "long double": (["-DOMNIROLL_LONG_DOUBLE"], np.finfo(np.float64).eps),  # compared with double
-}
+EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": 2.0**-52}  # long double is compared with double
 LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "exp") for suffix in ("", "f", "l")}
 SCALARS = (
     "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
     "roller_axis_radius",
 )  # fmt: skip
+SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer")
+OWN_CALLS_ONLY = {"gcc": "-fno-tree-loop-distribute-patterns", "clang": "-fno-builtin"}  # no memset for a loop
+MAIN = '#include "omniroll.h"\n#include <stdio.h>\n{}\nint main(void)\n{{\n    return example();\n}}\n'
 
 compilers = pytest.mark.parametrize("compiler", ["gcc", "clang"])
 number_types = pytest.mark.parametrize("number_type", NUMBER_TYPES)
-sources = pytest.mark.parametrize("source", sorted(GENERATED.glob("*.c")), ids=lambda path: path.stem)
+pairs = pytest.mark.parametrize("pair", PAIRS)
 
 
-def compile_c(compiler: str, *arguments: str | Path) -> None:
-    """Compile with strict warnings as errors; skip where the compiler is not installed."""
-    if shutil.which(compiler) is None:
-        pytest.skip(f"{compiler} is not installed")
-    command = [compiler, *STRICT, *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
-
-
-def run_program(compiler: str, number_type: str, folder: Path) -> dict[str, np.ndarray]:
-    """What accelerations.c prints: its inputs and outputs by name."""
-    program = folder / "program"
-    macro, _ = NUMBER_TYPES[number_type]
-    files = (HERE / "accelerations.c", GENERATED / "omniroll_free.c", "-I", GENERATED)
-    compile_c(compiler, *macro, *files, "-o", program, "-lm")
-    out = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    return {name: np.array(values, dtype=float) for name, *values in map(str.split, out.splitlines())}
+def program(compiler, folder, main, pair, *flags):
+    """The program of a C file and a pair."""
+    made = folder / "program"
+    source = write(pair, folder)
+    run(tool(compiler), *STRICT, *flags, main, source, "-I", folder, "-o", made, "-lm")
+    return made
 
 
 @compilers
 @number_types
-def test_program_gives_the_accelerations_of_python(compiler, number_type, tmp_path):
-    shown = run_program(compiler, number_type, tmp_path)
+def test_program_gives_the_accelerations_of_python(compiler, number_type, tmp_path, request):
+    main = request.path.with_name("accelerations.c")
+    out = run(program(compiler, tmp_path, main, "free", *NUMBER_TYPES[number_type]))
+    shown = {name: np.array(values, dtype=float) for name, *values in map(str.split, out.splitlines())}
     wheels = len(shown["chi"])
     spins = shown["spins"].reshape(wheels, -1)
     vehicle = omniroll.Vehicle(
@@ -61,33 +47,157 @@ def test_program_gives_the_accelerations_of_python(compiler, number_type, tmp_pa
         **{name: float(shown[name][0]) for name in SCALARS},
     )
     nu_dot, spins_dot = omniroll.accelerations(vehicle, shown["nu"], shown["chi"], spins)
-    _, eps = NUMBER_TYPES[number_type]
-    limit = 0 if (compiler, number_type) == ("gcc", "double") else 1000 * eps
+    limit = 0 if (compiler, number_type) == ("gcc", "double") else 1000 * EPS[number_type]
     assert np.all(np.abs(shown["nu_dot"] - nu_dot) <= limit * np.abs(nu_dot).max())
     assert np.all(np.abs(shown["spins_dot"] - spins_dot.ravel()) <= limit * np.abs(spins_dot).max())
 
 
 @compilers
 @number_types
-@sources
-def test_each_source_compiles_alone_and_calls_only_the_library(compiler, number_type, source, tmp_path):
-    compiled = tmp_path / "kernel.o"
-    macro, _ = NUMBER_TYPES[number_type]
-    compile_c(compiler, *macro, "-Wconversion", "-Wdouble-promotion", "-c", source, "-o", compiled)
-    symbols = subprocess.run(["nm", compiled], capture_output=True, text=True, check=True).stdout
+@pairs
+def test_each_source_compiles_alone_calls_only_the_library_and_runs_its_example(compiler, number_type, pair, tmp_path):
+    """The example stands in the header's first comment and is taken from there as it is."""
+    flags = (*STRICT, OWN_CALLS_ONLY[compiler], *NUMBER_TYPES[number_type])
+    compiled, main = tmp_path / "kernel.o", tmp_path / "main.c"
+    run(tool(compiler), *flags, "-c", write(pair, tmp_path), "-o", compiled)
+    symbols = run("nm", compiled)
     wanted = set(re.findall(r"\bU (\w+)", symbols))
     exported = set(re.findall(r"\b[A-Z] (\w+)", symbols)) - wanted
     variables = re.findall(r"\b[bBdDC] (\w+)", symbols)
     assert wanted <= LIBRARY_CALLS | {"_GLOBAL_OFFSET_TABLE_"}
-    assert exported and all(name.startswith(f"{source.stem}_") for name in exported)
+    assert exported and all(name.startswith("omniroll_") for name in exported)
     assert variables == []
+    main.write_text(MAIN.format(example(texts(pair).header)))
+    run(tool(compiler), *flags, main, compiled, "-lm", "-o", tmp_path / "program")
+    run(tmp_path / "program")
 
 
-@sources
-def test_each_header_serves_cplusplus(source, tmp_path):
-    if shutil.which("g++") is None:
-        pytest.skip("g++ is not installed")
+@pairs
+def test_each_pair_is_cplusplus_too(pair, tmp_path):
+    source = write(pair, tmp_path)
+    for standard in ("-std=c++98", "-std=c++17"):
+        flags = ("-pedantic", "-Wall", "-Wextra", "-Wno-long-long", "-Werror", standard)
+        run(tool("g++"), *flags, "-x", "c++", "-fsyntax-only", source)
+
+
+@pytest.mark.parametrize("pair", ["free", "everything"])
+def test_a_header_serves_cplusplus_with_the_source_in_c(pair, tmp_path):
     unit = tmp_path / "unit.cpp"
-    unit.write_text(f'#include "{source.stem}.h"\n', encoding="ascii")
-    flags = ["-pedantic", "-Wall", "-Werror", "-fsyntax-only"]
-    subprocess.run(["g++", *flags, f"-I{GENERATED}", unit], check=True)
+    unit.write_text('#include "omniroll.h"\nint main()\n{\n    return omniroll_check_layout == 0;\n}\n', encoding="ascii")
+    source = write(pair, tmp_path)
+    run(tool("gcc"), *STRICT, "-O0", "-c", source, "-o", tmp_path / "kernel.o")
+    run(tool("g++"), "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-address", unit, tmp_path / "kernel.o", "-lm",
+        "-o", tmp_path / "program")  # fmt: skip
+
+
+@pairs
+def test_every_public_name_has_the_prefix(pair):
+    """Types, macros and functions, also under a prefix of the caller's; nothing of the standard one is left."""
+    header = re.sub(r"/\*.*?\*/", "", texts(pair, "base").header, flags=re.DOTALL)
+    macros = re.findall(r"#\s*define (\w+)", header)
+    types = re.findall(r"^(?:typedef [\w ]+|\}) (\w+);", header, re.MULTILINE)
+    functions = re.findall(r"^(?:void|int|base_real) (\w+)\(", header, re.MULTILINE)
+    constants = re.findall(r"^    ([A-Z]\w+) = ", header, re.MULTILINE)
+    assert all(name.startswith("BASE_") for name in (*macros, *constants))
+    assert all(name.startswith("base_") for name in (*types, *functions))
+    assert len(functions) > 10 and len(types) >= 5 and macros and constants
+    for text in (texts(pair, "base").header, texts(pair, "base").source):
+        assert "omniroll" not in text.lower().replace("omniroll kernel", "")
+    assert max(map(len, texts(pair).header.splitlines())) <= 120
+
+
+def test_two_pairs_in_one_program(tmp_path):
+    for pair, prefix in (("free", "first"), ("locked", "second")):
+        write(pair, tmp_path, prefix)
+    main = tmp_path / "main.c"
+    main.write_text(
+        '#include "first.h"\n#include "second.h"\nint main(void)\n{\n'
+        "    return first_joint == 0 || second_joint == 0 || (int)FIRST_OK != (int)SECOND_OK;\n}\n"
+    )
+    sources = (main, tmp_path / "first.c", tmp_path / "second.c")
+    run(tool("gcc"), *STRICT, "-Wno-address", *sources, "-I", tmp_path, "-lm", "-o", tmp_path / "program")
+
+
+def test_structs_of_another_number_type_are_noticed(tmp_path):
+    """The program is compiled for float, the library for double."""
+    main = tmp_path / "main.c"
+    main.write_text(
+        '#include "omniroll.h"\nint main(void)\n{\n    return omniroll_check_layout(sizeof(omniroll_vehicle), '
+        "sizeof(omniroll_wheel), sizeof(omniroll_roller), sizeof(omniroll_model));\n}\n"
+    )
+    source = write("free", tmp_path)
+    for flags, wanted in (((), 0), (("-DOMNIROLL_FLOAT",), 6)):
+        run(tool("gcc"), *STRICT, *flags, "-c", main, "-o", tmp_path / "main.o")
+        run(tool("gcc"), *STRICT, tmp_path / "main.o", source, "-lm", "-o", tmp_path / "program")
+        assert subprocess.run([tmp_path / "program"]).returncode == wanted
+
+
+# Memory
+
+
+@pytest.mark.parametrize("wheels, rollers, number_type", [(1, 3, "float"), (3, 5, "long double"), (30, 12, "double")])
+@pairs
+def test_storage_of_exactly_the_stated_size_is_enough(pair, wheels, rollers, number_type, tmp_path):
+    """The example with other numbers of wheels and rollers, under sanitizers, which watch the ends of its arrays."""
+    text = example(texts(pair).header).replace("WHEELS = 3, ROLLERS = 5", f"WHEELS = {wheels}, ROLLERS = {rollers}")
+    text = text.replace("roller_axis_radius = (omniroll_real)0.038", "roller_axis_radius = (omniroll_real)0.02")
+
+    def spread(match):
+        count = wheels * (2 if "places" in match[1] else 1)
+        if "wheel" in match[1]:
+            values = [f"(omniroll_real){0.1 + 0.37 * k:.3f}" for k in range(count)]
+        else:
+            values = [match[2].split(",")[0].strip()] * count
+        return f"{match[1]} = {{{', '.join(values)}}}"
+
+    text = re.sub(r"(\w+\[WHEELS(?:\*2)?\]) = \{\s*([^}]*?)\s*\}", spread, text)
+    main = tmp_path / "main.c"
+    main.write_text(MAIN.format(text))
+    run(program("gcc", tmp_path, main, pair, "-O0", *SANITIZERS, *NUMBER_TYPES[number_type]))
+
+
+@pytest.mark.parametrize("pair", ["free", "everything"])
+def test_the_example_is_clean_under_valgrind(pair, tmp_path):
+    """Valgrind sees what the sanitizers do not: numbers that were never written."""
+    valgrind = tool("valgrind")
+    main = tmp_path / "main.c"
+    main.write_text(MAIN.format(example(texts(pair).header)))
+    made = program("gcc", tmp_path, main, pair, "-g", "-O1", *NUMBER_TYPES["float"])
+    out = subprocess.run([valgrind, "--error-exitcode=9", "--leak-check=full", made], capture_output=True, text=True)
+    assert out.returncode == 0, out.stderr
+    assert "total heap usage: 0 allocs" in out.stderr or "in use at exit: 0 bytes in 0 blocks" in out.stderr
+
+
+# A controller's loop
+
+
+def drive(folder, request, number_type, *flags):
+    """What controller.c prints: joints, steps, nu, pose, turned, most_nu, most_torque."""
+    main = request.path.with_name("controller.c")
+    out = run(program("gcc", folder, main, "drive", *NUMBER_TYPES[number_type], *flags))
+    joints, steps, *numbers = map(float, out.split())
+    return joints, steps, np.array(numbers)
+
+
+def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp_path, request):
+    """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what it
+    adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the joints
+    come in the same order. Where two wheels come to their joints within the resolution of float, rounding decides which
+    switches first, and paths may part; on this drive none do.
+    """
+    (joints, steps, double), (also, as_many, single) = (drive(tmp_path, request, kind) for kind in ("double", "float"))
+    assert joints >= 1000 and (joints, steps) == (also, as_many)
+    size = {"nu": double[9], "pose": 1.0, "turned": np.pi / 5}
+    bound = steps * 2.0**-24 * np.repeat(list(size.values()), 3)
+    error = np.abs(single - double)[:9]
+    assert np.all(error <= bound), (error, bound)
+
+
+def test_the_controller_is_clean_under_sanitizers(tmp_path, request):
+    for number_type in ("double", "float"):
+        joints, *_ = drive(tmp_path, request, number_type, *SANITIZERS, "-DJOINTS=60")
+        assert joints >= 60
+
+
+def test_warnings_are_those_that_the_contract_names():
+    assert {"-Wconversion", "-Wshadow", "-Werror", "-pedantic", "-Wall", "-Wextra"} <= set(WARNINGS)

@@ -20,7 +20,8 @@ def test_the_folder_is_the_users_or_the_one_that_is_named(tmp_path, monkeypatch)
 def test_a_folder_that_cannot_be_written_gives_way_to_one_of_the_process(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("no folder")
     monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "file"))
-    kept = cache.folder()
+    with pytest.warns(RuntimeWarning, match="OMNIROLL_CACHE"):
+        kept = cache.folder()
     assert kept.is_dir() and kept == cache.folder() and not kept.is_relative_to(tmp_path)
 
 

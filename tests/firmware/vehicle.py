@@ -56,15 +56,10 @@ class FirmwareVehicle:
         self.nu, self.pose, self.contact = np.zeros(3), np.zeros(3), np.zeros(self.wheels, np.intc)
         self.state = self.ffi.new("omniroll_state *")
         slots = self.wheels * (self.rollers - 1)
-        sizes = {
-            "chi": self.wheels,
-            "axial": slots,
-            "momenta": 2 * self.wheels,
-            "work": 100 + 20 * self.wheels + 8 * slots,
-        }
-        self.arrays = {
-            name: np.zeros(sizes[name], self.real) for name in sizes if name in self.fields("omniroll_state *")
-        }
+        sizes = {"chi": self.wheels, "axial": slots, "momenta": 2 * self.wheels}
+        sizes["work"] = 30 + 17 * self.wheels + 5 * slots  # at least OMNIROLL_WORK of any set
+        wanted = self.fields("omniroll_state *")
+        self.arrays = {name: np.zeros(size, self.real) for name, size in sizes.items() if name in wanted}
         for name, array in self.arrays.items():
             setattr(self.state, name, self.pointer(array))
         self.state.contact = self.ffi.from_buffer("int[]", self.contact)
@@ -111,6 +106,13 @@ class FirmwareVehicle:
     def numbers(self) -> np.ndarray:
         """nu, pose, chi."""
         return np.array([*self.state.nu, *self.state.pose, *self.arrays["chi"]], float)
+
+    def spins(self) -> np.ndarray:
+        """Spins of the free rollers relative to their disks, (N, n-1)."""
+        spins = np.zeros((self.wheels, self.rollers - 1), self.real)
+        flat = self.pointer(spins.reshape(-1))
+        self.lib.omniroll_spins_from_axial(self.model, self.state.nu, self.state.chi, self.state.axial, flat)
+        return spins.astype(float)
 
     def switches(self) -> int:
         """Calls omniroll_switch; how many wheels changed their roller."""

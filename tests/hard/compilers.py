@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from hard import naive_kernels
-from hard.builds import ROUNDINGS, Build
+from hard.builds import MOTION, ROUNDINGS, SETS, Build
 from hard.case import Case, Measurement, Scale
 from hard.kernel_errors import (
     BOUND,
@@ -102,15 +102,15 @@ def directed_rounding(scale: Scale) -> list[Measurement]:
 
 
 def clean(scale: Scale) -> list[Measurement]:
-    """Runs of all functions that a sanitizer or valgrind complains of."""
+    """Runs of all functions, and of steps through joints, that a sanitizer or valgrind complains of."""
     part = sample(45, scale.of(5, 300), 3, 5, closest_tip=1e-9)
-    checked = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+    checked = ("-O1", "-g", MOTION, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
     tools = {"address and undefined, gcc": (Build("gcc", checked), ())}
     if scale is Scale.FULL:
         tools["address and undefined, clang"] = (Build("clang", checked), ())
     if shutil.which("valgrind"):
         valgrind = ("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full")
-        tools["valgrind"] = (Build("gcc", ("-O1", "-g")), valgrind)
+        tools["valgrind"] = (Build("gcc", ("-O1", "-g", MOTION)), valgrind)
     return [
         Measurement("sets in which something is found", name, "double", "", complaints(build, part, under), 0)
         for name, (build, under) in tools.items()
@@ -120,7 +120,7 @@ def clean(scale: Scale) -> list[Measurement]:
 
 def complaints(build: Build, part: Sample, under: tuple[str, ...]) -> int:
     found = 0
-    for set_name in ("massless", "locked", "free", "locked_sharp", "free_sharp"):
+    for set_name in SETS:
         try:
             build.run(part, set_name, under=under)
         except RuntimeError as error:
@@ -158,7 +158,7 @@ CASES = [
     Case(
         name="sanitizers-and-valgrind",
         section=SECTION,
-        title="All functions under sanitizers and valgrind",
+        title="All functions, and steps through joints, under sanitizers and valgrind",
         naive="",
         promise="nothing is found",
         run=clean,

@@ -7,8 +7,8 @@ from hard.case import Case, Measurement, Scale
 from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurements, python_kernels
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
-from omniroll.kernels import sets
-from omniroll.kernels.kernel import SHARP, form, optional_effects, signatures
+from omniroll import Vehicle
+from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
 
 
 def effect_sets(scale: Scale) -> list[str]:
@@ -91,28 +91,28 @@ def with_effects(part: Sample, set_name: str, seed: int) -> Sample:
 
 def compiled_on_demand(part: Sample, set_name: str) -> dict[str, np.ndarray]:
     """Outputs (M, K) of every function of the set's C kernel, made and compiled as for a scene."""
-    base, effects = rounding.split_key(set_name)
-    library = sets.compiled_library(base, effects, "double")
-    prefix = f"omniroll_{sets.set_name(base, effects)}_"
     wanted = rounding.functions(set_name, part)
-    prepare = signatures(base, effects, part.wheels, part.rollers)["prepare"].inputs
-    model = np.empty(getattr(library.lib, prefix + "model_size")(part.wheels, part.rollers))
-
-    def called(name: str, numbers: list, *outputs: np.ndarray) -> None:
-        arrays = [np.array(value, float) for value in numbers]
-        arguments = [library.ffi.from_buffer("double[]", a) if a.ndim else float(a) for a in (*arrays, *outputs)]
-        head = () if name == "prepare" else (library.ffi.from_buffer("double[]", model),)
-        getattr(library.lib, prefix + name)(part.wheels, part.rollers, *head, *arguments)
-
     found = {name: [] for name in wanted}
     for row in range(len(part)):
-        called("prepare", [part.vehicle[a.name][row] for a in prepare], model)
+        kernel = compiled_kernel(part, row, set_name)
         for name, signature in wanted.items():
-            outputs = [np.empty(max(1, int(np.prod(a.shape)))) for a in signature.outputs]
-            generated = form(name, rounding.is_sharp(set_name))
-            called(generated, [part.state[a.name][row] for a in signature.inputs], *outputs)
-            found[name].append(np.concatenate(outputs))
+            outputs = kernel.call(name, *(part.state[a.name][row] for a in signature.inputs))
+            outputs = outputs if len(signature.outputs) > 1 else (outputs,)
+            found[name].append(np.concatenate([output.ravel() for output in outputs]))
     return {name: np.transpose(rows) for name, rows in found.items()}
+
+
+def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
+    """The kernel of one state's vehicle."""
+    base, effects = rounding.split_key(set_name)
+    numbers = {name: array[row].tolist() for name, array in part.vehicle.items()}
+    fields = (*VEHICLE_SCALARS, "wheel_angles")
+    own = {name: numbers.pop(name) for name in fields}
+    vehicle = Vehicle(wheels=part.wheels, rollers_per_wheel=part.rollers, **own)
+    constants = tuple(numbers.items())
+    kernel = CompiledKernel(vehicle, base, "double", effects, constants)
+    assert kernel.sharp == rounding.is_sharp(set_name)
+    return kernel
 
 
 def against_balls(scale: Scale) -> list[Measurement]:

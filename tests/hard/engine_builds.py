@@ -11,6 +11,8 @@ from hard.builds import ROOT, ROUNDINGS, Build
 from hard.case import Case, Measurement, Scale
 from hard.compilers import FAST, FUSED, SECTION, SLOW
 from hard.setting import PAPER
+from omniroll.kernels import sets
+from omniroll.kernels.building import ENGINE_SOURCES
 from omniroll.kernels.kernel import VEHICLE_SCALARS
 
 LANGUAGE = ("-std=c11", "-Wno-psabi")
@@ -22,8 +24,9 @@ LATE = 1e-10  # s; the steps' tolerance in the program is 1e-11
 def program(build: Build) -> Path:
     """tests/c/engine.c with the engine for free rollers."""
     made = Path(builds.folder().name) / f"engine-{build.name.replace(' ', '')}"
-    sources = [ROOT / "tests/c/engine.c", ROOT / "runtime/csrc/engine_free.c", ROOT / "generated/c/omniroll_free.c"]
-    includes = [f"-I{ROOT / 'runtime/csrc'}", f"-I{ROOT / 'generated/c'}"]
+    engine, pair = ROOT / "runtime/csrc", sets.c_folder("free", ())
+    sources = [ROOT / "tests/c/engine.c", pair / "omniroll.c", *(engine / name for name in ENGINE_SOURCES)]
+    includes = [f"-I{folder}" for folder in (pair, engine, ROOT / "generated/c")]
     subprocess.run([build.compiler, *LANGUAGE, *build.flags, *includes, *sources, "-lm", "-o", made], check=True)
     return made
 

@@ -62,6 +62,12 @@ def functions(set_name: str, sample: Sample) -> dict:
     }
 
 
+def vehicle_numbers(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
+    """The numbers of the vehicles that a set takes: massless rollers, for instance, have no roller_inertia."""
+    wanted = signatures(*split_key(set_name), sample.wheels, sample.rollers)["prepare"].inputs
+    return {argument.name: sample.vehicle[argument.name] for argument in wanted}
+
+
 def flat(values) -> list:
     return [v for part in values for v in flat(part)] if isinstance(values, (list, tuple)) else [values]
 
@@ -95,7 +101,7 @@ def references(sample: Sample, set_name: str, names: list[str]) -> dict[str, Ref
             model = code.prepare(
                 sample.wheels,
                 sample.rollers,
-                **{name: nested(array[row], arb) for name, array in sample.vehicle.items()},
+                **{name: nested(array[row], arb) for name, array in vehicle_numbers(sample, set_name).items()},
             )
             for name in names:
                 inputs = [nested(sample.state[a.name][row], arb) for a in wanted[name].inputs]
@@ -170,7 +176,7 @@ def values(sample: Sample, set_name: str, name: str, dtype=np.float64) -> np.nda
 
 def inputs_of(sample: Sample, set_name: str, name: str, dtype) -> tuple[dict, list[np.ndarray]]:
     last = lambda array: np.moveaxis(array, 0, -1).astype(dtype)  # noqa: E731
-    vehicle = {field: last(array) for field, array in sample.vehicle.items()}
+    vehicle = {field: last(array) for field, array in vehicle_numbers(sample, set_name).items()}
     return vehicle, [last(sample.state[a.name]) for a in functions(set_name, sample)[name].inputs]
 
 
@@ -207,7 +213,7 @@ def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
 def slopes_in_balls(sample: Sample, set_name: str, name: str) -> np.ndarray:
     """`slopes` (M,) of a single state, by the same complex steps in many digits."""
     code, total = module(set_name), 0.0
-    vehicle = {field: array[0] for field, array in sample.vehicle.items()}
+    vehicle = {field: array[0] for field, array in vehicle_numbers(sample, set_name).items()}
     given = [sample.state[a.name][0] for a in functions(set_name, sample)[name].inputs]
     with ctx.workprec(4 * BITS):
         step = arb(2) ** (-2 * BITS)

@@ -29,7 +29,8 @@ def name_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+BUILT = PACKAGE / "kernels/built"  # generated kernels that the build has put beside their libraries
+MODULES = {name_of(path): path for path in sorted(PACKAGE.rglob("*.py")) if not path.is_relative_to(BUILT)}
 
 
 def imported_by(path: Path) -> set[str]:

@@ -1,4 +1,4 @@
-"""docs/scenes.md says what the schema says; docs/adding-an-effect.md what the code says."""
+"""docs/scenes.md says what the schema says; docs/adding-an-effect.md what the code says; links lead somewhere."""
 
 import re
 from pathlib import Path
@@ -8,6 +8,8 @@ import pytest
 from omniroll.effects import Effect
 from omniroll.scenes.page import page
 
+PAGES = ("scenes", "adding-an-effect", "accuracy", "accuracy-motion-3", "reactions", "theory", "architecture")
+
 
 def test_the_page_is_written_from_the_schema():
     """Where this fails: python -m omniroll.scenes.page docs/scenes.md"""
@@ -15,10 +17,23 @@ def test_the_page_is_written_from_the_schema():
     assert page(text) == text
 
 
-@pytest.mark.parametrize("page", ["scenes", "adding-an-effect", "accuracy", "accuracy-motion-3"])
+@pytest.mark.parametrize("page", PAGES)
 def test_links_lead_to_files(page):
     targets = re.findall(r"\]\(([^)#:]+)\)", Path(f"docs/{page}.md").read_text(encoding="utf-8"))
     assert targets and [target for target in targets if not Path("docs", target).exists()] == []
+
+
+def anchors(page: Path) -> set[str]:
+    """The names by which the page's headings are linked."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", ["README.md", *(f"docs/{name}.md" for name in PAGES)])
+def test_links_to_headings_lead_to_headings(page):
+    links = re.findall(r"\]\(([\w/.-]*\.md)?#([^)]+)\)", Path(page).read_text(encoding="utf-8"))
+    pages = [Path(page).parent / target if target else Path(page) for target, _ in links]
+    assert [link for link, there in zip(links, pages, strict=True) if link[1] not in anchors(there)] == []
 
 
 def test_what_an_effect_brings_and_says_is_what_the_page_lists():

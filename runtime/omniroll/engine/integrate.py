@@ -14,16 +14,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from omniroll.effects.guards import NO_GUARDS, Guards
+from omniroll.engine.dop853 import FURTHER, ORDER, STAGES, Step
 from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Flow
-from omniroll.results.dense import bernstein_of_dop853, first_positive
+from omniroll.results.dense import first_positive
 
 OVERSHOOT = 1.05  # a step that would pass the joint aims this little beyond it,
 SHORTEST_AIM = 0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
 LANDING_TRIALS = 100
+SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 10.0  # of a step's length over the one before
 
 
 class StepFailedError(ArithmeticError):
@@ -116,56 +117,62 @@ class PhaseIntegrator:
 
     def _advance(self, flow: Flow, phase: Phase, limit: float, gap: Callable[[float], float], guards: Guards) -> bool:
         """Add steps until a switch, a guard or the limit. False: a crossing proved to be none, so go on anew."""
-        start = phase.duration
-        solver = DOP853(
-            flow,
-            start,
-            phase.y,
-            limit,
-            first_step=min(self.next_step, limit - start),
-            atol=self.tolerance * self.scale,
-        )
-        solver.rtol = EPS  # SciPy refuses less than 100 eps as an argument, which is more than long runs can bear
-        try:
-            while True:
-                y0, time0 = solver.y, solver.t
-                dense = self._step(solver)
-                h = solver.t - time0
-                time, directions = self._first_crossing(dense)
-                guard_time, passed = self._first_guard(dense, time0, h, guards, time)
-                if guard_time is not None:
-                    self._land_on_guard(flow, phase, y0, time0, h, guard_time, gap, guards, passed)
-                    return True
-                if time is None:
-                    phase.add_step(solver.t, solver.y, dense)
-                    if solver.status == "finished":
-                        phase.directions = self._due(flow, solver.t, solver.y, gap(solver.t))
-                        phase.y = self._onto_joint(phase, phase.directions)
-                        return True
-                    continue
-                if time0 + time * h == time0:
+        time, y = phase.duration, phase.y
+        rates = self._rates(flow, time, y)
+        while True:
+            step, end = self._step(flow, time, y, rates, limit)
+            dense = step.polynomial()
+            self.counts.evaluations += FURTHER
+            crossing, directions = self._first_crossing(dense)
+            guard, passed = self._first_guard(dense, time, step.h, guards, crossing)
+            if guard is not None:
+                self._land_on_guard(flow, phase, step, guard, gap, guards, passed)
+                return True
+            if crossing is not None:
+                if time + crossing * step.h == time:
                     phase.directions = directions
                     phase.y = self._onto_joint(phase, directions)
                     return True
-                return self._land(flow, phase, y0, time0, h, time, gap)
-        finally:
-            self.counts.evaluations += solver.nfev
+                return self._land(flow, phase, step, crossing, gap)
+            phase.add_step(end, step.y_end, dense)
+            time, y, rates = end, step.y_end, step.rates_end
+            if time >= limit:
+                phase.directions = self._due(flow, time, y, gap(time))
+                phase.y = self._onto_joint(phase, phase.directions)
+                return True
 
-    def _step(self, solver: DOP853) -> np.ndarray:
-        """One accepted step, short enough not to pass the next joint by far; its polynomial."""
-        waits, _ = self._waits(solver.f, solver.y)
+    def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[Step, float]:
+        """One accepted step, short enough not to pass the next joint by far; and the time of its end."""
+        waits, _ = self._waits(rates, y)
         wanted = self.next_step
         asked = min(wanted, max(OVERSHOOT * waits.min(), SHORTEST_AIM * wanted))
-        solver.h_abs = asked
-        solver.step()
-        if solver.status == "failed" or not np.isfinite(solver.y).all():
+        shortest = 10 * np.spacing(time)
+        h, rejected = max(asked, shortest), False
+        while True:
+            end = min(time + h, limit)
+            step = Step(flow, time, y, rates, end - time)
+            self.counts.evaluations += STAGES
+            size = self.tolerance * self.scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
+            error = step.error(size)
+            factor = SAFETY * error ** (-1 / ORDER) if error > 0 else MOST_FACTOR
+            if error < 1:
+                break
+            h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True
+            if h < shortest:
+                raise StepFailedError("the step became too small")
+        if not np.isfinite(step.y_end).all():
             raise StepFailedError("the step became too small")
+        following = step.h * min(factor, 1.0 if rejected else MOST_FACTOR)
         # A step cut short by the joint says little about the length that the tolerance would allow.
-        accepted = solver.step_size >= 0.999 * asked
-        self.next_step = max(wanted, solver.h_abs) if accepted and asked < wanted else solver.h_abs
+        accepted = step.h >= 0.999 * asked
+        self.next_step = max(wanted, following) if accepted and asked < wanted else following
         self.counts.steps += 1
-        self.counts.error += solver._estimate_error_norm(solver.K, solver.h_previous, self.scale)
-        return _polynomial(solver)
+        self.counts.error += step.error(self.scale)
+        return step, end
+
+    def _rates(self, flow: Flow, time: float, y: np.ndarray) -> np.ndarray:
+        self.counts.evaluations += 1
+        return flow(time, y)
 
     def _first_step(self, flow: Flow, y: np.ndarray, limit: float) -> float:
         fastest = np.max(np.abs(flow(0.0, y)) / self.scale)
@@ -223,22 +230,19 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        y0: np.ndarray,
-        time0: float,
-        h_most: float,
+        step: Step,
         guess: float,
         gap: Callable[[float], float],
     ) -> bool:
-        """Step from y0 onto the first joint, `guess` of the way of a step h_most that passes it.
+        """Step onto the first joint, `guess` of the way of a step that passes it.
 
         Newton's rule between the last h inside and the first outside. False if no wheel passes after all.
         """
+        y0, time0, h_most = step.y, step.time, step.h
         low, high = (0.0, y0, None), (h_most, None)
         h = guess * h_most
         for _ in range(LANDING_TRIALS):
-            y, dense = self._single_step(flow, time0, y0, h)
-            rates = flow(time0 + h, y)
-            self.counts.evaluations += 1
+            y, dense, rates = self._single_step(step, h)
             waits, directions = self._waits(rates, y)
             first = np.argmin(waits)
             outside = not np.abs(y[self.chi]).max() <= self.joint
@@ -272,26 +276,24 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        y0: np.ndarray,
-        time0: float,
-        h_most: float,
+        step: Step,
         guess: float,
         gap: Callable[[float], float],
         guards: Guards,
         passed: np.ndarray,
     ) -> None:
-        """Step from y0 onto the first of the passed guards, `guess` of the way of a step h_most that passes them.
+        """Step onto the first of the passed guards, `guess` of the way of a step that passes them.
 
         Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
         """
+        y0, time0, h_most = step.y, step.time, step.h
         low, high, h = 0.0, h_most, guess * h_most
         if (guards.values(time0, y0)[passed] >= 0).any() or time0 + h == time0:
             phase.passed = passed
             return
         for _ in range(LANDING_TRIALS):
-            y, dense = self._single_step(flow, time0, y0, h)
-            waits, noise = guards.waits(time0 + h, y, flow(time0 + h, y))
-            self.counts.evaluations += 1
+            y, dense, rates = self._single_step(step, h)
+            waits, noise = guards.waits(time0 + h, y, rates)
             waits[~passed] = np.inf
             first = np.argmin(waits)
             if abs(waits[first]) <= noise[first] + EPS * h:
@@ -309,14 +311,16 @@ class PhaseIntegrator:
         phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
         phase.y = self._onto_joint(phase, phase.directions)
 
-    def _single_step(self, flow: Flow, time0: float, y0: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """One step of exactly h, whatever its error estimate: it is part of a step that was accepted."""
-        solver = DOP853(lambda time, y: flow(time0 + time, y), 0.0, y0, h, first_step=h, rtol=1.0, atol=np.inf)
-        solver.step()
-        self.counts.evaluations += solver.nfev
-        if solver.t != h:
+    def _single_step(self, step: Step, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted.
+
+        y at its end, its polynomial, and the rates at its end.
+        """
+        part = Step(step.flow, step.time, step.y, step.rates, h)
+        self.counts.evaluations += STAGES + FURTHER
+        if not np.isfinite(part.y_end).all():
             raise StepFailedError("a step onto the joint is not finite")
-        return solver.y, _polynomial(solver)
+        return part.y_end, part.polynomial(), part.rates_end
 
     def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:
         """The last state with the switching wheels exactly on their joints, the others not beyond theirs."""
@@ -326,9 +330,3 @@ class PhaseIntegrator:
             phase.ends[-1] = y
             phase.dense[-1][-1] = y
         return y
-
-
-def _polynomial(solver: DOP853) -> np.ndarray:
-    """The Bernstein coefficients (8, d) of the last step."""
-    nested = solver.dense_output()
-    return bernstein_of_dop853(nested.y_old, solver.y, nested.F)

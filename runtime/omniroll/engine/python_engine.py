@@ -7,12 +7,13 @@ import numpy as np
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
-from omniroll.engine.switching import SwitchingModel, outward, tau
+from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
 
 SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
+ROUNDINGS = 16  # inputs of the drives that differ by less are the same
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
 
@@ -24,7 +25,7 @@ class Record:
     y: list[np.ndarray] = field(default_factory=list)
     contact: list[np.ndarray] = field(default_factory=list)
     axial: list[np.ndarray | None] = field(default_factory=list)
-    drive: list[np.ndarray | None] = field(default_factory=list)  # None until the phase that follows begins
+    drive: list[np.ndarray] = field(default_factory=list)
     dense: list[np.ndarray] = field(default_factory=list)
     step_rows: list[int] = field(default_factory=list)
     directions: list[np.ndarray] = field(default_factory=list)
@@ -36,7 +37,7 @@ class Record:
         y: np.ndarray,
         contact: np.ndarray,
         axial: np.ndarray | None,
-        drive: np.ndarray | None = None,
+        drive: np.ndarray,
     ) -> None:
         self.elapsed.append(elapsed)
         self.y.append(y)
@@ -72,11 +73,12 @@ class Run:
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
         self.phases = 0
+        self.phase_start, self.drive_at_start = 0.0, 0.0  # elapsed where what acts is from, and the drives' inputs then
         self.anchor, self.idle_switches, self.turned = 0.0, 0, 0.0
 
     def trajectory(self) -> Trajectory:
         """Simulate, and return the result. Raises SimulationStopped."""
-        self._add_row()
+        self._pass_events()
         directions = self._due_at_once()
         while True:
             if directions.any():
@@ -84,23 +86,41 @@ class Run:
                 directions = self._due_at_once()
             elif self.elapsed >= self.task.duration:
                 return self._result()
-            elif self.elapsed >= self.acting.next_time():
-                self.acting.pass_time(self.elapsed, self.state)
             else:
+                self._pass_events()
                 directions = self._phase()
+
+    def _pass_events(self) -> None:
+        """What happens at this instant beside switches: times that have come, guards that are passed at once.
+
+        A row shows what acts from now on: the first row of all, and one where that is not what acted before.
+        """
+        while True:
+            if self.elapsed >= self.acting.next_time():
+                self.acting.pass_time(self.elapsed, self.state)
+                continue
+            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial())
+            passed = self.guards.beyond(0.0, self._y()) if len(self.guards) else np.zeros(0, bool)
+            if not passed.any():
+                break
+            self._watch(None)
+            self.acting.pass_guards(passed)
+        self.phase_start = self.elapsed
+        before, self.drive_at_start = self.drive_at_start, self.acting.drive(0.0)
+        if not self.rows.y:
+            self._add_row()
+            return
+        last = self.rows.drive[-1]
+        rounding = ROUNDINGS * EPS * (np.abs(last) + np.abs(self.drive_at_start) + np.abs(before))
+        if (np.abs(self.drive_at_start - last) > rounding).any():
+            self._add_row()
 
     def _y(self) -> np.ndarray:
         return np.concatenate([self.state.nu, self.state.chi, self.state.pose, self.added])
 
     def _add_row(self) -> None:
-        self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial())
-
-    def _complete_rows(self) -> None:
-        """Rows that were made before their phase, at its start, take the drives' inputs from that phase."""
-        row = len(self.rows.drive) - 1
-        while row >= 0 and self.rows.drive[row] is None:
-            self.rows.drive[row] = self.acting.drive(0.0)
-            row -= 1
+        drive = self.acting.drive(self.elapsed - self.phase_start)
+        self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial(), drive)
 
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
@@ -124,12 +144,10 @@ class Run:
     def _phase(self) -> np.ndarray:
         """Integrate up to the next switch, event or the end; the directions of the wheels that switch then."""
         start, end = self.elapsed, min(self.task.duration, self.acting.next_time())
-        flow, guards = self.acting.phase(start, self.state.free_axial())
-        self._complete_rows()
         limit = (end - start) - self.carry
         try:
             phase = self.integrator.run(
-                flow, self._y(), limit, lambda h: tau(self.task.start_time + start + h, h), guards
+                self.flow, self._y(), limit, lambda h: tau(self.task.start_time + start + h, h), self.guards
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
@@ -210,9 +228,6 @@ class Run:
         raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
 
     def _result(self) -> Trajectory:
-        if self.rows.drive[-1] is None:
-            self.acting.phase(self.elapsed, self.state.free_axial())
-            self._complete_rows()
         record, counts = self.rows, self.integrator.counts
         y, directions = np.array(record.y), np.array(record.directions, int)
         rows = Rows(

@@ -186,7 +186,8 @@ def controlled_run(task: Task) -> Trajectory:
         error = difference(control, trajectory) / math.sqrt(CONTROL)
         if control.stats["steps"] == trajectory.stats["steps"]:  # events have cut both into the same steps
             error = max(error, trajectory.stats.get("local_errors", 0.0))
-        if error <= task.accuracy or tolerance <= FINEST or trial == TRIALS - 1:
+        reached = error + trajectory.stats.get("step_error", 0.0) <= task.accuracy  # as the estimate counts it below
+        if reached or tolerance <= FINEST or trial == TRIALS - 1:
             break
         control, tolerance = trajectory, max(tolerance / CONTROL, FINEST)
     sensitivity = _sensitivity(quiet, trajectory)

@@ -6,6 +6,7 @@ OMNIROLL_CFLAGS holds further compiler flags, for instance `-march=native`; they
 compiler.
 """
 
+import hashlib
 import os
 import shlex
 import shutil
@@ -16,6 +17,8 @@ from pathlib import Path
 
 # A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
+# In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
+PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
 ENGINE_SOURCES = ("run.c", "batch.c")
 LONGEST = 300  # seconds
@@ -53,33 +56,56 @@ def levels_here() -> list[str]:
 
 
 def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:
-    """Compile C files into the shared library `target`, which appears whole or not at all.
+    """Compile C files into the shared library `target`, which appears whole or not at all, and then its checksum.
 
     folders  where included files are searched
-    Raises CompilationError.
+    Raises CompilationError, and OSError where the folder takes no more files.
     """
+    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
+        made = Path(scratch, target.name)
+        _compile(sources, made, folders, [*flags, "-lm"])
+        os.replace(made, target)
+    checksum(target).write_text(digest(target), encoding="ascii")
+
+
+def _compile(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str]) -> None:
+    """Call the compiler once. Raises CompilationError."""
     command = compiler()
     if shutil.which(command[0]) is None:
         raise CompilationError(f"no C compiler: {command[0]} is not there; set CC")
-    with tempfile.TemporaryDirectory(dir=target.parent) as scratch:
-        made = Path(scratch, target.name)
-        include = [f"-I{folder}" for folder in folders]
-        try:
-            done = subprocess.run(
-                [*command, *flags, *include, *map(str, sources), "-lm", "-o", str(made)],
-                capture_output=True, text=True, timeout=LONGEST,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            raise CompilationError(f"{command[0]} did not finish within {LONGEST} s on {target.stem}") from None
-        if done.returncode:
-            raise CompilationError(f"{command[0]} failed on {target.stem}: {done.stderr.strip()[-500:]}")
-        os.replace(made, target)
+    include = [f"-I{folder}" for folder in folders]
+    try:
+        done = subprocess.run(
+            [*command, *include, *map(str, sources), *flags, "-o", str(target)],
+            capture_output=True, text=True, timeout=LONGEST,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise CompilationError(f"{command[0]} did not finish within {LONGEST} s on {target.stem}") from None
+    if done.returncode:
+        raise CompilationError(f"{command[0]} failed on {target.stem}: {done.stderr.strip()[-500:]}")
+
+
+def checksum(library: Path) -> Path:
+    """The file with the digest of a library."""
+    return library.with_name(f"{library.name}.sha256")
+
+
+def digest(library: Path) -> str:
+    return hashlib.sha256(library.read_bytes()).hexdigest()
+
+
+def is_whole(library: Path) -> bool:
+    """Whether a library is there, and as it was compiled. One that was cut off would end the process that loads it."""
+    try:
+        return checksum(library).read_text(encoding="ascii") == digest(library)
+    except (OSError, ValueError):
+        return False
 
 
 def kernel_library(folder: Path, number_type: str) -> None:
     """Compile the pair of files in a set's folder for a number type into <number type>.so."""
     _, macro = NUMBER_TYPES[number_type]
-    flags = [f"-D{macro}=1"] if macro else []
+    flags = [*PAIR_FLAGS, *([f"-D{macro}=1"] if macro else [])]
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 
@@ -89,13 +115,16 @@ def engine_file(level: str, sharp: bool) -> str:
 
 
 def engine_library(folder: Path, engine: Path, constants: Path, level: str, sharp: bool = False) -> None:
-    """Compile the pair in doubles and the engine over it.
+    """Compile the pair in doubles, as for a library of its own, and the engine over it.
 
     engine     folder of the engine's C files
     constants  folder of gauss.h
     level      of LEVELS
     sharp      whether the engine solves for nu' by the functions for sharp tips
     """
-    flags = [*ENGINE_FLAGS, f"-march={level}", *(["-DOMNIROLL_SHARP"] if sharp else [])]
-    sources = [folder / "omniroll.c", *(engine / name for name in ENGINE_SOURCES)]
-    compile_library(sources, folder / engine_file(level, sharp), [folder, engine, constants], flags)
+    with tempfile.TemporaryDirectory(dir=folder) as scratch:
+        pair = Path(scratch, "omniroll.o")
+        _compile([folder / "omniroll.c"], pair, [folder], ["-c", *PAIR_FLAGS])
+        sources = [pair, *(engine / name for name in ENGINE_SOURCES)]
+        flags = [*ENGINE_FLAGS, f"-march={level}", *(["-DOMNIROLL_SHARP"] if sharp else [])]
+        compile_library(sources, folder / engine_file(level, sharp), [folder, engine, constants], flags)

@@ -13,6 +13,7 @@ needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.v
 
 import importlib
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
@@ -168,7 +169,7 @@ class Kernel:
         self.set_name = sets.set_name(self.base, self.effects)
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
         prepare = self.signatures.pop("prepare")
-        self._constant_names = [argument.name for argument in prepare.inputs]
+        self.constant_names = [argument.name for argument in prepare.inputs]
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
 
@@ -466,7 +467,7 @@ class CompiledKernel(Kernel):
         vehicle.wheels, vehicle.rollers_per_wheel = self.wheels, self.rollers_per_wheel
         arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
         pointers = [self._pointer(array) if array.ndim else array for array in arrays]
-        for name, array, value in zip(self._constant_names, arrays, pointers, strict=True):
+        for name, array, value in zip(self.constant_names, arrays, pointers, strict=True):
             setattr(vehicle, name, value if array.ndim else self._number(array))
         self._model = ffi.new("omniroll_model *")
         storage = [ffi.new("omniroll_wheel[]", self.wheels)]
@@ -479,8 +480,9 @@ class CompiledKernel(Kernel):
         if self._lib.omniroll_check_layout(*sizes) != self._lib.OMNIROLL_OK:
             raise KernelsMissingError(f"the library of {self.set_name} has other structs than its declarations")
         status = self._lib.omniroll_prepare(vehicle, *storage, self._model)
-        if status == self._lib.OMNIROLL_BAD_COUNT:
-            raise InvalidValueError("vehicle", self.vehicle, "the C kernel refuses its numbers of wheels and rollers")
+        if status != self._lib.OMNIROLL_OK:
+            bound = f"the C kernel in {C_TYPES[self.number_type]} refuses it with status {status}, see its header"
+            raise InvalidValueError("vehicle", self.vehicle, bound)
 
     def _number(self, array: np.ndarray):
         """One number as cffi takes it; a long double keeps its digits."""
@@ -616,7 +618,9 @@ def kernel(
         return PythonKernel(vehicle, roller_model, effects, constants)
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
-    except KernelsMissingError:
+    except KernelsMissingError as problem:
         if not _effects_of(vehicle, effects):  # built with omniroll
             raise
-        return PythonKernel(vehicle, roller_model, effects, constants)
+        made = PythonKernel(vehicle, roller_model, effects, constants)
+        warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
+        return made

@@ -1,6 +1,6 @@
 """Sets of effects: their texts and their compiled libraries, made beforehand or when a scene calls for them.
 
-A set has a folder with its files:
+A set has a folder with its files; one that is made on demand has its C files in a folder of their own, inside:
 
     omniroll.h omniroll.c    the pair that a controller takes
     kernel_in_lanes.h        the functions on vectors, for the compiled engine
@@ -150,29 +150,40 @@ def _engine_sources() -> Path:
 
 
 def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable[[Path], None]) -> tuple[Path, str]:
-    """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none."""
+    """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none, or
+    where it is not as it was compiled."""
     built = BUILT / set_name(base, effects)
     for file in files:
         if (built / file).exists():
             return built, file
     with MAKING:
-        place = _for_this_compiler(folder(base, effects))
-        with cache_folder.lock(place / "libraries"):
-            if not (place / files[0]).exists():
-                try:
+        place = c_folder(base, effects)
+        try:
+            with cache_folder.lock(place / "libraries"):
+                if not building.is_whole(place / files[0]):
                     build(place)
-                except CompilationError as problem:
-                    raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+        except CompilationError as problem:
+            raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
+        except OSError as problem:
+            raise _cannot_keep(place, problem) from None
     return place, files[0]
 
 
-def _for_this_compiler(place: Path) -> Path:
-    """The folder for what this compiler makes of a set; its texts are those of the set's folder."""
-    key = hashlib.sha256("\0".join([*building.compiler(), platform.machine()]).encode()).hexdigest()[:16]
-    own = place / key
-    if not own.is_dir():
-        _put_in_place(own, {file.name: file.read_text(encoding="utf-8") for file in place.iterdir() if file.is_file()})
-    return own
+def _cannot_keep(place: Path, problem: OSError) -> KernelsMissingError:
+    """The error for a folder of kernels that takes no more files."""
+    return KernelsMissingError(
+        f"kernels cannot be kept in {place.parent}: {problem}; $OMNIROLL_CACHE names another folder"
+    )
+
+
+def c_folder(base: str, effects: tuple[str, ...]) -> Path:
+    """The folder with a set's C and what this compiler makes of it; the C is written now where it is not there."""
+    flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS]
+    key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
+    place = folder(base, effects) / key
+    if not place.is_dir():
+        _put_in_place(place, programs().kernel(base, effects).c_files())
+    return place
 
 
 # Texts
@@ -180,16 +191,18 @@ def _for_this_compiler(place: Path) -> Path:
 
 def _put_in_place(place: Path, texts: dict[str, str]) -> None:
     """A folder of files, whole or not at all: they are written aside and put in place in one move."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(dir=place.parent))
-    for file, text in texts.items():
-        (scratch / file).write_text(text, encoding="utf-8")
+    scratch = None
     try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        scratch = tempfile.mkdtemp(dir=place.parent)
+        for file, text in texts.items():
+            Path(scratch, file).write_text(text, encoding="utf-8")
         os.replace(scratch, place)
-    except OSError:  # another process was faster
-        shutil.rmtree(scratch, ignore_errors=True)
-        if not place.is_dir():
-            raise
+    except OSError as problem:
+        if scratch is not None:
+            shutil.rmtree(scratch, ignore_errors=True)
+        if not place.is_dir():  # else another process was faster
+            raise _cannot_keep(place, problem) from None
 
 
 @cache
@@ -216,11 +229,11 @@ def _source_key() -> str:
 
 
 def folder(base: str, effects: tuple[str, ...]) -> Path:
-    """The folder with the texts of a set; written now where it is not there."""
+    """The folder with a set's Python; written now where it is not there. KernelsMissingError where it cannot be."""
     name = set_name(base, effects)
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
         place = cache_folder.folder() / key
         if not place.is_dir():
-            _put_in_place(place, programs().kernel(base, effects).files())
+            _put_in_place(place, programs().kernel(base, effects).python_files())
     return place

@@ -23,7 +23,7 @@ from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
 from omniroll.vocabulary import ROLLER_MODELS
 
 # The error of a model stays however fine the tolerance is, and these tolerances are enough to show it. Runs with
-# effects take the Python engine, which is slower, and have fewer.
+# effects take longer, and have fewer.
 SETTINGS, SETTINGS_WITH_EFFECTS = TOLERANCES[::2][:6], TOLERANCES[1:8:3]
 FINEST_WITH_EFFECTS = 1e-11
 

@@ -1,8 +1,8 @@
 """The integrators beside each other: each makes one motion at one setting and says what it cost.
 
 omniroll's own engines; SciPy's methods with the compiled kernel as right-hand side, events at the joints and
-the switching model between phases, one of them with the float kernel too; the classical Runge-Kutta rule of the
-generated C, with a fixed step, no located switches and no error control, in double and in float.
+the switching model between phases, one of them with the float kernel too; the controller's step of the generated C
+(classical Runge-Kutta from joint to joint) of fixed length and without error control, in double and in float.
 """
 
 import warnings
@@ -15,6 +15,8 @@ from scipy.integrate import solve_ivp
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import one_run
 from omniroll.engine.switching import SwitchingModel, outward, tau
+from omniroll.errors import SimulationStopped
+from omniroll.kernels import sets
 from omniroll.kernels.kernel import kernel
 from omniroll.results.trajectory import Trajectory
 
@@ -184,46 +186,44 @@ def by_fixed_steps(number_type: str) -> Callable:
 
 
 def fixed_steps(task: Task, times: np.ndarray, per_sample: int, number_type: str) -> Outcome:
-    """The generated C step, `per_sample` times from one sample to the next.
+    """The step of the generated C, `per_sample` times from one sample to the next, as a controller calls it.
 
-    A wheel that is beyond its joint after a step switches there.
+    A switch is known at the end of the step that passes it.
     """
     bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "compiled", number_type)
-    law = SwitchingModel(task.kernel, task.switching)
-    wheels, joint = bound.wheels, np.pi / bound.rollers_per_wheel
-    state, turn = task.state, 2 * np.pi / bound.rollers_per_wheel
-    nu, chi, pose = (np.array(part, bound.dtype) for part in (state.nu, state.chi, state.pose))
-    step = bound._function("step")
-    size = bound._function("step_work_size")(wheels)
-    work, momenta = np.zeros(size, bound.dtype), np.zeros((wheels, 2), bound.dtype)
-    pointer = bound._pointer
-    between = (pointer(momenta),) if bound.has_spins else ()
-
-    def set_momenta() -> None:
-        if bound.has_spins:
-            momenta[:] = task.kernel.momenta(state.free_axial())
-
-    set_momenta()
+    library = sets.library(bound.base, bound.effects, number_type)
+    ffi, lib, state, start = library.ffi, library.lib, library.ffi.new("omniroll_state *"), task.state
+    wheels, slots = bound.wheels, bound.rollers_per_wheel - 1
+    arrays = {
+        "chi": start.chi.astype(bound.dtype),
+        "contact": start.contact.astype(np.intc),
+        "work": np.zeros(24 + 14 * wheels + 4 * wheels * slots, bound.dtype),
+    }
+    if bound.has_spins:
+        arrays |= {"axial": start.free_axial().astype(bound.dtype), "momenta": np.zeros((wheels, 2), bound.dtype)}
+    for name, array in arrays.items():
+        setattr(state, name, ffi.cast(f"{'int' if name == 'contact' else 'omniroll_real'} *", ffi.from_buffer(array)))
+    for name in ("nu", "pose"):
+        for k, number in enumerate(getattr(start, name)):
+            getattr(state, name)[k] = number
+    law = lib.OMNIROLL_IMPACT if task.switching == "impact" else lib.OMNIROLL_SMOOTH
+    status = lib.omniroll_start(bound.model, state)
     h = (times[1] - times[0]) / per_sample
-    arguments = (*bound._head, h, pointer(nu), pointer(chi), *between, pointer(pose), pointer(work))
     rows, contacts, energies, switches, done = [], [], [], [], 0
     for sample in range(len(times)):
-        rows.append(np.concatenate([nu, chi, pose]).astype(float))
-        contacts.append(state.contact)
-        energies.append(_energy(task.kernel, rows[-1], state.free_axial()))
-        if sample == len(times) - 1:
-            break
-        for _ in range(per_sample):
-            step(*arguments)
+        parts = ([float(x) for x in state.nu], arrays["chi"].astype(float), [float(x) for x in state.pose])
+        rows.append(np.concatenate(parts))
+        contacts.append(arrays["contact"].astype(int))
+        energies.append(_energy(task.kernel, rows[-1], arrays["axial"].astype(float) if bound.has_spins else None))
+        for _ in range(per_sample if sample < len(times) - 1 else 0):
+            before = arrays["contact"].copy()
+            status = status or lib.omniroll_step(bound.model, law, h, state)
             done += 1
-            if (abs(chi) > joint).any():
-                directions = np.where(np.abs(chi) > joint, np.sign(chi), 0).astype(int)
-                excess = chi - directions * turn
-                at = replace(state, nu=nu.astype(float), chi=np.where(directions != 0, directions * joint, chi))
-                state = law.apply(at, directions)
-                nu[:], chi[:] = state.nu, excess
-                set_momenta()
-                switches += [(done * h, int(i), int(directions[i])) for i in np.flatnonzero(directions)]
+            changed = np.flatnonzero(arrays["contact"] != before)
+            turns = (before - arrays["contact"]) % bound.rollers_per_wheel
+            switches += [(done * h, int(i), 1 if turns[i] == 1 else -1) for i in changed]
+    if status:
+        raise SimulationStopped(f"the C step returned status {status}", t=float(times[-1]), wheel=None, state={})
     return Outcome(np.array(rows), np.array(contacts), np.array(energies), switches, 4 * done)
 
 

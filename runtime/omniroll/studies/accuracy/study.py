@@ -200,8 +200,7 @@ def advice(result: Study, wanted: float) -> dict[str, Any]:
 
 def _offers(result: Study) -> list[dict[str, Any]]:
     """What was measured, as (model, integrator, setting) with error and time; errors of models and numbers add up."""
-    engine = "Python engine over the compiled kernel" if result.effects else "compiled"
-    offers = [(point, point.series, engine, 0.0) for point in result.models]
+    offers = [(point, point.series, "compiled", 0.0) for point in result.models]
     finest = [point.trajectory for point in result.models if point.series == result.model][-1:]
     if finest and not result.effects:  # the integrators were compared without effects
         model_error = 0.0 if result.model == "free" else finest[0]

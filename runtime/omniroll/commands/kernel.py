@@ -1,0 +1,56 @@
+"""omniroll kernel SCENE --output DIR: the C files that a scene's firmware needs."""
+
+import argparse
+from pathlib import Path
+
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import ROLLER_MODELS, Kernel
+
+SUMMARY = "write the C files that a controller for a scene needs: a header and a source file, and no others"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE", help=f"a TOML file, or a roller model: {', '.join(ROLLER_MODELS)}")
+    parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder for the files; made if need be")
+    parser.add_argument(
+        "--constants", action="store_true", help="write a header with the scene's vehicle as constants, too"
+    )
+    parser.add_argument("--prefix", default="omniroll", help="of the files and of all names in them (omniroll)")
+    parser.add_argument("--float", action="store_true", dest="is_float", help="numbers are float without a macro")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """0 where the files were written. Raises SceneError, InvalidValueError, OmnirollError, OSError."""
+    from omniroll.kernels import firmware
+
+    prefix = firmware.checked_prefix(arguments.prefix)
+    kernel = None if arguments.scene in ROLLER_MODELS else scene_kernel(Path(arguments.scene))
+    if kernel is None and arguments.constants:
+        raise InvalidValueError("SCENE", arguments.scene, "is a roller model; --constants needs a scene with a vehicle")
+    base, effects = (arguments.scene, ()) if kernel is None else (kernel.base, kernel.effects)
+    files = firmware.pair_files(base, effects, prefix, arguments.is_float)
+    if arguments.constants:
+        files |= firmware.constants_file(kernel, ascii_name(arguments.scene), prefix)
+    written = firmware.write(arguments.output, files)
+    width = max(len(str(path)) for path in written)
+    for path in written:
+        text = path.read_text(encoding="ascii")
+        print(f"{str(path):<{width}}  {len(text.splitlines()):>5} lines  {len(text):>7} bytes")
+    source = arguments.output / f"{prefix}.c"
+    print(f"cc -std=c99 -O2 -ffp-contract=off -c {source} -o {source.with_suffix('.o')}")
+    return 0
+
+
+def scene_kernel(path: Path) -> Kernel:
+    """The kernel of a scene's vehicle, with the scene's effects and no others."""
+    from omniroll.effects.effect_set import EffectSet
+    from omniroll.scenes import load_scene
+
+    scene = load_scene(path)
+    effects = EffectSet.checked(scene.options.get("effects", ()), scene.vehicle)
+    return effects.kernel(scene.vehicle, scene.options.get("roller_model", "free"), "python")
+
+
+def ascii_name(scene: str) -> str:
+    """The scene's file name as it may stand in a C comment."""
+    return Path(scene).name.encode("ascii", "replace").decode().replace("*/", "?")

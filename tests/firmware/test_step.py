@@ -1,0 +1,351 @@
+"""omniroll_step, from joint to joint: against the Python engine, and at the edges that a controller may meet."""
+
+import math
+
+import numpy as np
+import pytest
+from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, OK, STUCK, FirmwareVehicle
+
+import omniroll
+from omniroll.effects.effect_set import EffectSet
+from omniroll.kernels.kernel import kernel
+
+PAPER = omniroll.Vehicle.paper()
+JOINT = math.pi / PAPER.rollers_per_wheel
+MODELS = ("massless", "locked", "free")
+LAWS = ("smooth", "impact")
+START = {"nu": (1, 0.2, 0.3), "chi": (0.1, -0.2, 0.3), "pose": (0, 0, 0.3)}
+TORQUE = (0.02, -0.01, 0.005)
+VOLTAGE, CONSTANT, RESISTANCE, GEAR = (2.0, -1.0, 0.5), 0.02, 1.5, 4.0
+PER_VOLT = GEAR * CONSTANT / RESISTANCE
+MOTOR_INPUTS = {"torque": [PER_VOLT * u for u in VOLTAGE], "damping": [PER_VOLT * GEAR * CONSTANT] * 3}
+MOTOR = omniroll.Motor(voltage=VOLTAGE, torque_constant=CONSTANT, resistance=RESISTANCE, gear_ratio=GEAR)
+SLOPE = omniroll.Slope(angle=0.1, direction=0.5)
+VISCOUS = omniroll.Bearings(wheel_viscous=1e-3, roller_viscous=1e-6)
+COULOMB = omniroll.Bearings(wheel_coulomb=1e-3, wheel_speed=0.3, roller_coulomb=1e-6, roller_speed=0.3)
+CASES = {
+    "alone": ([], {}),
+    "torque": ([omniroll.Torque(TORQUE)], {"torque": TORQUE}),
+    "motor": ([MOTOR], MOTOR_INPUTS),
+    "slope": ([SLOPE], {}),
+    "viscous": ([VISCOUS], {}),
+    "Coulomb": ([COULOMB], {}),
+    "motor, slope, viscous": ([MOTOR, SLOPE, VISCOUS], MOTOR_INPUTS),
+    "motor, slope, Coulomb": ([MOTOR, SLOPE, COULOMB], MOTOR_INPUTS),
+}
+models = pytest.mark.parametrize("model", MODELS)
+laws = pytest.mark.parametrize("law", LAWS)
+
+
+def firmware(model, law="impact", case="alone", number_type="double", vehicle=PAPER):
+    """The vehicle with the effects of a case, and what acts on it."""
+    effects, inputs = CASES[case]
+    acting = EffectSet.checked(effects, vehicle)
+    names = acting.kernel(vehicle, model, "python").effects
+    constants = acting.constants(vehicle)
+    return FirmwareVehicle(
+        acting.equipped(vehicle), model, names, constants=constants, inputs=inputs, law=law, number_type=number_type
+    )
+
+
+def engine(model, law, case="alone", duration=1.0, start=START, vehicle=PAPER):
+    """The trajectory of the Python engine."""
+    return omniroll.simulate(
+        vehicle, **start, duration=duration, roller_model=model, switching=law, accuracy=1e-10, engine="python",
+        effects=CASES[case][0],
+    )  # fmt: skip
+
+
+def end(run):
+    return np.array([*run.nu[-1], *run.pose[-1], *run.chi[-1]])
+
+
+@models
+@laws
+@pytest.mark.parametrize("case", CASES)
+def test_it_drives_as_the_python_engine_does(model, law, case):
+    """1 s in steps of 1 ms, through joints; the error of fourth order is far below the engine's bound."""
+    run = engine(model, law, case)
+    assert len(run.switches) >= 2
+    vehicle = firmware(model, law, case)
+    assert vehicle.start(**START) == OK and vehicle.run(1e-3, 1000) == OK
+    np.testing.assert_allclose(vehicle.numbers(), end(run), rtol=0, atol=1e-7)
+    assert vehicle.contact.tolist() == run.contact[-1].tolist()
+    if model == "free":
+        np.testing.assert_allclose(vehicle.spins(), run.spins[-1], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("model, case", [("massless", "motor"), ("locked", "alone"), ("free", "alone"),
+                                         ("free", "viscous"), ("free", "Coulomb"), ("free", "motor, slope, viscous")])
+def test_the_order_is_four(model, case):
+    """Mean order over the last halvings of h whose errors are above rounding; a joint cuts a step wherever it lies, so
+    that one halving alone may say less."""
+    counts = np.array([40, 80, 160, 320, 640, 1280, 2560])
+    fine = firmware(model, "impact", case)
+    assert fine.start(**START) == OK and fine.run(1 / 12800, 12800) == OK
+    errors = []
+    for count in counts:
+        vehicle = firmware(model, "impact", case)
+        assert vehicle.start(**START) == OK and vehicle.run(1 / count, int(count)) == OK
+        errors.append(np.abs(vehicle.numbers() - fine.numbers()).max())
+    last = np.flatnonzero(np.array(errors) > 1e-12)[-4:]
+    order = -np.polyfit(np.log(counts[last]), np.log(np.array(errors)[last]), 1)[0]
+    assert len(last) >= 3 and order > 3.6, errors
+
+
+@models
+@laws
+def test_float_stays_with_double(model, law):
+    """A thousand steps, each with a rounding of 2^-24 of what it adds to; errors add up at worst."""
+    vehicles = [firmware(model, law, "motor, slope, viscous", number_type) for number_type in ("double", "float")]
+    for vehicle in vehicles:
+        assert vehicle.start(**START) == OK and vehicle.run(1e-3, 1000) == OK
+    double, single = vehicles
+    scale = np.maximum(np.abs(double.numbers()), 1)
+    assert np.all(np.abs(single.numbers() - double.numbers()) <= 1000 * 2.0**-24 * scale * 10)
+    assert single.contact.tolist() == double.contact.tolist()
+
+
+# Joints
+
+
+@models
+@laws
+def test_wheels_that_reach_their_joints_together_switch_together(model, law):
+    for number_type in ("double", "float"):
+        vehicle = firmware(model, law, number_type=number_type)
+        assert vehicle.start((0, 0, -1)) == OK
+        wait, wheel = vehicle.time_to_joint()
+        assert wheel in (0, 1, 2) and wait > 0
+        counts = []
+        while len(set(vehicle.contact)) == 1 and len(counts) < 400:
+            assert vehicle.step(wait / 7.3) == OK
+            counts.append(vehicle.contact[0])
+        assert len(counts) == 400 and len(set(counts)) == PAPER.rollers_per_wheel  # all rollers have had contact
+
+
+@models
+@laws
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_start_on_the_joint(model, law, side):
+    """A wheel that moves outwards there switches at once; one that moves inwards stays on its roller."""
+    vehicle = firmware(model, law)
+    exact = vehicle.lib.omniroll_joint(vehicle.model)
+    for chi, direction in ((side * exact, 1), (side * exact, -1)):
+        assert vehicle.start((0, 0, -side * direction), (chi, 0.1, -0.1)) == OK  # chi' has the sign of side*direction
+        assert vehicle.step(0.0) == OK
+        if direction > 0:
+            assert vehicle.arrays["chi"][0] == -chi and vehicle.contact[0] == -side % PAPER.rollers_per_wheel
+        else:
+            assert vehicle.arrays["chi"][0] == chi and vehicle.contact[0] == 0
+        assert vehicle.contact[1] == vehicle.contact[2] == 0
+        before = vehicle.contact.copy()
+        assert vehicle.run(1e-4, 10) == OK
+        assert abs(vehicle.arrays["chi"][0]) < exact and vehicle.contact.tolist() == before.tolist()
+
+
+@pytest.mark.parametrize("number_type", ["double", "float"])
+def test_a_slow_wheel_leaves_its_joint(number_type):
+    """Each step is shorter than what counts as standing at the joint; the steps add up all the same."""
+    vehicle = firmware("massless", number_type=number_type)
+    joint = vehicle.lib.omniroll_joint(vehicle.model)
+    assert vehicle.start((0, 0, 0.001), (joint, 0, 0)) == OK
+    rate = 0.001 * PAPER.platform_radius / PAPER.wheel_radius / PAPER.yaw_scale
+    steps = 10_000
+    h = 2e-7 / rate
+    assert vehicle.run(h, steps) == OK
+    left = joint - vehicle.arrays["chi"][0]
+    assert left == pytest.approx(steps * 2e-7, rel=0.5 if number_type == "float" else 1e-6)
+
+
+@models
+@laws
+def test_rest_on_the_joint_and_a_push_outwards(model, law):
+    """The wheel starts with no speed; the switch comes at once, as the Python engine has it."""
+    start = {"nu": (0, 0, 0), "chi": (JOINT, 0.1, -0.1)}
+    push = (0.02, 0.0, 0.0)
+    for number_type, tolerance in (("double", 1e-8), ("float", 1e-3)):
+        vehicle = FirmwareVehicle(
+            PAPER, model, ("drive",), inputs={"torque": push}, law=law, number_type=number_type
+        )
+        chi = (vehicle.lib.omniroll_joint(vehicle.model), 0.1, -0.1)
+        run = omniroll.simulate(
+            PAPER, **start, duration=0.05, roller_model=model, switching=law, engine="python", accuracy=1e-10,
+            effects=[omniroll.Torque(push)],
+        )  # fmt: skip
+        assert vehicle.start((0, 0, 0), chi) == OK and vehicle.run(1e-3, 50) == OK
+        np.testing.assert_allclose(vehicle.numbers(), end(run), rtol=0, atol=tolerance)
+        assert vehicle.contact.tolist() == run.contact[-1].tolist() == [4, 0, 0]
+
+
+@models
+@laws
+@pytest.mark.parametrize("reach", [0.999999, 1.0, 1.000001])
+def test_a_wheel_that_turns_back_at_its_joint(model, law, reach):
+    """A torque turns the vehicle back when its wheels are just before their joints, about there, or just beyond."""
+    torque, spin = (0.01,) * 3, 0.5
+    bound = kernel(PAPER, model, "python", effects=("drive",))
+    momenta = (np.zeros((3, 2)),) if model == "free" else ()
+    brake = bound.reduced((0, 0, spin), (0, 0, 0), *momenta, torque)[2]
+    assert brake < 0
+    # Forward until it rests, and the same way back: nu_3 falls from spin to 0 while the wheels turn to -joint*reach.
+    wheel_rate = bound.wheel_speeds((0, 0, 1.0))[0]
+    assert wheel_rate < 0
+    way = -wheel_rate * spin * spin / (2 * -brake)
+    chi0 = -JOINT * reach + way
+    start = {"nu": (0, 0, spin), "chi": (chi0,) * 3}
+    duration = 2 * spin / -brake * 0.9
+    run = omniroll.simulate(
+        PAPER, **start, duration=duration, roller_model=model, switching=law, engine="python", accuracy=1e-10,
+        effects=[omniroll.Torque(torque)],
+    )  # fmt: skip
+    vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs={"torque": torque}, law=law)
+    assert vehicle.start(**start) == OK
+    assert vehicle.run(duration / 200, 200) == OK
+    assert np.all(np.abs(vehicle.arrays["chi"]) <= JOINT)
+    assert vehicle.state.nu[2] < 0  # on its way back
+    np.testing.assert_allclose(vehicle.numbers()[:6], end(run)[:6], rtol=0, atol=1e-4)
+
+
+@models
+def test_a_huge_step_passes_every_joint(model):
+    """One step of 5 s: coarse, with one Runge-Kutta step a roller, but from joint to joint."""
+    start = {"nu": (1, 0.2, 1), "chi": (0.1, -0.2, 0.3)}
+    vehicle = firmware(model)
+    assert vehicle.start(**start) == OK and vehicle.step(5.0) == OK
+    run = omniroll.simulate(PAPER, **start, duration=5, roller_model=model, accuracy=1e-8)
+    assert np.all(np.abs(vehicle.arrays["chi"]) <= JOINT)
+    assert vehicle.contact.tolist() == run.contact[-1].tolist()
+    np.testing.assert_allclose(vehicle.numbers(), end(run), rtol=0, atol=0.1)
+
+
+@models
+def test_a_vehicle_that_turns_by_many_rollers_in_a_step(model):
+    """Hundreds of joints in one step."""
+    vehicle = firmware(model)
+    assert vehicle.start((0, 0, -500)) == OK and vehicle.step(1.0) == OK
+    run = omniroll.simulate(PAPER, nu=(0, 0, -500), duration=1, roller_model=model, accuracy=1e-8)
+    assert len(run.switches) > 500
+    assert vehicle.state.pose[2] == pytest.approx(run.pose[-1, 2], rel=1e-4)
+
+
+def test_no_time_changes_nothing():
+    vehicle = firmware("free")
+    assert vehicle.start(**START, spins=1.0) == OK
+    before = [vehicle.numbers(), vehicle.arrays["axial"].copy(), vehicle.contact.copy()]
+    assert vehicle.step(0.0) == OK
+    for old, new in zip(before, [vehicle.numbers(), vehicle.arrays["axial"], vehicle.contact], strict=True):
+        assert np.array_equal(old, new)
+
+
+# Refusals
+
+
+@pytest.mark.parametrize("h", [-1e-3, math.nan, math.inf])
+def test_a_time_that_is_none(h):
+    vehicle = firmware("free")
+    assert vehicle.start(**START) == OK
+    before = vehicle.numbers()
+    assert vehicle.step(h) == BAD_NUMBER
+    assert np.array_equal(vehicle.numbers(), before)
+
+
+def test_a_law_that_nobody_knows():
+    vehicle = firmware("free")
+    vehicle.law = 2
+    assert vehicle.start(**START) == OK and vehicle.step(1e-3) == BAD_NUMBER
+
+
+@models
+@pytest.mark.parametrize("wrong", [math.nan, math.inf])
+@pytest.mark.parametrize("place", ["nu", "pose", "chi"])
+def test_a_state_that_is_no_number(model, wrong, place):
+    vehicle = firmware(model)
+    assert vehicle.start(**START) == OK
+    array = vehicle.arrays["chi"] if place == "chi" else getattr(vehicle.state, place)
+    array[1] = wrong
+    before = vehicle.numbers()
+    assert vehicle.step(1e-3) == BAD_STATE
+    assert np.array_equal(vehicle.numbers(), before, equal_nan=True)
+    assert vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == BAD_STATE
+
+
+@pytest.mark.parametrize("wrong", [math.nan, -math.inf])
+def test_an_input_or_a_roller_that_is_no_number(wrong):
+    vehicle = FirmwareVehicle(PAPER, "free", ("drive",), inputs={"torque": (0.0, wrong, 0.0)})
+    assert vehicle.start(**START) == OK and vehicle.step(1e-3) == BAD_NUMBER
+    vehicle = firmware("free")
+    assert vehicle.start(**START) == OK
+    vehicle.arrays["axial"][3] = wrong
+    assert vehicle.step(1e-3) == BAD_STATE
+    assert vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == BAD_STATE
+
+
+def test_a_wheel_beyond_its_roller_and_a_roller_that_is_none():
+    vehicle = firmware("free")
+    assert vehicle.start((1, 0, 0), 1.001 * JOINT) == BAD_STATE
+    assert vehicle.step(1e-3) == BAD_STATE
+    assert vehicle.start(**START) == OK
+    vehicle.contact[2] = PAPER.rollers_per_wheel
+    assert vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == BAD_STATE
+
+
+def test_a_motion_out_of_the_range_of_numbers():
+    vehicle = FirmwareVehicle(PAPER, "free", ("drive",), inputs={"torque": (1e300, 0.0, 0.0)})
+    assert vehicle.start(**START) == OK
+    assert vehicle.step(1e3) in (BAD_STATE, STUCK)
+
+
+@pytest.mark.parametrize("field", ["mass", "wheel_radius", "yaw_scale", "wheel_angles"])
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, 0.0, -1.0])
+def test_a_vehicle_that_is_none(field, wrong):
+    vehicle = firmware("free")
+    if field == "wheel_angles":
+        vehicle.vehicle.wheel_angles[1] = wrong
+    else:
+        setattr(vehicle.vehicle, field, wrong)
+    status = vehicle.lib.omniroll_prepare(vehicle.vehicle, *vehicle.storage, vehicle.model)
+    assert status == (OK if field == "wheel_angles" and math.isfinite(wrong) else BAD_NUMBER)
+
+
+@pytest.mark.parametrize("field, value, status", [
+    ("wheels", 0, BAD_COUNT), ("rollers_per_wheel", 2, BAD_COUNT), ("roller_axis_radius", 0.99, BAD_SHAPE),
+    ("yaw_inertia", 1e-12, BAD_SHAPE),
+])  # fmt: skip
+def test_a_vehicle_of_an_impossible_shape(field, value, status):
+    vehicle = firmware("free")
+    setattr(vehicle.vehicle, field, value)
+    assert vehicle.lib.omniroll_prepare(vehicle.vehicle, *vehicle.storage, vehicle.model) == status
+
+
+@pytest.mark.parametrize("number_type", ["double", "float"])
+@pytest.mark.parametrize("model", ["locked", "free"])
+@laws
+def test_a_wheel_that_is_held_on_its_joint_ends_or_says_so(model, law, number_type):
+    """Torques push wheel 0 outwards on both sides of its joint, since the mass matrix differs between them."""
+    chi = np.array([JOINT, 0.2, -0.1])
+    bound = kernel(PAPER, model, "python")
+    wheels = bound.wheel_speeds(np.eye(3)).T
+    pushes = [wheels @ np.linalg.solve(bound.mass_matrix([side, *chi[1:]]), wheels[0]) for side in (chi[0], -chi[0])]
+    a, b = (push / np.linalg.norm(push) for push in pushes)
+    torque = (a - b) / np.abs(a - b).max() * 0.02
+    assert pushes[0] @ torque > 0 > pushes[1] @ torque
+    vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs={"torque": torque}, law=law, number_type=number_type)
+    joint = vehicle.lib.omniroll_joint(vehicle.model)
+    assert vehicle.start((0, 0, 0), (joint, 0.2, -0.1)) == OK
+    status = vehicle.run(1e-3, 500)
+    assert status in (OK, STUCK)
+    assert np.isfinite(vehicle.numbers()).all() and np.all(np.abs(vehicle.arrays["chi"]) <= joint)
+    if (model, law, number_type) == ("locked", "impact", "double"):
+        assert status == STUCK
+
+
+def test_another_struct_is_noticed():
+    vehicle = firmware("free")
+    ffi = vehicle.ffi
+    sizes = [ffi.sizeof(f"omniroll_{name}") for name in ("vehicle", "wheel", "roller", "model")]
+    assert vehicle.lib.omniroll_check_layout(*sizes) == OK
+    for k in range(4):
+        wrong = [*sizes]
+        wrong[k] -= 4
+        assert vehicle.lib.omniroll_check_layout(*wrong) == vehicle.lib.OMNIROLL_BAD_LAYOUT

@@ -1,0 +1,203 @@
+"""The libraries of sets: the structs that they are called with, their bits, and the folder that they are kept in."""
+
+import errno
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from omniroll import Vehicle
+from omniroll.errors import KernelsMissingError
+from omniroll.kernels import building, sets
+from omniroll.kernels.kernel import NUMBER_TYPES, CompiledKernel, PythonKernel, kernel
+
+PAPER = Vehicle.paper()
+MODELS = ("massless", "locked", "free")
+SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
+BROKEN = "#!/bin/sh\necho 'cannot write: No space left on device' >&2\nexit 1\n"
+COUNTING = '#!/bin/sh\necho compiled >> "$COMPILED"\nexec cc "$@"\n'
+ASKS = textwrap.dedent(f"""
+    from omniroll import Vehicle
+    from omniroll.kernels.kernel import kernel
+    made = kernel(Vehicle.paper(), "locked", effects=("slope",), constants={SLOPE!r})
+    print(made.backend, made.reduced([1, 0.2, 0.3], [0.1, -0.2, 0.3], 0.4).tolist())
+""")
+
+needs_a_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="cc is not installed")
+
+
+def sloped(backend="compiled"):
+    return kernel(PAPER, "locked", backend, effects=("slope",), constants=SLOPE)
+
+
+# Structs
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("number_type", NUMBER_TYPES)
+@pytest.mark.parametrize("model", MODELS)
+def test_a_library_knows_the_structs_of_its_declarations(model, number_type):
+    """Any other size is refused."""
+    made = sets.library(model, (), number_type)
+    kinds = ["vehicle", "wheel", *(["roller"] if "omniroll_roller" in made.ffi.list_types()[0] else []), "model"]
+    sizes = [made.ffi.sizeof(f"omniroll_{kind}") for kind in kinds]
+    assert made.lib.omniroll_check_layout(*sizes) == made.lib.OMNIROLL_OK
+    for place in range(len(sizes)):
+        for wrong in (-1, 8):
+            others = [size + wrong * (k == place) for k, size in enumerate(sizes)]
+            assert made.lib.omniroll_check_layout(*others) == made.lib.OMNIROLL_BAD_LAYOUT
+
+
+@needs_a_compiler
+def test_a_library_with_other_structs_is_not_called(monkeypatch):
+    floats, doubles = (sets.library("free", (), number_type) for number_type in ("float", "double"))
+    mixed = SimpleNamespace(ffi=doubles.ffi, lib=doubles.ffi.dlopen(str(library_file("free", "float"))))
+    assert mixed.lib is not floats.lib
+    monkeypatch.setattr(sets, "library", lambda *_: mixed)
+    with pytest.raises(KernelsMissingError, match="free has other structs"):
+        CompiledKernel(PAPER, "free")
+
+
+def library_file(base, number_type):
+    place, file = sets._pair(base, (), number_type)
+    return place / file
+
+
+# Bits
+
+
+def outputs(made, names):
+    """{function: its outputs} for a state of random numbers, the same for every kernel with the same arguments."""
+    arguments = {a.name: a for name in names for a in made.signatures[name].inputs}
+    rng = np.random.default_rng(7)
+    values = {name: 0.4 * rng.uniform(-1, 1, arguments[name].shape) for name in sorted(arguments)}
+    given = {name: [values[a.name] for a in made.signatures[name].inputs] for name in names}
+    results = {name: made.call(name, *arrays) for name, arrays in given.items()}
+    return {name: result if isinstance(result, tuple) else (result,) for name, result in results.items()}
+
+
+def assert_same_bits(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        for first, second in zip(one[name], other[name], strict=True):
+            np.testing.assert_array_equal(first, second, err_msg=name)
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("model", MODELS)
+def test_a_base_made_on_demand_has_the_bits_of_the_one_that_was_built(model, fresh_cache, monkeypatch):
+    """Although the engine that came with the one that was built knows this machine's vectors."""
+    built = CompiledKernel(PAPER, model)
+    monkeypatch.setattr(sets, "BUILT", fresh_cache / "nothing")
+    place, file = sets._pair(model, (), "double")
+    monkeypatch.setattr(sets, "library", lambda *_: sets._opened(place, file, "double", []))
+    made = CompiledKernel(PAPER, model)
+    assert made._lib is not built._lib and place.is_relative_to(fresh_cache)
+    names = list(built.signatures)
+    assert_same_bits(outputs(made, names), outputs(built, names))
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("model", MODELS)
+def test_a_set_made_on_demand_has_the_bits_of_its_base(model):
+    """In every function in which the effect does not stand."""
+    base, made = kernel(PAPER, model), kernel(PAPER, model, effects=("slope",), constants=SLOPE)
+    changed = {"reduced", "accelerations", "bias", "inverse_dynamics"}
+    names = [name for name in base.signatures if name not in changed]
+    assert {"wheel_speeds", "mass_matrix", "energy"} <= set(names)
+    assert_same_bits(outputs(made, names), outputs(base, names))
+    assert {a.name for a in made.signatures["reduced"].inputs} - {a.name for a in base.signatures["reduced"].inputs}
+
+
+# The folder
+
+
+def compiler_script(folder, text, monkeypatch):
+    """$CC as a shell script."""
+    script = folder / "compiler"
+    script.write_text(text)
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("CC", str(script))
+
+
+def asks():
+    """What another process gets that asks for the set with a slope."""
+    done = subprocess.run([sys.executable, "-c", ASKS], capture_output=True, text=True, env=os.environ.copy())
+    assert done.returncode == 0, f"{done.returncode}: {done.stderr}"
+    return done.stdout
+
+
+@needs_a_compiler
+def test_two_processes_that_ask_at_once_build_once(fresh_cache, tmp_path, monkeypatch):
+    """And a library that was cut off afterwards is compiled again, instead of ending the process that loads it."""
+    log = tmp_path / "log"
+    monkeypatch.setenv("COMPILED", str(log))
+    compiler_script(tmp_path, COUNTING, monkeypatch)
+    with ThreadPoolExecutor(2) as pool:
+        printed = {run.result() for run in [pool.submit(asks) for _ in range(2)]}
+    assert len(printed) == 1 and next(iter(printed)).startswith("compiled [")
+    assert log.read_text().split() == ["compiled"]
+    (library,) = fresh_cache.rglob("*.so")
+    os.truncate(library, library.stat().st_size // 2)
+    assert {asks()} == printed
+    assert log.read_text().split() == ["compiled"] * 2
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("kept", [0.0, 0.5, 0.99])
+def test_a_library_that_was_cut_off_is_compiled_again(kept, fresh_cache):
+    place, file = sets._pair("locked", ("slope",), "double")
+    whole = (place / file).read_bytes()
+    (place / file).write_bytes(whole[: int(kept * len(whole))])
+    assert not building.is_whole(place / file)
+    sets._pair("locked", ("slope",), "double")
+    assert building.is_whole(place / file) and (place / file).stat().st_size == len(whole)
+
+
+@needs_a_compiler
+def test_a_library_without_its_checksum_is_compiled_again(fresh_cache):
+    """The process that compiled it was stopped before it had written the checksum."""
+    place, file = sets._pair("locked", ("slope",), "double")
+    building.checksum(place / file).unlink()
+    sets._pair("locked", ("slope",), "double")
+    assert building.is_whole(place / file)
+
+
+def test_a_full_folder_gives_one_message(fresh_cache, monkeypatch):
+    def full(path, *_, **__):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    for backend in ("compiled", "python"):
+        with pytest.raises(KernelsMissingError, match="No space left on device.*OMNIROLL_CACHE") as caught:
+            sloped(backend)
+        assert str(fresh_cache) in str(caught.value)
+    assert not list(fresh_cache.iterdir()), "something half made is left"
+
+
+def test_a_compiler_without_room_gives_one_message(fresh_cache, tmp_path, monkeypatch):
+    """The Python kernel runs then."""
+    compiler_script(tmp_path, BROKEN, monkeypatch)
+    with pytest.warns(RuntimeWarning, match="No space left on device") as said:
+        made = sloped()
+    assert len(said) == 1 and isinstance(made, PythonKernel)
+
+
+@needs_a_compiler
+def test_a_folder_that_cannot_be_written_gives_one_message(fresh_cache, tmp_path, monkeypatch):
+    """The kernels of this process are made elsewhere."""
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv("OMNIROLL_CACHE", str(blocked))
+    with pytest.warns(RuntimeWarning, match="OMNIROLL_CACHE") as said:
+        assert isinstance(sloped(), CompiledKernel)
+        assert isinstance(kernel(PAPER, "massless", effects=("slope",), constants=SLOPE), CompiledKernel)
+    assert len(said) == 1 and str(blocked) in str(said[0].message)
