@@ -216,8 +216,10 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
 
 
 def _work(carried: str) -> str:
-    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what its
-    rates need."""
+    """The numbers of work space of a state, as C text.
+
+    They are what the sums of a step lose, four vectors of what is integrated, and what its rates need.
+    """
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {
         "": "30 + 6*(wheels)",

@@ -93,6 +93,46 @@ void omniroll_motor_margins(const omniroll_model *model, const omniroll_real *nu
     }
 }
 
+/* Torques and margins of the motors in their modes, as parts of what is affine in voltage and rate.
+ * Equations: (2.2). Steps: motor_law_sides, motor_law (maxima/effects/motor.mac). */
+void omniroll_motor_laws(const omniroll_model *model, const omniroll_real *modes,
+                         omniroll_real *torque_at_zero, omniroll_real *torque_per_volt,
+                         omniroll_real *torque_lost_per_rate, omniroll_real *margins_at_zero,
+                         omniroll_real *margins_per_volt, omniroll_real *margins_per_rate)
+{
+    const int wheels = model->wheels;
+    const omniroll_real inverse_resistance = model->inverse_resistance;
+    const omniroll_real volt_torque = model->volt_torque;
+    const omniroll_real rate_voltage = model->rate_voltage;
+    const omniroll_real limit_torque = model->limit_torque;
+    const omniroll_real current_limit = model->current_limit;
+    const omniroll_real t1 = inverse_resistance*rate_voltage;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real mode = modes[i];
+        const omniroll_real motor_linear = 1 - mode*mode;
+        const omniroll_real motor_volt_torque = volt_torque*motor_linear;
+        const omniroll_real upper_side = 1 - mode*(1 + mode);
+        const omniroll_real lower_side = 1 + mode*(1 - mode);
+        const omniroll_real torque_at_zero_ = limit_torque*mode;
+        const omniroll_real torque_lost_per_rate_ = rate_voltage*motor_volt_torque;
+        const omniroll_real upper_at_zero = -current_limit*upper_side;
+        const omniroll_real lower_at_zero = -current_limit*lower_side;
+        const omniroll_real upper_per_volt = inverse_resistance*upper_side;
+        const omniroll_real lower_per_volt = -inverse_resistance*lower_side;
+        const omniroll_real upper_per_rate = -t1*upper_side;
+        const omniroll_real lower_per_rate = t1*lower_side;
+        torque_at_zero[i] = torque_at_zero_;
+        torque_per_volt[i] = motor_volt_torque;
+        torque_lost_per_rate[i] = torque_lost_per_rate_;
+        margins_at_zero[2*i] = upper_at_zero;
+        margins_at_zero[2*i + 1] = lower_at_zero;
+        margins_per_volt[2*i] = upper_per_volt;
+        margins_per_volt[2*i + 1] = lower_per_volt;
+        margins_per_rate[2*i] = upper_per_rate;
+        margins_per_rate[2*i + 1] = lower_per_rate;
+    }
+}
+
 /* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip,
  * no_wheel_row, axle_direction, wheel_row, free_yaw_constant, joint, kappa (maxima/forms/model.mac);
  * motor_constants (maxima/effects/motor.mac); constant_matrix, no_last_alpha, last_alpha

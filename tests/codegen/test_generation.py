@@ -34,13 +34,13 @@ def test_check_of_what_was_just_written(toy_file, folder, capsys):
 
 
 def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsys):
-    (folder / "c/omniroll_toy.c").write_text("/* edited */\n")
+    (folder / "c/toy.c").write_text("/* edited */\n")
     (folder / "python/toy.py").unlink()
     (folder / "c/old.c").write_text("\n")
     before = {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}
     assert check(toy_file, folder) == 1
     said = capsys.readouterr().out
-    assert "different: c/omniroll_toy.c" in said
+    assert "different: c/toy.c" in said
     assert "missing: python/toy.py" in said
     assert "surplus: c/old.c" in said
     assert before == {p: p.read_bytes() for p in folder.rglob("*") if p.is_file()}, "a check writes nothing"
@@ -50,7 +50,7 @@ def test_check_names_different_missing_and_surplus_files(toy_file, folder, capsy
 
 def test_check_of_an_empty_folder(toy_file, tmp_path, capsys):
     assert check(toy_file, tmp_path / "nothing") == 1
-    assert "missing: c/omniroll_toy.h" in capsys.readouterr().out
+    assert "missing: c/toy.c" in capsys.readouterr().out
 
 
 def test_python_caches_are_no_surplus(toy_file, folder):

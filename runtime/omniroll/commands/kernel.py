@@ -11,7 +11,9 @@ SUMMARY = "write the C files that a controller for a scene needs: a header and a
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE", help=f"a TOML file, or a roller model: {', '.join(ROLLER_MODELS)}")
-    parser.add_argument("--output", type=Path, required=True, metavar="DIR", help="folder for the files; made if need be")
+    parser.add_argument(
+        "--output", type=Path, required=True, metavar="DIR", help="folder for the files; made if need be"
+    )
     parser.add_argument(
         "--constants", action="store_true", help="write a header with the scene's vehicle as constants, too"
     )

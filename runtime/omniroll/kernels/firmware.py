@@ -63,9 +63,7 @@ def _model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.ndarray]]
 def _fields(kernel: Kernel) -> dict[str, list[str]]:
     programs = sets.programs().kernel(kernel.base, kernel.effects)
     shapes = {"model": (), "wheel": ("N",), "roller": ("n-1",)}
-    return {
-        struct: [a.name for a in programs.effects.fields if a.shape == shape] for struct, shape in shapes.items()
-    }
+    return {struct: [a.name for a in programs.effects.fields if a.shape == shape] for struct, shape in shapes.items()}
 
 
 def _compiled_model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.ndarray]]:
@@ -99,7 +97,9 @@ def write(folder: Path, files: Mapping[str, str]) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     for name in files:
         path = folder / name
-        if path.exists() and (not path.is_file() or MARK not in path.read_text(encoding="utf-8", errors="replace")[:600]):
+        if path.exists() and (
+            not path.is_file() or MARK not in path.read_text(encoding="utf-8", errors="replace")[:600]
+        ):
             raise OmnirollError(f"{path} is there, and omniroll did not write it; choose another folder or --prefix")
     for name, text in files.items():
         (folder / name).write_text(text, encoding="ascii")

@@ -289,6 +289,14 @@ class Kernel:
         """Event functions (..., N, 2) of motors: a mode ends where one of them becomes positive."""
         return self.call("motor_margins", nu, voltage, modes)
 
+    def motor_laws(self, modes: ArrayLike) -> tuple[np.ndarray, ...]:
+        """What motors in their modes (..., N) make of voltage u and wheel rate w.
+
+        Three parts (..., N) of the torque, at_zero + per_volt u - lost_per_rate w, and three (..., N, 2) of the
+        margins, at_zero + per_volt u + per_rate w.
+        """
+        return self.call("motor_laws", modes)
+
     def axle_loss(self, nu: ArrayLike) -> np.ndarray:
         """Power (...,) lost in the axles' bearings."""
         return self.call("axle_loss", nu)
