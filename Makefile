@@ -20,7 +20,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard clean help
+.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -47,6 +47,10 @@ $(BUILD_STAMP): $(DEPS_STAMP)
 setup: $(DEPS_STAMP) ## create .venv and install the pinned dependencies
 
 build: $(BUILD_STAMP) ## compile the kernels and install omniroll into .venv
+
+wheel: $(DEPS_STAMP) ## build a wheel for other machines into dist/, with all levels of vector instructions
+	$(call say,wheel -> dist/)
+	@OMNIROLL_LEVELS="x86-64 x86-64-v3 x86-64-v4" $(PIP) wheel --no-deps --no-build-isolation --wheel-dir dist .
 
 regenerate: $(DEPS_STAMP) ## derive with Maxima and write generated/
 	$(call say,regenerate: Maxima -> generated/)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from .infix import broken
 from .latex import escaped
 from .programs import Array, Function, Loop
 
@@ -161,6 +162,7 @@ def environment() -> Environment:
         "tex": escaped,
         "called": called,
         "comment": comment,
+        "broken": broken,
         "commented": commented,
         "paragraph": paragraph,
         "field": field,

@@ -106,7 +106,7 @@ def pair(
     }  # fmt: skip
     for sign in SIGNS:
         values[sign] = [a.name for a in prepare.inputs if own_sign(a, bounds) == sign]
-    values |= {"motion": "", **_motion(effects, functions, prefix)}
+    values |= {"motion": "", "inputs": [], **_motion(effects, functions, prefix)}
     values["prepare_prototype"] = _prepare(values["model"], prefix)
     values["layout_prototype"] = _check_layout(values["model"], prefix)
     there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))
@@ -159,7 +159,16 @@ def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
         "time_to_joint": (f"{prefix}_real", [model, f"const {state}", "int *wheel"]),
         "switch": ("int", [model, "int law", state]),
         "step": ("int", [model, "int law", *given, f"{prefix}_real h", state]),
-    }
+        # within the source file
+        "first_joint": (
+            f"static {prefix}_real", [model, f"const {state}", f"{prefix}_real *chi_dot", "int *wheel"]
+        ),
+        "advance": ("static void", [model, *given, f"{prefix}_real h", state]),
+        "phase": (f"static {prefix}_real", [model, *given, f"{prefix}_real h", state, f"{prefix}_real *turned"]),
+        "exchange_slots": (
+            f"static {prefix}_real", [f"{prefix}_real *axial", "int slots", "int direction", f"{prefix}_real leaving"]
+        ),
+    }  # fmt: skip
     return {name: prototype(result, f"{prefix}_{name}", taken) for name, (result, taken) in parameters.items()}
 
 
@@ -205,7 +214,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     carried = next((what for name, what in CARRIED.items() if name in named), "")
     per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]
     stage = {"nu": "stage", "chi": "stage + 6", "heading": "stage[5]", "roller_drag": "scratch + 2*wheels"}
-    stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
+    if "momenta" in named:
+        stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
     inputs = [a for a in reduced.inputs if a.name not in stage]
     return {
         "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "inputs": inputs,

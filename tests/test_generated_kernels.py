@@ -1,6 +1,7 @@
 """The generated Python kernels in ball arithmetic, function by function, against the oracle: 40 digits."""
 
 import importlib
+import inspect
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from oracle.balls import exact
 from oracle.lagrange import Speeds
 from oracle.states import random_state, random_vehicle
 
-from omniroll.kernels import form
+from omniroll.kernels.kernel import form
 
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 SIZES = [(2, 3), (3, 5), (6, 7)]
@@ -45,7 +46,8 @@ class Case:
         )
         fields = self.vehicle.fields()
         angles = as_numbers(fields.pop("wheel_angles"))
-        scalars = {k: v if isinstance(v, int) else numbers(v) for k, v in fields.items()}
+        wanted = inspect.signature(self.module.prepare).parameters  # massless rollers have no inertia
+        scalars = {k: v if isinstance(v, int) else numbers(v) for k, v in fields.items() if k in wanted}
         self.model = self.module.prepare(**scalars, wheel_angles=angles)
         self.free = self.roller_model == "free"
 

@@ -2,9 +2,9 @@
  * register: while one half waits for a result, the other has work.
  *
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. Each chi is on its roller,
- * |chi| <= pi/n. The constants are one vehicle's (shared), or stand in blocks of sixteen vehicles, so that a block reads
- * one piece of memory: a model in lanes and its arrays after each other, aligned to 128 bytes, the last block filled up with
- * the last vehicle. */
+ * |chi| <= pi/n. The constants are one vehicle's (shared), or stand in blocks of sixteen vehicles, so that a block
+ * reads one piece of memory: a model in lanes and its arrays after each other, aligned to 128 bytes, the last block
+ * filled up with the last vehicle. */
 #if defined __GNUC__ && !defined __clang__
 #pragma GCC optimize ("no-ivopts")          /* a pointer for each array takes the registers that addresses need */
 #endif

@@ -14,6 +14,7 @@
 #define BLOCKS (NODES/LANES)
 #define EPS 2.220446049250313e-16
 #define TURN 6.283185307179586
+#define DIFFERENCE 1e-9             /* of the size of a state, for slopes                                   */
 
 /* What a step works on. */
 typedef struct {
@@ -43,6 +44,10 @@ typedef struct {
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
     nodes_t *rate_core, *at_core;
     lanes_t *core_here, *core_dot;              /* scratch                                       */
+    nodes_t *found_core, *slope_core;           /* scratch of stiff sweeps                       */
+    double size;                                /* of nu                                         */
+    int stiff;                                  /* whether each number of the core is solved for implicitly */
+    double steepest;                            /* the largest h times slope in the last stiff sweep */
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[SET_ACCOUNTS];
@@ -132,7 +137,8 @@ typedef struct {
 #endif
 } arrays_t;
 
-/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not asked. */
+/* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
+ * asked. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
 {
     point_t point = {.vehicle = s->vehicle, .nu = at->nu, .chi = at->chi, .momenta = s->momenta};
@@ -157,9 +163,112 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     return point;
 }
 
+#if SET_CORE_PARTS
+#define STIFF 0.05                              /* h times a slope that Picard's iteration need not bear */
+
+/* The change of rates that solves change = missing + slope h (integral of the change), node by node: Gauss's
+ * elimination. */
+static void solve_stiff(const nodes_t *slope, double h, nodes_t *missing)
+{
+    double matrix[NODES][NODES];
+    for (int m = 0; m < NODES; m++)
+        for (int j = 0; j < NODES; j++)
+            matrix[m][j] = (m == j) - h*slope->node[m]*gauss_integral[j].node[m];
+    for (int k = 0; k < NODES; k++) {
+        int pivot = k;
+        for (int m = k + 1; m < NODES; m++)
+            if (fabs(matrix[m][k]) > fabs(matrix[pivot][k]))
+                pivot = m;
+        for (int j = k; j < NODES; j++) {
+            const double kept = matrix[k][j];
+            matrix[k][j] = matrix[pivot][j];
+            matrix[pivot][j] = kept;
+        }
+        const double kept = missing->node[k];
+        missing->node[k] = missing->node[pivot];
+        missing->node[pivot] = kept;
+        for (int m = k + 1; m < NODES; m++) {
+            const double factor = matrix[m][k]/matrix[k][k];
+            for (int j = k + 1; j < NODES; j++)
+                matrix[m][j] -= factor*matrix[k][j];
+            missing->node[m] -= factor*missing->node[k];
+        }
+    }
+    for (int k = NODES - 1; k >= 0; k--) {
+        for (int j = k + 1; j < NODES; j++)
+            missing->node[k] -= matrix[k][j]*missing->node[j];
+        missing->node[k] /= matrix[k][k];
+    }
+}
+
+/* The slope of each number of the core in itself, by differences: parts of the core one after the other. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
+{
+    int first = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
+        lanes_t nu_dot[3];
+        for (int c = first; c < end; c++)
+            s->core_here[c] += s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE;
+        core_rates(wheels, point, nu_dot, s->core_dot);
+        for (int c = first; c < end; c++) {
+            const lanes_t moved = s->core_here[c] - s->at_core[c].lanes[b];
+            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/moved;
+            s->core_here[c] = s->at_core[c].lanes[b];
+        }
+        first = end;
+    }
+}
+
+/* A sweep in which each number of the rest of the core is solved for with its own slope (Newton's rule on the
+ * diagonal), since Picard's iteration contracts slowly, or not at all, where a slope times h is not small. */
+static double stiff_sweep(step_t *s, const int wheels)
+{
+    lanes_t change = lanes_of(0);
+    states_at_nodes(s, wheels);
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3];
+        const point_t point = point_at(s, wheels, b, &at);
+        core_rates(wheels, &point, nu_dot, s->core_dot);
+        for (int c = 0; c < s->core; c++)
+            s->found_core[c].lanes[b] = s->core_dot[c];
+        slopes_of_core(s, wheels, b, &point);
+        for (int k = 0; k < 3; k++) {
+            const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
+            change = lanes_select(moved <= change, change, moved);
+            s->rate_nu[k].lanes[b] = nu_dot[k];
+        }
+    }
+    s->steepest = 0;
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        double steep = 0;
+        for (int m = 0; m < NODES; m++) {
+            missing.node[m] = s->found_core[c].node[m] - s->rate_core[c].node[m];
+            steep = fmax(steep, s->h*fabs(s->slope_core[c].node[m]));
+        }
+        s->steepest = fmax(s->steepest, steep);
+        if (steep > STIFF)
+            solve_stiff(&s->slope_core[c], s->h, &missing);
+        for (int b = 0; b < BLOCKS; b++) {
+            const lanes_t moved = s->weight[c]*lanes_abs(missing.lanes[b]);
+            change = lanes_select(moved <= change, change, moved);
+            s->rate_core[c].lanes[b] += missing.lanes[b];
+        }
+    }
+    s->sweeps += 1 + SET_CORE_PARTS;
+    return lanes_largest(change)*s->h;
+}
+#endif
+
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure. */
 ALWAYS_INLINE double sweep(step_t *s, const int wheels)
 {
+#if SET_CORE_PARTS
+    if (s->stiff)
+        return stiff_sweep(s, wheels);
+#endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
@@ -259,8 +368,8 @@ ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, 
     *integral = area;
 }
 
-/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the heading 0,
- * turned here: a heading may be any angle. */
+/* x, y and theta at the end of the step: integrals that feed nothing back. The kernel's rates are those at the
+ * heading 0, turned here: a heading may be any angle. */
 static void integrate_pose(step_t *s, const double *pose)
 {
     nodes_t theta;

@@ -1,7 +1,8 @@
-/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See engine.h.
+/* What callers of the compiled engine need to know; no preprocessor here, since cffi reads this file too. See
+ * engine.h.
  *
- * What acts on a vehicle is made of signals: numbers for every wheel, affine in time between two events. The first signals
- * are the inputs of the kernel; the last one is the voltages of the motors. */
+ * What acts on a vehicle is made of signals: numbers for every wheel, affine in time between two events. The first
+ * signals are the inputs of the kernel; the last one is the voltages of the motors. */
 
 /* Numbers over time, linear or held between two times, constant before the first and after the last. */
 typedef struct {
@@ -74,17 +75,18 @@ typedef struct {
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
     omniroll_motors_t *motors;  /* one or none                                                          */
-    double *signals;            /* values and slopes of all signals (2 x (inputs + 1) x N); scratch      */
+    double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
     long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */
+    int hardest_part;           /* where no step is short enough: the part of the core that it misses, -1: nu */
     double turned;              /* how far wheels have turned since the last switch with progress        */
 
-    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, inputs (7 + 2 N numbers and what the set
-     * adds); a row for each end of a step, and one after each transition that changes one of these.
-     * Steps: for the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it
-     * ends, and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
+    /* Rows: elapsed, nu, chi, pose, the rest of the core, accounts, contact, inputs (7 + 2 N numbers and what the
+     * set adds); a row for each end of a step, and one after each transition that changes one of these. Steps: for
+     * the step that starts at a row, the length of its polynomials, 0 if none starts there, how much later it ends,
+     * and the Legendre coefficients of the rates of nu, chi, pose and so on (2 + 16 (6 + N) numbers and more). */
     double *rows, *steps;       /* steps may be null                                                    */
     long long row_capacity, row_count;
     double *switches;           /* elapsed, row after, directions (2 + N numbers)                        */
@@ -114,8 +116,8 @@ long long omniroll_run_work_size(int wheels, int rollers_per_wheel);
 const char *omniroll_run_states(void);
 const char *omniroll_run_inputs(void);
 
-/* nu' of many vehicles, arrays by component (batch.c). constants: the blocks of one vehicle (shared), or of all. Returns 1
- * where there are too many wheels. */
+/* nu' of many vehicles, arrays by component (batch.c). constants: the blocks of one vehicle (shared), or of all.
+ * Returns 1 where there are too many wheels. */
 int omniroll_reduced_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
                            const double *nu, const double *chi, const double *momenta, double *nu_dot);
 

@@ -1,9 +1,11 @@
-/* Events: where a step ends before its length is over. A wheel that reaches its joint, a guard that becomes positive.
+/* Events: where a step ends before its length is over. A wheel that reaches its joint, a guard that becomes
+ * positive.
  *
- * The iteration at the nodes corrects h by Newton's rule along with the rates, so that landing on an event costs no step
- * of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so that one
- * which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
+ * The iteration at the nodes corrects h by Newton's rule along with the rates, so that landing on an event costs no
+ * step of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so
+ * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
+#define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 
@@ -73,7 +75,8 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 }
 
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
-ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance, double reach)
+ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
+                         double reach)
 {
     double last = INFINITY;
     for (int k = 0; k < MOST_SWEEPS; k++) {
@@ -81,6 +84,13 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         end_of_step(s, wheels);
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         const double ratio = change/last;
+#if SET_CORE_PARTS
+        if (!s->stiff && k > 1 && !(ratio < SLOW) && change > 100*sweep_tolerance) {     /* it contracts slowly */
+            s->stiff = 1;
+            last = INFINITY;
+            continue;
+        }
+#endif
         /* What the next sweeps would still change, as a geometric series. */
         const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
 #if SET_IS_ACTED_ON
@@ -98,7 +108,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     return UNSETTLED;
 }
 
-/* The first turn, x in (0, 1), at which what starts at `start` with these rates is outside [low, high]; 1 if there is none. */
+/* The first turn, x in (0, 1), at which what starts at `start` with these rates is outside [low, high]; 1 if there
+ * is none. */
 ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h, double start, double low, double high)
 {
     double left = 0, slope_left = weighted(rate, &gauss_start), area;
@@ -123,7 +134,8 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     return 1;
 }
 
-/* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost, or 1. */
+/* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost,
+ * or 1. */
 static double turn_outside(const step_t *s, int wheel)
 {
     const double edge = s->joint*(1 + 8*EPS);

@@ -1,5 +1,5 @@
-/* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots, controllers have
- * samples, motors have modes. */
+/* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots,
+ * controllers have samples, motors have modes. */
 #if SET_IS_ACTED_ON
 
 /* The value of a curve and its slope from `elapsed` up to its next time. */
@@ -124,6 +124,7 @@ static void renew_inputs(omniroll_run_t *run)
 #endif
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
+        run->signals[2*size + k] = run->inputs[SET_INPUTS*wheels + k];
         run->inputs[k] = run->signals[k];
         run->inputs[SET_INPUTS*wheels + k] = run->signals[size + k];
     }

@@ -1,7 +1,8 @@
-/* Some doubles that are computed with as one number: the number type of the generated kernels in the compiled engine.
+/* Some doubles that are computed with as one number: the number type of the generated kernels in the compiled
+ * engine.
  *
- * The lanes are eight nodes of a step (collocation.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc and clang: the
- * compiler splits the vector where the machine's registers are shorter. */
+ * The lanes are eight nodes of a step (collocation.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc
+ * and clang: the compiler splits the vector where the machine's registers are shorter. */
 #ifndef OMNIROLL_LANES_H
 #define OMNIROLL_LANES_H
 
@@ -68,7 +69,8 @@ ALWAYS_INLINE lanes_t lanes_cos(lanes_t x)
     return head + (((1 - head) - half) + high);
 }
 
-/* x = rest + quarter*pi/2 with |rest| <= pi/4, for |x| <= 1e5: pi/2 in three parts, products with the first two exact. */
+/* x = rest + quarter*pi/2 with |rest| <= pi/4, for |x| <= 1e5: pi/2 in three parts, products with the first two
+ * exact. */
 typedef struct {
     lanes_t rest;
     lane_mask_t quarter;

@@ -6,7 +6,7 @@ typedef struct {
     int core;
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
-    nodes_t *rate_core, *at_core;
+    nodes_t *rate_core, *at_core, *found_core, *slope_core;
     lanes_t *core_here, *core_dot;
     double *end_core, *weight, *rise_core;
 } work_t;
@@ -23,6 +23,8 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->later = next, next += axial;
     work->rate_core = (nodes_t *)next, next += BLOCKS*core;
     work->at_core = (nodes_t *)next, next += BLOCKS*core;
+    work->found_core = (nodes_t *)next, next += BLOCKS*core;
+    work->slope_core = (nodes_t *)next, next += BLOCKS*core;
     work->core_here = next, next += core;
     work->core_dot = next, next += core;
     double *numbers = (double *)next;
@@ -78,7 +80,8 @@ static void put_step(omniroll_run_t *run, const step_t *s)
     *out++ = s->h;
     *out++ = s->late;
     for (int c = 0; c < 6 + wheels + added + SET_ACCOUNTS; c++) {
-        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : &s->rate_pose[c - 3 - wheels];
+        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3]
+            : &s->rate_pose[c - 3 - wheels];
 #if SET_CORE_PARTS
         if (c >= 6 + wheels)
             rate = &s->rate_core[c - 6 - wheels];

@@ -38,6 +38,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
+    s->found_core = work->found_core, s->slope_core = work->slope_core;
 #endif
 #if SET_IS_ACTED_ON
     s->guards = run->guard_count;
@@ -51,8 +52,8 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     (void)work;
 }
 
-/* The size of nu that errors are measured against; where something acts, the largest up to the end of the step. Sets the
- * weights of the rest of the core. */
+/* The size of nu that errors are measured against; where something acts, the largest up to the end of the step.
+ * Sets the weights of the rest of the core. */
 ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot)
 {
     double size = largest3(s->nu);
@@ -70,6 +71,9 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
         for (; c < end; c++)
             s->weight[c] = of_part > 0 ? size/of_part : 0;
     }
+#endif
+#if SET_CORE_PARTS
+    s->size = size;
 #endif
     (void)run, (void)work, (void)nu_dot;
     return size;
@@ -146,6 +150,24 @@ ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
 #endif
 }
 
+/* Which part of the core the polynomials of the last try miss most: -1 for nu. */
+static int hardest_part(const omniroll_run_t *run, const step_t *s)
+{
+    int hardest = -1;
+#if SET_CORE_PARTS
+    double most = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+    int c = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++)
+        for (; c < core_part_end(run->wheels, run->rollers_per_wheel, part); c++) {
+            const double missing = s->weight[c]*tail(&s->rate_core[c]);
+            if (missing > most)
+                most = missing, hardest = part;
+        }
+#endif
+    (void)run, (void)s;
+    return hardest;
+}
+
 /* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
 ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
@@ -157,6 +179,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, most, run, work);
         const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
+#if SET_CORE_PARTS
+        s->stiff = s->stiff && !(found == SETTLED && s->steepest < STIFF);
+#endif
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
             run->rejected_count++;
@@ -184,12 +209,13 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->sweep_error += size > 0 ? s->rest/size : 0;
 #endif
         run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
-        /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a try that is
-         * too long costs more than a step that is too short. */
+        /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
+         * try that is too long costs more than a step that is too short. */
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
         return OMNIROLL_RUN_DONE;
     }
+    run->hardest_part = hardest_part(run, s);
     return OMNIROLL_RUN_NO_STEP;
 }
 
@@ -260,25 +286,23 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 }
 
 #if SET_IS_ACTED_ON
-/* A row with the inputs of the phase that starts now, if they are not those of the last row. Returns a status. */
-static int complete_rows(omniroll_run_t *run)
+/* A row with the inputs of the phase that starts now, if they are not those of the last row. */
+static void complete_rows(omniroll_run_t *run)
 {
     (void)run;
 #if SET_INPUTS
     const int size = SET_INPUTS*run->wheels;
-    const double *slopes = run->inputs + size, *last = run->rows + row_size(run)*run->row_count - size;
+    const double *const slopes = run->inputs + size, *const last = run->rows + row_size(run)*run->row_count - size;
+    const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
     int same = 1;
     for (int k = 0; k < size; k++) {
-        const double moved = slopes[k]*(run->elapsed - run->inputs_elapsed), now = run->inputs[k] + moved;
-        same &= fabs(now - last[k]) <= PASSED*EPS*(fabs(last[k]) + fabs(run->inputs[k]) + fabs(moved));
+        const double now = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed);
+        same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
     }
-    if (same)
-        return OMNIROLL_RUN_DONE;
-    if (run->row_count == run->row_capacity)
-        return OMNIROLL_RUN_FULL;
-    put_row_after(run);
+    if (!same)
+        put_row_after(run);
 #endif
-    return OMNIROLL_RUN_DONE;
 }
 #endif
 
@@ -307,10 +331,12 @@ static int pass_instant(omniroll_run_t *run, const work_t *work)
 {
     int status = switch_all(run, work);
 #if SET_IS_ACTED_ON
+    if (status == OMNIROLL_RUN_DONE && run->row_count == run->row_capacity)
+        status = OMNIROLL_RUN_FULL;         /* the row that the next call repeats has the inputs of before */
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
         status = pass_events(run, work);
     if (status == OMNIROLL_RUN_DONE && run->elapsed < run->duration)
-        status = complete_rows(run);
+        complete_rows(run);
 #endif
     return status;
 }
@@ -324,6 +350,9 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     lanes_spread(constants, memory, &work.vehicle);
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
+#if SET_CORE_PARTS
+    s.stiff = 0;
+#endif
 #if SET_CORE_PARTS
     if (!run->started) {
         begin_core(run, &work);

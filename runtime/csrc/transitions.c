@@ -11,7 +11,8 @@ typedef struct {
 
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
 {
-    now->point = (point_t){.vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
+    now->point = (point_t){
+        .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
     for (int k = 0; k < 3; k++)
         now->arrays.nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++)
@@ -34,7 +35,8 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
 }
 
 /* The rates of the core at this instant, in all lanes. */
-ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, lanes_t *nu_dot)
+ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels,
+                                         lanes_t *nu_dot)
 {
     instant_t now;
     at_this_instant(run, work, wheels, &now);
@@ -175,8 +177,8 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
 }
 
-/* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is closer in
- * time than tau (rule 5), be it to a switch or to another event. Returns how many. */
+/* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is
+ * closer in time than tau (rule 5), be it to a switch or to another event. Returns how many. */
 static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
@@ -205,8 +207,9 @@ static int switching_wheels(const omniroll_run_t *run, const work_t *work, doubl
     return count;
 }
 
-/* The watchdog: false where patience with transitions without progress is at its end. Progress takes time, and at a switch
- * also that some wheel has turned: one that a force holds at its joint goes to and fro there, in less and less time. */
+/* The watchdog: false where patience with transitions without progress is at its end. Progress takes time, and at a
+ * switch also that some wheel has turned: one that a force holds at its joint goes to and fro there, in less and
+ * less time. */
 static int has_progress(omniroll_run_t *run, int at_guard)
 {
 #if SET_IS_ACTED_ON
@@ -224,7 +227,8 @@ static int has_progress(omniroll_run_t *run, int at_guard)
     return ++run->idle_switches <= run->patience;
 }
 
-/* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a status. */
+/* Rule 9: switches at the same instant follow each other until no wheel moves outwards at its joint. Returns a
+ * status. */
 static int switch_all(omniroll_run_t *run, const work_t *work)
 {
     int directions[MOST_WHEELS];

@@ -17,7 +17,7 @@ import numpy as np
 
 import omniroll
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import VEHICLE_SCALARS, kernel
+from omniroll.kernels.kernel import VEHICLE_SCALARS
 
 ROOT = Path(__file__).resolve().parents[2]
 COMPILER = "gcc"
@@ -26,7 +26,7 @@ FLAGS = ["-O3", "-std=gnu99", "-fno-math-errno"]  # for the peers' C and for our
 HARNESS = """
 #include <time.h>
 void rhs(const double *in, double *out);
-double seconds(const double *in, double *out, int in_size, int states, long calls)
+__attribute__((externally_visible)) double seconds(const double *in, double *out, int in_size, int states, long calls)
 {
     struct timespec a, b;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &a);
@@ -125,14 +125,14 @@ def _pointer(array: np.ndarray):
 
 
 def pair(set_name: str) -> Path:
-    """The folder with the pair of files of a set, omniroll.h and omniroll.c, and its whole Python module."""
+    """The folder with the pair of files of a set, omniroll.h and omniroll.c."""
     return sets.c_folder(set_name, ())
 
 
 def reduced_form(set_name: str, sin: Callable, cos: Callable):
     """A copy of the generated Python kernels whose sine and cosine are another algebra's."""
     name = f"omniroll.generated.python._{set_name}_of_{id(sin)}"
-    spec = importlib.util.spec_from_file_location(name, pair(set_name) / f"{set_name}.py")
+    spec = importlib.util.spec_from_file_location(name, sets.folder(set_name, ()) / f"{set_name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     module.sin, module.cos = sin, cos
@@ -173,30 +173,6 @@ def counted_operations(set_name: str, name: str) -> dict:
     """Operations of a generated function by place (once, wheel, slot, roller), counted when it was generated."""
     (found,) = [f["operations"] for f in sets.functions(set_name, ()) if f["name"] == name]
     return found
-
-
-def c_model(vehicle: omniroll.Vehicle, roller_model: str) -> str:
-    """The constants of the C kernel as C: `static const omniroll_model model`, and what it points to."""
-    compiled_kernel = kernel(vehicle, roller_model, "compiled")
-    ffi = sets.library(roller_model, (), "double").ffi
-    arrays = []
-
-    def initialiser(struct) -> str:
-        """A struct's fields in their order; an array that it points to is declared on the way."""
-        values = []
-        for name, entry in ffi.typeof(struct).fields:
-            value = getattr(struct, name)
-            if entry.type.kind == "pointer":
-                count = vehicle.wheels if name == "wheel" else vehicle.rollers_per_wheel - 1
-                elements = ", ".join(initialiser(value[k]) for k in range(count))
-                arrays.append(f"static const {entry.type.item.cname} {name}[] = {{{elements}}};")
-                values.append(f"({entry.type.cname}){name}")
-            else:
-                values.append(str(value) if isinstance(value, int) else float(value).hex())
-        return "{" + ", ".join(values) + "}"
-
-    model = f"static const omniroll_model model = {initialiser(compiled_kernel.model[0])};"
-    return "\n".join([*arrays, model])
 
 
 def random_states(vehicle: omniroll.Vehicle, count: int, seed: int = 1) -> tuple[np.ndarray, ...]:

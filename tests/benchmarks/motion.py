@@ -43,7 +43,7 @@ class Engine:
 
     def __call__(self):
         run = CompiledRun(self.task, self.tolerance)
-        step, model = run.module.lib.omniroll_run, run.kernel.model
+        step, model = run.module.lib.omniroll_run, run.kernel.model_for(run.module.ffi)
         seconds, status, self.switches = 0.0, FULL, 0
         while status == FULL:
             run.run.row_count = run.run.switch_count = 0

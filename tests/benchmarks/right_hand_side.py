@@ -10,13 +10,14 @@ import numpy as np
 import sympy
 
 import omniroll
+from omniroll.kernels.firmware import constants_file
+from omniroll.kernels.kernel import kernel
 
 from .common import (
     ROOT,
     Answer,
     RightHandSide,
     Target,
-    c_model,
     counted_operations,
     model_as_data,
     model_numbers,
@@ -34,10 +35,10 @@ STATES = 32
 
 OURS = """
 #include "{file}"
-{model}
-void rhs(const double *in, double *out)
+#include "omniroll_constants.h"
+__attribute__((externally_visible)) void rhs(const double *in, double *out)
 {{
-    omniroll_{name}(&model, in, in + 3, in + {state}, out{outputs});
+    omniroll_{name}(&omniroll_constant_model, in, in + 3, in + {state}, out{outputs});
 }}
 """
 
@@ -84,12 +85,14 @@ def ours(folder, vehicle, name, tool="omniroll"):
     library = f"ours_{name}_{len(sources)}"
     source.write_text(
         OURS.format(
-            file=INCLUDES[tool], model=c_model(vehicle, "free"), name=name, state=3 + wheels,
-            outputs=", out + 3" if full else "",
+            file=INCLUDES[tool], name=name, state=3 + wheels, outputs=", out + 3" if full else "",
         )
     )  # fmt: skip
+    for file, text in constants_file(kernel(vehicle, "free"), "the benchmark", "omniroll").items():
+        (folder / file).write_text(text)
     size = 3 + wheels * (rollers - 1) if full else 3
-    return RightHandSide(folder, library, sources, size, f"-I{files}")
+    known = ["-fwhole-program"] if tool != "omniroll" else []  # the kernel has this caller alone, and may be inlined
+    return RightHandSide(folder, library, sources, size, f"-I{files}", f"-I{folder}", *known)
 
 
 # CasADi

@@ -28,7 +28,8 @@ class OneStep:
         chi[1] = direction * joint * (1 if at_joint else -1)
         task = checked_task(vehicle, nu=NU, chi=chi, duration=LENGTH, roller_model=roller_model, switching=switching)
         self.run = CompiledRun(task, 1e-9)
-        self.step, self.model = self.run.module.lib.omniroll_run, compiled.model
+        module = self.run.module
+        self.step, self.model = module.lib.omniroll_run, compiled.model_for(module.ffi)
         arrays = [getattr(self.run, name) for name in ("nu", "chi", "pose", "axial", "contact")]
         self.start = [(array, array.copy()) for array in arrays]
 

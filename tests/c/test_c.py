@@ -83,7 +83,9 @@ def test_each_pair_is_cplusplus_too(pair, tmp_path):
 @pytest.mark.parametrize("pair", ["free", "everything"])
 def test_a_header_serves_cplusplus_with_the_source_in_c(pair, tmp_path):
     unit = tmp_path / "unit.cpp"
-    unit.write_text('#include "omniroll.h"\nint main()\n{\n    return omniroll_check_layout == 0;\n}\n', encoding="ascii")
+    unit.write_text(
+        '#include "omniroll.h"\nint main()\n{\n    return omniroll_check_layout == 0;\n}\n', encoding="ascii"
+    )
     source = write(pair, tmp_path)
     run(tool("gcc"), *STRICT, "-O0", "-c", source, "-o", tmp_path / "kernel.o")
     run(tool("g++"), "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-address", unit, tmp_path / "kernel.o", "-lm",
@@ -180,10 +182,10 @@ def drive(folder, request, number_type, *flags):
 
 
 def test_a_controller_drives_through_a_thousand_joints_in_float_as_in_double(tmp_path, request):
-    """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what it
-    adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the joints
-    come in the same order. Where two wheels come to their joints within the resolution of float, rounding decides which
-    switches first, and paths may part; on this drive none do.
+    """In K steps a number of size x or less gathers a rounding error of K 2^-24 x at worst, since each step rounds what
+    it adds up once to 2^-24; the feedback keeps the speeds together, and nothing else lets errors grow as long as the
+    joints come in the same order. Where two wheels come to their joints within the resolution of float, rounding
+    decides which switches first, and paths may part; on this drive none do.
     """
     (joints, steps, double), (also, as_many, single) = (drive(tmp_path, request, kind) for kind in ("double", "float"))
     assert joints >= 1000 and (joints, steps) == (also, as_many)

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from omniroll.kernels import building, sets
+
 ROOT = Path(__file__).resolve().parents[2]
 SCALARS = (
     "mass",
@@ -37,11 +39,13 @@ def test_engine_from_c_under_sanitizers(tmp_path):
     compiler = shutil.which("gcc")
     if compiler is None:
         pytest.skip("no gcc")
-    csrc, kernels = ROOT / "runtime/csrc", ROOT / "generated/c"
+    csrc, constants = ROOT / "runtime/csrc", ROOT / "generated/c"
     program = tmp_path / "engine"
-    sources = [ROOT / "tests/c/engine.c", csrc / "engine_free.c", kernels / "omniroll_free.c"]
+    for name, text in sets.programs().kernel("free", ()).files().items():
+        (tmp_path / name).write_text(text)
+    sources = [ROOT / "tests/c/engine.c", tmp_path / "omniroll.c", *(csrc / name for name in building.ENGINE_SOURCES)]
     built = subprocess.run(
-        [compiler, *FLAGS, f"-I{csrc}", f"-I{kernels}", *map(str, sources), "-lm", "-o", program],
+        [compiler, *FLAGS, f"-I{tmp_path}", f"-I{csrc}", f"-I{constants}", *map(str, sources), "-lm", "-o", program],
         capture_output=True,
         text=True,
     )

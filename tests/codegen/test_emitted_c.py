@@ -1,6 +1,7 @@
 """The emitted C compiles as a hostile reviewer would compile it, and agrees with the emitted Python."""
 
 import importlib
+import json
 import shutil
 import subprocess
 from types import SimpleNamespace
@@ -24,8 +25,8 @@ FLAGS = [
     "-Wshadow",
     "-O2",
 ]
-TYPES = {"double": ([], 2.0**-52), "float": (["-DOMNIROLL_FLOAT"], 2.0**-23),
-         "long double": (["-DOMNIROLL_LONG_DOUBLE"], 2.0**-52)}  # fmt: skip
+TYPES = {"double": ([], "double", 2.0**-52), "float": (["-DOMNIROLL_FLOAT"], "float", 2.0**-23),
+         "long double": (["-DOMNIROLL_LONG_DOUBLE"], "long double", 2.0**-52)}  # fmt: skip
 N, n = 3, 4
 NU, CHI, THETA = [0.25, -0.5, 1.5], [0.125, -0.25, 0.5], 0.75
 SPINS = [[0.5 * i - 0.25 * j for j in range(n - 1)] for i in range(N)]
@@ -33,35 +34,41 @@ MOMENTA = [[0.5, 0.25], [-0.75, 1.0], [0.125, -2.0]]
 
 
 @pytest.fixture(scope="module")
-def toy_pair():
-    """The toy's header and source. Without wheel_speeds there are no steps, which need a vehicle of rollers."""
-    toy = Derivation(derivation())
-    names = {symbol: entry["code"] for symbol, entry in toy.data["symbols"].items()}
-    functions = [share(f) for f in toy.sets[0].functions if f.name != "wheel_speeds"]
-    return pair(toy.sets[0], functions, [], names, "omniroll_toy", "omniroll")
+def files():
+    """The toy's pair."""
+    read = Derivation(json.loads(json.dumps(derivation())))
+    toy = next(s for s in read.sets if s.name == "toy")
+    return pair(toy, [share(f) for f in toy.functions], read.data["bounds"], {}, "omniroll", "omniroll")
 
 
 @pytest.fixture(scope="module")
-def toy_files(toy_pair, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("toy")
-    (folder / "omniroll_toy.h").write_text(toy_pair.header)
-    (folder / "omniroll_toy.c").write_text(toy_pair.source)
+def pair_folder(files, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pair")
+    (folder / "omniroll.h").write_text(files.header)
+    (folder / "omniroll.c").write_text(files.source)
     return folder
 
 
 @pytest.fixture(scope="module", params=[(c, t) for c in ("gcc", "clang") for t in TYPES], ids="-".join)
-def library(request, toy_pair, toy_files, tmp_path_factory):
-    """The loaded toy, for a compiler and a number type."""
+def library(request, files, pair_folder, tmp_path_factory):
+    """(the loaded toy with its model, its epsilon), for a compiler and a number type."""
     compiler, number_type = request.param
     if shutil.which(compiler) is None:
         pytest.skip(f"no {compiler}")
-    macro, epsilon = TYPES[number_type]
-    file = tmp_path_factory.mktemp("built") / "toy.so"
-    source = toy_files / "omniroll_toy.c"
-    subprocess.run([compiler, *FLAGS, *macro, "-shared", "-fPIC", "-o", file, source, "-lm"], check=True)
+    macro, real, epsilon = TYPES[number_type]
+    file = tmp_path_factory.mktemp("toy") / "toy.so"
+    command = [compiler, *FLAGS, *macro, "-shared", "-fPIC", "-o", file, pair_folder / "omniroll.c", "-lm"]
+    subprocess.run(command, check=True)
     ffi = cffi.FFI()
-    ffi.cdef(f"typedef {number_type} omniroll_real;\n{toy_pair.declarations}")
-    return SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(file)), epsilon=epsilon)
+    ffi.cdef(f"typedef {real} omniroll_real;\n{files.declarations}")
+    toy = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(str(file)))
+    toy.angles = reals(toy, [0.5, 2.5, 4.5])
+    toy.storage = ffi.new("omniroll_wheel[]", N), ffi.new("omniroll_roller[]", n - 1)
+    toy.model, vehicle = ffi.new("omniroll_model *"), ffi.new("omniroll_vehicle *")
+    vehicle.wheels, vehicle.rollers_per_wheel = N, n
+    vehicle.mass, vehicle.length, vehicle.wheel_angles = 2.5, 8.0, toy.angles
+    assert toy.lib.omniroll_prepare(vehicle, *toy.storage, toy.model) == 0
+    return toy, epsilon
 
 
 @pytest.fixture(scope="module")
@@ -73,65 +80,95 @@ def flat(values):
     return [x for v in values for x in flat(v)] if isinstance(values, list | tuple) else [float(values)]
 
 
-def reals(library, values):
-    return library.ffi.new("omniroll_real[]", flat(values))
-
-
-def model_of(library):
-    """The toy's model, and the storage that it points to."""
-    ffi = library.ffi
-    vehicle, model = ffi.new("omniroll_vehicle *"), ffi.new("omniroll_model *")
-    storage = [reals(library, [0.5, 2.5, 4.5]), ffi.new("omniroll_wheel[]", N), ffi.new("omniroll_roller[]", n - 1)]
-    vehicle.wheels, vehicle.rollers_per_wheel = N, n
-    vehicle.mass, vehicle.length, vehicle.wheel_angles = 2.5, 8.0, storage[0]
-    assert library.lib.omniroll_prepare(vehicle, storage[1], storage[2], model) == library.lib.OMNIROLL_OK
-    return model, storage
+def reals(toy, values):
+    return toy.ffi.new("omniroll_real[]", flat(values))
 
 
 def python_model(python):
     return python.prepare(N, n, 2.5, 8.0, [0.5, 2.5, 4.5])
 
 
-def agree(library, found, expected):
-    values = [float(x) for array in found for x in array]
-    assert values == pytest.approx(flat(expected), rel=200 * library.epsilon, abs=20 * library.epsilon)
+def agree(found, expected, epsilon):
+    assert flat(list(found)) == pytest.approx(flat(expected), rel=200 * epsilon, abs=20 * epsilon)
 
 
 def test_model(library, python):
-    (c, _), m = model_of(library), python_model(python)
-    found = [c.gain, c.l, *[x for i in range(N) for x in (c.wheel[i].cos_alpha, c.wheel[i].sin_alpha)]]
+    toy, epsilon = library
+    m, model = python_model(python), toy.model
+    assert (model.wheels, model.rollers_per_wheel) == (N, n)
+    found = [model.gain, model.l, *[x for i in range(N) for x in (model.wheel[i].cos_alpha, model.wheel[i].sin_alpha)],
+             *[model.roller[j].cos_kappa for j in range(n - 1)]]  # fmt: skip
     expected = [m.gain, m.l, *[x for i in range(N) for x in (m.cos_alpha[i], m.sin_alpha[i])], *m.cos_kappa]
-    agree(library, [found, [c.roller[j].cos_kappa for j in range(n - 1)]], expected)
+    agree(found, expected, epsilon)
 
 
 def test_functions(library, python):
-    (model, _), m, lib = model_of(library), python_model(python), library.lib
-    nu, chi, momenta = (reals(library, values) for values in (NU, CHI, MOMENTA))
-    out = reals(library, [0.0] * 3)
-    lib.omniroll_reduced(model, nu, chi, momenta, out)
-    agree(library, [out], python.reduced(m, NU, CHI, MOMENTA))
-    rates, spins = reals(library, [0.0] * N), reals(library, [0.0] * N)
-    lib.omniroll_wheel_rates(model, nu, chi, rates, spins)
-    agree(library, [rates, spins], python.wheel_rates(m, NU, CHI))
-    lib.omniroll_pose_rates(model, nu, THETA, out)
-    agree(library, [out], python.pose_rates(m, NU, THETA))
+    toy, epsilon = library
+    m, out = python_model(python), reals(toy, [0.0] * 3)
+    toy.lib.omniroll_reduced(toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, MOMENTA), out)
+    agree(out, python.reduced(m, NU, CHI, MOMENTA), epsilon)
+    rates, spins = reals(toy, [0.0] * N), reals(toy, [0.0] * N)
+    toy.lib.omniroll_wheel_rates(toy.model, reals(toy, NU), reals(toy, CHI), rates, spins)
+    agree([*rates, *spins], python.wheel_rates(m, NU, CHI), epsilon)
+    toy.lib.omniroll_pose_rates(toy.model, reals(toy, NU), THETA, out)
+    agree(out, python.pose_rates(m, NU, THETA), epsilon)
 
 
 def test_arrays_are_dense(library, python):
-    model, _ = model_of(library)
-    outputs = [reals(library, [0.0] * size) for size in (9, N * (n - 1), 2 * N, 1)]
-    inputs = [reals(library, values) for values in (NU, CHI, SPINS)]
-    library.lib.omniroll_everything(model, *inputs, *outputs)
-    agree(library, outputs, python.everything(python_model(python), NU, CHI, SPINS))
+    toy, epsilon = library
+    matrix, spins, momenta = (reals(toy, [0.0] * size) for size in (9, N * (n - 1), 2 * N))
+    energy = reals(toy, [0.0])
+    toy.lib.omniroll_everything(
+        toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, SPINS), matrix, spins, momenta, energy
+    )
+    expected = python.everything(python_model(python), NU, CHI, SPINS)
+    agree([*matrix, *spins, *momenta, *energy], expected, epsilon)
 
 
-def test_header_serves_cpp(toy_files, tmp_path):
+def python_step(python, model, h, nu, chi, pose):
+    """One classical Runge-Kutta step, written out."""
+
+    def rates(state):
+        nu, chi, pose = state[:3], state[3 : 3 + N], state[3 + N :]
+        return [*python.reduced(model, nu, chi, MOMENTA), *python.wheel_speeds(model, nu),
+                *python.pose_rates(model, nu, pose[2])]  # fmt: skip
+
+    y = [*nu, *chi, *pose]
+    ahead = lambda k, c: [a + c * b for a, b in zip(y, k, strict=True)]  # noqa: E731
+    k1 = rates(y)
+    k2 = rates(ahead(k1, h / 2))
+    k3 = rates(ahead(k2, h / 2))
+    k4 = rates(ahead(k3, h))
+    return [a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(y, k1, k2, k3, k4, strict=True)]
+
+
+def test_step(library, python):
+    """A short step, in which no wheel comes to its joint: one step of Runge and Kutta."""
+    toy, epsilon = library
+    state, inputs = toy.ffi.new("omniroll_state *"), toy.ffi.new("omniroll_inputs *")
+    chi, momenta, work = reals(toy, CHI), reals(toy, MOMENTA), reals(toy, [0.0] * (30 + 6 * N))
+    contact = toy.ffi.new("int[]", N)
+    state.nu, state.pose = NU, [0.0, 1.0, THETA]
+    state.chi, state.contact, state.work, inputs.momenta = chi, contact, work, momenta
+    assert toy.lib.omniroll_start(toy.model, state) == 0
+    assert toy.lib.omniroll_step(toy.model, 0, inputs, 0.0625, state) == 0
+    assert list(contact) == [0] * N
+    agree(
+        [*state.nu, *chi, *state.pose],
+        python_step(python, python_model(python), 0.0625, NU, CHI, [0.0, 1.0, THETA]),
+        epsilon,
+    )
+
+
+def test_the_pair_serves_cpp(pair_folder, tmp_path):
     compiler = next(filter(None, map(shutil.which, ["g++", "clang++"])), None)
     if compiler is None:
         pytest.skip("no C++ compiler")
     program = tmp_path / "all.cpp"
-    program.write_text('#include "omniroll_toy.h"\nint main() { return 0; }\n')
-    subprocess.run([compiler, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{toy_files}", program], check=True)
+    program.write_text('#include "omniroll.h"\nint main() { return 0; }\n')
+    flags = ["-Wall", "-Wextra", "-pedantic", "-Werror", "-fsyntax-only", f"-I{pair_folder}"]
+    for source in (program, pair_folder / "omniroll.c"):
+        subprocess.run([compiler, *flags, "-x", "c++", source], check=True)
 
 
 def test_source_says_where_it_comes_from(toy_folder):
@@ -142,8 +179,10 @@ def test_source_says_where_it_comes_from(toy_folder):
             assert "do not edit" in start.replace("\n", " "), file
 
 
-def test_comments_carry_equations_steps_and_units(toy_pair):
-    assert "Equations: (3.4), section 4." in toy_pair.source
-    assert "Steps: wheel (maxima/forms/toy.mac)." in toy_pair.source
-    assert "1: the toy's gain" in toy_pair.header
-    assert max(map(len, (toy_pair.header + toy_pair.source).splitlines())) <= 120
+def test_comments_carry_counts_units_and_equations(files, toy_folder):
+    header = files.header
+    assert "Equations: (3.4), section 4." in header
+    assert "out nu_dot[3] [1]: the toy's nu_dot" in header
+    assert "Operations: once" in header and "Intermediates:" in header
+    texts = [header, files.source, (toy_folder / "c/toy.c").read_text()]
+    assert max(len(line) for text in texts for line in text.splitlines()) <= 120

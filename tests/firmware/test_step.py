@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, OK, STUCK, FirmwareVehicle
 
 import omniroll
+from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, OK, STUCK, FirmwareVehicle
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import kernel
 
@@ -75,8 +75,17 @@ def test_it_drives_as_the_python_engine_does(model, law, case):
         np.testing.assert_allclose(vehicle.spins(), run.spins[-1], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("model, case", [("massless", "motor"), ("locked", "alone"), ("free", "alone"),
-                                         ("free", "viscous"), ("free", "Coulomb"), ("free", "motor, slope, viscous")])
+@pytest.mark.parametrize(
+    "model, case",
+    [
+        ("massless", "motor"),
+        ("locked", "alone"),
+        ("free", "alone"),
+        ("free", "viscous"),
+        ("free", "Coulomb"),
+        ("free", "motor, slope, viscous"),
+    ],
+)
 def test_the_order_is_four(model, case):
     """Mean order over the last halvings of h whose errors are above rounding; a joint cuts a step wherever it lies, so
     that one halving alone may say less."""
@@ -165,9 +174,7 @@ def test_rest_on_the_joint_and_a_push_outwards(model, law):
     start = {"nu": (0, 0, 0), "chi": (JOINT, 0.1, -0.1)}
     push = (0.02, 0.0, 0.0)
     for number_type, tolerance in (("double", 1e-8), ("float", 1e-3)):
-        vehicle = FirmwareVehicle(
-            PAPER, model, ("drive",), inputs={"torque": push}, law=law, number_type=number_type
-        )
+        vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs={"torque": push}, law=law, number_type=number_type)
         chi = (vehicle.lib.omniroll_joint(vehicle.model), 0.1, -0.1)
         run = omniroll.simulate(
             PAPER, **start, duration=0.05, roller_model=model, switching=law, engine="python", accuracy=1e-10,

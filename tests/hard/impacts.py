@@ -6,7 +6,7 @@ from hard import naive
 from hard.case import Case, Measurement, Scale
 from hard.random_phases import switches_at_fault
 from hard.setting import ENGINES, EPS, JOINT, MODELS, PAPER, Setting, settings, speeds_of_wheels
-from omniroll import SimulationStopped
+from omniroll import SimulationStopped, Trajectory
 from omniroll.effects import Controller
 
 SECTION = "Switches"
@@ -27,7 +27,7 @@ def sent_back(scale: Scale) -> list[Measurement]:
     for model in ("locked", "free"):
         random = np.random.default_rng(41)
         starts = [slow_arrival(random, model) for _ in range(scale.of(6, 15))]
-        runs = {engine: [Setting(model, "impact", engine).run(**s) for s in starts] for engine in ENGINES}
+        runs = {engine: [_run(Setting(model, "impact", engine), s) for s in starts] for engine in ENGINES}
         theirs = [naive.simulate(Setting(model, "impact", "python").task(**s), most_switches=2000) for s in starts]
         failed = sum(motion.gave_up or motion.beyond > 1e-6 for motion in theirs)
         reversals = sum(_reversals(run) for run in runs["compiled"])
@@ -46,6 +46,14 @@ def sent_back(scale: Scale) -> list[Measurement]:
                 setting.measurement("distance of the engines' ends", apart, 10 * EPS**0.5),
             ]
     return found
+
+
+def _run(setting: Setting, start: dict) -> Trajectory:
+    """A run, or what there is of one that gave up."""
+    try:
+        return setting.run(**start)
+    except SimulationStopped as stopped:
+        return stopped.trajectory
 
 
 def _reversals(run) -> int:

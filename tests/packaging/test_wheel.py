@@ -84,8 +84,11 @@ def test_the_wheel_holds_the_whole_package(wheel):
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert sorted((ours | made) - names) == []
-    compiled = [name for name in names if name.startswith(("omniroll/_kernels_", "omniroll/_shared_"))]
-    assert len(compiled) == 3
+    built = "omniroll/kernels/built"
+    for model in ("massless", "locked", "free"):
+        ready = {f"{built}/{model}/{name}" for name in ("omniroll.h", "omniroll.c", "declarations.h")}
+        assert ready <= names
+        assert len([name for name in names if name.startswith(f"{built}/{model}/engine-")]) == 1
     assert not [name for name in names if name.startswith(("codegen", "maxima", "tests"))]
 
 

@@ -6,7 +6,6 @@ from functools import cache
 import pytest
 
 from omniroll import generated_data
-from omniroll.codegen.on_demand import kernel_on_demand
 from omniroll.kernels import sets
 
 MODELS = ("massless", "locked", "free")
@@ -18,7 +17,7 @@ OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactio
 
 @cache
 def made(base, effects):
-    return kernel_on_demand(sets.programs(), base, effects)
+    return sets.programs().kernel(base, effects)
 
 
 def bodies(texts):
@@ -33,7 +32,7 @@ def code(body):
 
 
 def operations(texts, name, wheels=3, rollers=5):
-    (function,) = (f for f in texts.functions if f["name"] == name)
+    (function,) = (f for f in texts.signatures if f["name"] == name)
     turns = {"once": 1, "wheel": wheels, "slot": rollers - 1, "roller": wheels * (rollers - 1)}
     return sum(turns[place] * sum(counts.values()) for place, counts in function["operations"].items())
 
@@ -51,7 +50,7 @@ def test_every_other_function_stays_as_it_is(base, others):
 def test_without_them_no_symbol_of_theirs_is_left(base):
     (own,) = (effect["neutral"] for effect in LISTED if effect["name"] == "reactions")
     texts = made(base, OTHERS)
-    for text in (texts.python, texts.c_source, texts.c_header):
+    for text in (texts.python, texts.pair().source, texts.pair().header):
         assert not set(own) & set(re.findall(r"\w+", text))
 
 

@@ -116,6 +116,7 @@ class CompiledRun:
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed)
+        self.signals[2, : len(self.columns.inputs)] = self.inputs[1, : len(self.columns.inputs)]
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
             if name in self.acting.signals:
@@ -193,7 +194,7 @@ class CompiledRun:
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
         self.guards = np.zeros((MOST_GUARDS, 5))
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
-        self.signals = np.zeros((2, len(columns.inputs) + 1, wheels))
+        self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
 
     def _fill(self) -> None:
         task, step = self.task, max(self.tolerance, FINEST_STEP)
@@ -258,7 +259,12 @@ class CompiledRun:
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
         wheel = int(result.switches.wheel[-1]) if status == STUCK and len(result.switches) else None
         time = self.task.start_time + self.run.elapsed
-        return SimulationStopped(REASONS[status], t=time, wheel=wheel, state=state, trajectory=result)
+        reason = REASONS[status]
+        if status == NO_STEP:
+            part = self.run.hardest_part
+            name = "nu" if part < 0 else self.columns.states[part]
+            reason += f": {name} changes faster than a step can follow"
+        return SimulationStopped(reason, t=time, wheel=wheel, state=state, trajectory=result)
 
 
 def aligned(size: int) -> np.ndarray:

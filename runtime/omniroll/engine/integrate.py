@@ -154,7 +154,7 @@ class PhaseIntegrator:
             self.counts.evaluations += STAGES
             size = self.tolerance * self.scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
             error = step.error(size)
-            factor = SAFETY * error ** (-1 / ORDER) if error > 0 else MOST_FACTOR
+            factor = MOST_FACTOR if error == 0 else SAFETY * error ** (-1 / ORDER)  # not a number where a stage is none
             if error < 1:
                 break
             h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True

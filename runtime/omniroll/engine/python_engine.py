@@ -73,7 +73,10 @@ class Run:
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
         self.phases = 0
-        self.phase_start, self.drive_at_start = 0.0, 0.0  # elapsed where what acts is from, and the drives' inputs then
+        self.phase_start, self.slopes = (
+            0.0,
+            0.0,
+        )  # elapsed where what acts is from, and the slopes of the drives' inputs
         self.anchor, self.idle_switches, self.turned = 0.0, 0, 0.0
 
     def trajectory(self) -> Trajectory:
@@ -106,13 +109,14 @@ class Run:
             self._watch(None)
             self.acting.pass_guards(passed)
         self.phase_start = self.elapsed
-        before, self.drive_at_start = self.drive_at_start, self.acting.drive(0.0)
+        slopes, self.slopes = self.slopes, self.acting.drive(1.0) - self.acting.drive(0.0)
+        drive = self.acting.drive(0.0)
         if not self.rows.y:
             self._add_row()
             return
         last = self.rows.drive[-1]
-        rounding = ROUNDINGS * EPS * (np.abs(last) + np.abs(self.drive_at_start) + np.abs(before))
-        if (np.abs(self.drive_at_start - last) > rounding).any():
+        rounding = ROUNDINGS * EPS * (np.abs(last) + np.abs(drive) + np.abs(slopes * self.elapsed))
+        if (np.abs(drive - last) > rounding).any():
             self._add_row()
 
     def _y(self) -> np.ndarray:

@@ -51,8 +51,8 @@ def number(value: float, prefix: str) -> str:
 def _model(kernel: Kernel) -> tuple[dict[str, list[str]], dict[str, np.ndarray]]:
     """The names of the fields by struct, and their values in double, as <prefix>_prepare computes them.
 
-    They come from the compiled function. Where there is no C compiler they come from its Python twin, which may differ in
-    the last digit.
+    They come from the compiled function. Where there is no C compiler they come from its Python twin, which may differ
+    in the last digit.
     """
     try:
         return _compiled_model(kernel)

@@ -97,16 +97,14 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 # Libraries
 
 
-@cache
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
     if number_type == "double" and not effects:  # built with the engine beforehand
         return engine(base, effects)
-    place, file = _pair(base, effects, number_type)
-    return _opened(place, file, number_type, [])
+    with MAKING:
+        return _opened_pair(base, effects, number_type)
 
 
-@cache
 def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNamespace:
     """`ffi` and `lib` of a set's functions in doubles with the compiled engine.
 
@@ -114,6 +112,18 @@ def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNa
 
     Raises KernelsMissingError where they cannot be had.
     """
+    with MAKING:  # two threads get one library
+        return _opened_engine(base, effects, sharp)
+
+
+@cache
+def _opened_pair(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
+    place, file = _pair(base, effects, number_type)
+    return _opened(place, file, number_type, [])
+
+
+@cache
+def _opened_engine(base: str, effects: tuple[str, ...], sharp: bool) -> SimpleNamespace:
     place, file = _engine(base, effects, sharp)
     return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
 

@@ -1,0 +1,177 @@
+"""omniroll kernel: exactly the files that a firmware needs, and numbers that read back."""
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from firmware.files import NUMBER_TYPES, STRICT, run, tool
+from omniroll.cli import main
+from omniroll.commands.kernel import scene_kernel
+from omniroll.errors import InvalidValueError
+from omniroll.kernels import sets
+from omniroll.kernels.kernel import ROLLER_MODELS, kernel
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES = sorted((ROOT / "scenes").glob("*.toml"))
+FREE = """
+[vehicle]
+preset = "paper"
+[start]
+nu = [1.0, 0.0, 1.0]
+[run]
+duration = 1.0
+[rollers]
+model = "free"
+"""
+BITS = """#include "{prefix}_constants.h"
+#include <stdio.h>
+#include <string.h>
+
+int main(void)
+{{
+    static const {prefix}_real angles[] = {{{angles}}};
+    {prefix}_vehicle vehicle = {{0}};
+    static {prefix}_wheel wheel[{PREFIX}_WHEELS];
+    static {prefix}_roller roller[{PREFIX}_ROLLERS - 1];
+    static {prefix}_model model;
+    vehicle.wheels = {PREFIX}_WHEELS;
+    vehicle.rollers_per_wheel = {PREFIX}_ROLLERS;
+    vehicle.wheel_angles = angles;
+{scalars}
+    if ({prefix}_prepare(&vehicle, wheel, roller, &model) != {PREFIX}_OK)
+        return 1;
+    if (memcmp(wheel, {prefix}_constant_wheel, sizeof wheel) || memcmp(roller, {prefix}_constant_roller, sizeof roller))
+        return 2;
+    return !({compare});
+}}
+"""
+
+
+def fields_of(pointer):
+    """(name, field) of each field of the struct that a cffi pointer leads to."""
+    return sets.library("free", (), "double").ffi.typeof(pointer).item.fields
+
+
+def kernel_command(*arguments):
+    return main(["kernel", *map(str, arguments)])
+
+
+@pytest.mark.parametrize("model", ROLLER_MODELS)
+def test_a_roller_model_gives_the_pair_that_ships(model, tmp_path, capsys):
+    assert kernel_command(model, "--output", tmp_path / "new") == 0
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["omniroll.c", "omniroll.h"]
+    for name in ("omniroll.h", "omniroll.c"):
+        assert (tmp_path / "new" / name).read_text() == (sets.BUILT / model / name).read_text()
+    out = capsys.readouterr().out
+    assert f"{(tmp_path / 'new/omniroll.c').stat().st_size} bytes" in out
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
+def test_a_scene_compiles_with_the_line_that_is_printed(scene, tmp_path, capsys):
+    if tool("cc"):
+        assert kernel_command(scene, "--output", tmp_path, "--constants") == 0
+    lines = capsys.readouterr().out.splitlines()
+    files = {"omniroll.h", "omniroll.c", "omniroll_constants.h"}
+    assert {path.name for path in tmp_path.iterdir()} == files
+    assert {Path(line.split()[0]).name for line in lines[:-1]} == files
+    subprocess.run(shlex.split(lines[-1]), check=True)
+    program = tmp_path / "main.c"
+    program.write_text(
+        '#include "omniroll_constants.h"\nint main(void)\n{\n    return omniroll_constant_model.wheels < 1;\n}\n'
+    )
+    for flags in NUMBER_TYPES.values():
+        run(tool("gcc"), *STRICT, "-O0", *flags, program, tmp_path / "omniroll.c", "-lm", "-o", tmp_path / "program")
+        run(tmp_path / "program")
+
+
+def test_a_scene_gets_its_effects_and_no_others(tmp_path):
+    assert kernel_command(ROOT / "scenes/driven.toml", "--output", tmp_path) == 0
+    header = (tmp_path / "omniroll.h").read_text()
+    assert "omniroll_real *torque" in header and "omniroll_real *damping" in header
+    assert "slope" not in header and "axle_damping" not in header
+    made = scene_kernel(ROOT / "scenes/driven.toml")
+    assert made.set_name == "free_drive_motor"
+
+
+@pytest.mark.parametrize("number_type", ["double", "float"])
+def test_constants_are_what_prepare_gives(number_type, tmp_path):
+    """The same bits in double. In float each number is that of double, rounded once."""
+    scene = tmp_path / "free.toml"
+    scene.write_text(FREE)
+    assert kernel_command(scene, "--output", tmp_path, "--constants", "--prefix", "base") == 0
+    bound = scene_kernel(scene)
+    vehicle = bound.vehicle
+    text = (tmp_path / "base_constants.h").read_text()
+    shown = [float(x) for x in re.findall(r"^ +\(base_real\)(\S+?),? /\*", text, re.MULTILINE)]
+    twin = kernel(vehicle, "free")
+    fields = [name for name, _ in fields_of(twin.model)][2:-2]
+    wheel, roller = (fields_of(getattr(twin.model, name)) for name in ("wheel", "roller"))
+    wanted = [getattr(twin.model.wheel[i], name) for i in range(3) for name, _ in wheel]
+    wanted += [getattr(twin.model.roller[j], name) for j in range(4) for name, _ in roller]
+    wanted += [getattr(twin.model, name) for name in fields]
+    assert shown == wanted
+    if number_type == "double":
+        scalars = (a for a in bound.constant_names if a != "wheel_angles")
+        compare = " && ".join(f"model.{name} == base_constant_model.{name}" for name in fields)
+        program = tmp_path / "bits.c"
+        program.write_text(BITS.format(
+            prefix="base", PREFIX="BASE", angles=", ".join(map(repr, vehicle.wheel_angles)), compare=compare,
+            scalars="\n".join(f"    vehicle.{name} = {getattr(vehicle, name)!r};" for name in scalars),
+        ))  # fmt: skip
+        run(tool("gcc"), *STRICT, "-Wno-float-equal", program, tmp_path / "base.c", "-lm", "-o", tmp_path / "bits")
+        run(tmp_path / "bits")
+    else:
+        program = tmp_path / "float.c"
+        program.write_text(
+            '#include "base_constants.h"\n#include <stdio.h>\nint main(void)\n{\n'
+            + "".join(f'    printf("%.9g\\n", (double)base_constant_model.{name});\n' for name in fields)
+            + "    return 0;\n}\n"
+        )
+        flags = ("-DBASE_FLOAT", program, tmp_path / "base.c", "-lm", "-o", tmp_path / "float")
+        run(tool("gcc"), *STRICT, *flags)
+        found = np.array(run(tmp_path / "float").split(), np.float32)
+        assert np.array_equal(found, np.array(wanted[-len(fields) :]).astype(np.float32))
+
+
+def test_float_without_a_macro(tmp_path):
+    assert kernel_command("free", "--output", tmp_path, "--float", "--prefix", "base") == 0
+    program = tmp_path / "main.c"
+    program.write_text('#include "base.h"\nint main(void)\n{\n    return sizeof(base_real) != sizeof(float);\n}\n')
+    run(tool("gcc"), *STRICT, program, tmp_path / "base.c", "-lm", "-o", tmp_path / "program")
+    run(tmp_path / "program")
+
+
+def test_files_of_others_stay(tmp_path, capsys):
+    (tmp_path / "omniroll.c").write_text("int mine;\n")
+    assert kernel_command("free", "--output", tmp_path) == 1
+    assert "did not write it" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["omniroll.c"]
+    assert (tmp_path / "omniroll.c").read_text() == "int mine;\n"
+    (tmp_path / "omniroll.c").unlink()
+    assert kernel_command("free", "--output", tmp_path) == kernel_command("locked", "--output", tmp_path) == 0
+    assert "locked rollers" in (tmp_path / "omniroll.h").read_text()
+
+
+@pytest.mark.parametrize("arguments, said", [
+    (("free", "--constants"), "needs a scene"),
+    (("free", "--prefix", "3wheels"), "C identifier"),
+    (("free", "--prefix", "Base"), "lower case"),
+    (("free", "--prefix", "_base"), "underscore"),
+    (("no-such-scene.toml",), "no-such-scene.toml"),
+])  # fmt: skip
+def test_calls_that_make_no_sense(arguments, said, tmp_path, capsys):
+    assert kernel_command(*arguments, "--output", tmp_path / "new") == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
+def test_a_vehicle_that_the_c_kernel_refuses_is_named():
+    light = omniroll.Vehicle.paper().replace(mass=1e-60)  # less than the least number in float
+    assert kernel(light, "free", "compiled", "double")
+    with pytest.raises(InvalidValueError, match="status 2"):
+        kernel(light, "free", "compiled", "float")

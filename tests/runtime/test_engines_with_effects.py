@@ -1,0 +1,227 @@
+"""The compiled engine against the Python engine over random scenes of every effect: motion, events, accounts, rows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll.effects.effect import Part, Process, Signal
+from omniroll.effects.torque import Drive
+from omniroll.engine.compiled_engine import can_run
+from omniroll.engine.python_engine import Run
+from omniroll.engine.simulate import checked_task
+from omniroll.results.comparison import difference
+
+PAPER = Vehicle.paper()
+PLACES = ((0.15, 0.01), (-0.07, 0.14), (-0.08, -0.12))
+MODELS = ("massless", "locked", "free")
+ACCURACY = 1e-11
+
+
+def torques(rng):
+    return Torque(rng.normal(scale=0.01, size=3))
+
+
+def linear_table(rng):
+    return TorqueTable(np.sort(rng.uniform(0, 2, 4)), rng.normal(scale=0.02, size=(4, 3)))
+
+
+def held_table(rng):
+    return TorqueTable(np.sort(rng.uniform(0, 2, 4)), rng.normal(scale=0.02, size=(4, 3)), "hold")
+
+
+def motors(rng):
+    return Motor(rng.normal(scale=3, size=3), 0.02, 1.5, gear_ratio=rng.choice([-3.0, 4.0]), rotor_inertia=1e-6)
+
+
+def limited_motors(rng):
+    times = np.sort(rng.uniform(0, 2, 3))
+    return Motor(rng.normal(scale=4, size=(3, 3)), 0.02, 1.5, gear_ratio=3, current_limit=0.7, times=times)
+
+
+def controller(rng):
+    return Controller(rng.normal(size=3) * 0.5, 0.01, rng.uniform(0.03, 0.2), integral=0.02, limit=0.02)
+
+
+def voltage_controller(rng):
+    target = rng.normal(size=(2, 3)) * 0.5
+    return Controller(target, 1.0, 0.07, output="voltage", times=(0.3, 1.2))
+
+
+def viscous(rng):
+    return Bearings(wheel_viscous=rng.uniform(0, 2e-3, 3), roller_viscous=1e-5)
+
+
+def coulomb(rng):
+    return Bearings(wheel_coulomb=1e-3, wheel_speed=0.5, roller_coulomb=1e-5, roller_speed=0.5, roller_viscous=1e-6)
+
+
+def slope(rng):
+    return Slope(rng.uniform(0, 0.1), rng.uniform(-9, 9))
+
+
+SCENES = {
+    "torques": (torques,),
+    "linear table": (linear_table,),
+    "held table": (held_table,),
+    "motors": (motors,),
+    "limited motors": (limited_motors,),
+    "controller": (controller,),
+    "motors with a controller": (limited_motors, voltage_controller),
+    "viscous friction": (viscous,),
+    "Coulomb's friction": (coulomb,),
+    "slope": (slope,),
+    "all with viscous friction": (limited_motors, voltage_controller, torques, viscous, slope),
+    "all with Coulomb's friction": (held_table, limited_motors, controller, coulomb, slope),
+}
+
+
+def scene(name, model, seed):
+    """The arguments of a random run. A vehicle with a layout of its own every second time."""
+    rng = np.random.default_rng([seed, MODELS.index(model), list(SCENES).index(name)])
+    vehicle = PAPER.replace(wheel_places=PLACES, center_of_mass=(0.005, -0.01)) if seed % 2 else PAPER
+    task = {
+        "nu": (0.0, 0.0, 0.0) if seed % 3 == 2 else rng.normal(size=3),
+        "chi": rng.uniform(-0.6, 0.6, 3),
+        "pose": rng.normal(size=3),
+        "duration": 2.0,
+        "start_time": 0.25,
+        "roller_model": model,
+        "switching": ("impact", "smooth")[seed // 2 % 2],
+        "accuracy": ACCURACY,
+        "effects": [make(rng) for make in SCENES[name]],
+    }
+    if model == "free":
+        task["spins"] = rng.normal(scale=0.5, size=(3, 4))
+    return vehicle, task
+
+
+def both(vehicle, task):
+    compiled = simulate(vehicle, **task, control=False)
+    python = Run(checked_task(vehicle, **task), ACCURACY).trajectory()
+    assert (compiled.stats["engine"], python.stats["engine"]) == ("compiled", "python")
+    return compiled, python
+
+
+def pairs(run):
+    """The first rows of those pairs that stand at one instant."""
+    return np.flatnonzero(np.diff(run.elapsed) == 0)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("seed", [0, 3, 5])
+def test_both_engines_agree(name, model, seed):
+    compiled, python = both(*scene(name, model, seed))
+    assert compiled.switches.wheel.tolist() == python.switches.wheel.tolist()
+    assert compiled.switches.direction.tolist() == python.switches.direction.tolist()
+    np.testing.assert_allclose(compiled.switches.t, python.switches.t, rtol=0, atol=3e-9)
+    assert difference(compiled, python) < 3e-10
+    np.testing.assert_allclose(
+        compiled.added[-1], python.added[-1], rtol=0, atol=1e-8 * (1 + np.abs(python.added).max(initial=0))
+    )
+    for run in (compiled, python):
+        assert abs(run.ledger.residual) < 1e-9 * (1e-3 + run.energy.max())
+    one, other = pairs(compiled), pairs(python)
+    assert len(one) == len(other)
+    if compiled.drive is not None:
+        for step in (0, 1):
+            np.testing.assert_allclose(compiled.drive[one + step], python.drive[other + step], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("interpolation, rows", [("hold", 2), ("linear", 1)])
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_rows_stand_on_both_sides_of_what_changes_the_torque(engine, interpolation, rows):
+    table = TorqueTable([0.5, 1.0], [[0.01] * 3, [-0.02] * 3], interpolation)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=1.5, effects=[table], engine=engine, control=False)
+    here = np.flatnonzero(run.elapsed == 1.0)
+    assert len(here) == rows
+    if rows == 2:
+        np.testing.assert_array_equal(run.drive[here, 0], [[0.01] * 3, [-0.02] * 3])
+        np.testing.assert_array_equal(run.nu[here[0]], run.nu[here[1]])
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_the_first_row_has_the_torque_of_the_limited_current(engine):
+    motor = Motor(voltage=12, torque_constant=0.02, resistance=1, current_limit=1)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=1, effects=[motor], engine=engine, control=False)
+    assert run.drive[0, 0].tolist() == [0.02, 0.02, 0.02]
+
+
+@dataclass(frozen=True)
+class Copied(Drive):
+    """An effect of another kind that gives what a controller gives."""
+
+    controller: Controller
+
+    def process(self, kernel, start_time):
+        return CopiedProcess(self.controller.process(kernel, start_time))
+
+
+class CopiedProcess(Process):
+    def __init__(self, inner):
+        self.inner = inner
+
+    def next_time(self):
+        return self.inner.next_time()
+
+    def pass_time(self, state):
+        self.inner.pass_time(state)
+
+    def part(self, elapsed, given):
+        return Part({"torque": Signal.constant(self.inner.output)})
+
+
+def test_an_effect_of_another_kind_is_asked_at_its_events():
+    """The engine that asks gives what the engine gives that knows the controller."""
+    controller = Controller((0.5, 0.1, -0.5), 0.01, 0.05, integral=0.01)
+    task = {"nu": (1, 0.2, 0.8), "duration": 2, "accuracy": ACCURACY}
+    assert can_run(checked_task(PAPER, **task, effects=[Copied(controller)]))
+    known, asked = (simulate(PAPER, **task, effects=[e], control=False) for e in (controller, Copied(controller)))
+    assert asked.stats["engine"] == "compiled"
+    np.testing.assert_allclose(asked.nu, known.nu, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(asked.drive, known.drive, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["held table", "limited motors", "controller", "all with viscous friction"])
+def test_buffers_do_not_matter(monkeypatch, name):
+    """A run in many calls is the run in one call, to the bit, with its events."""
+    vehicle, task = scene(name, "free", 0)
+    whole = simulate(vehicle, **task, control=False)
+    monkeypatch.setattr("omniroll.engine.compiled_engine.ROWS", 5)
+    pieces = simulate(vehicle, **task, control=False)
+    for field in (
+        "elapsed",
+        "nu",
+        "chi",
+        "pose",
+        "contact",
+        "spins",
+        "added",
+        "drive",
+        "dense",
+        "step_rows",
+        "switches",
+    ):
+        np.testing.assert_array_equal(getattr(pieces, field), getattr(whole, field), err_msg=field)
+
+
+def sweeps(effects, duration=3.0):
+    run = simulate(PAPER, nu=(1, 0.2, 0.8), duration=duration, effects=effects, control=False)
+    return run.stats["evaluations"] / 16, len(run.switches)
+
+
+def test_an_event_costs_at_most_one_and_a_half_bare_phases():
+    """In sweeps, of one evaluation at all nodes each. A hundred knots; a hundred samples."""
+    bare, switches = sweeps([])
+    per_phase = bare / switches
+    times = np.linspace(0.02, 2.98, 100)
+    swinging = np.outer(1e-5 * (-1.0) ** np.arange(100), [1, 1, 1])
+    for effects in (
+        [TorqueTable(times, swinging, "hold")],
+        [TorqueTable(times, swinging)],
+        [Controller((1, 0.2, 0.8), 1e-6, 0.03)],
+    ):
+        with_events, switched = sweeps(effects)
+        assert (with_events - switched * per_phase) / 100 < 1.5 * per_phase
