@@ -75,7 +75,7 @@ class SetKernel:
 
     @property
     def signatures(self) -> list[dict]:
-        """What the functions take and give, and the work that they are; as in generated/data/kernels.json."""
+        """What the functions take and give, and the work that they are; as in generated/data/kernels."""
         return [kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in self.functions]
 
     def pair(self, stem: str = "omniroll", prefix: str = "omniroll", is_float: bool = False) -> Pair:

@@ -33,6 +33,8 @@ CALLS = {
     "prove_powers": 'prove_powers("free")',
     "prove_contact_loss": 'prove_contact_loss("locked")',
     "prove_free_friction": 'prove_free_friction("free")',
+    "prove_effects": 'prove_effects("free")',
+    "prove_free_decay": 'prove_free_decay("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {

@@ -6,7 +6,7 @@ arrays whose leading axes broadcast. Two backends have the same methods:
   compiled   the C kernels, plain shared libraries that cffi calls in its ABI mode
   python     the Python kernels omniroll.generated.python.<set>
 
-What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
+What a function takes and gives is read from generated/data/kernels, so a new function or set needs no
 code here beyond its method. A kernel has the effects that it is asked for and no others; sets.py finds or makes what it
 needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicles.vehicle.
 """
@@ -106,10 +106,11 @@ def optional_effects() -> tuple[str, ...]:
 
 
 def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
-    """The effects in the registry's order, with those that the vehicle itself brings."""
+    """The effects in the registry's order, with what they need and with those that the vehicle itself brings."""
     for effect in effects:
         choice("effects", effect, optional_effects())
-    present = {*effects, *(["layout"] if vehicle.has_layout else [])}
+    needed = (other for effect in effects for other in sets.needs()[effect])
+    present = {*effects, *needed, *(["layout"] if vehicle.has_layout else [])}
     return tuple(effect for effect in optional_effects() if effect in present)
 
 
@@ -287,6 +288,14 @@ class Kernel:
     def motor_margins(self, nu: ArrayLike, voltage: ArrayLike, modes: ArrayLike) -> np.ndarray:
         """Event functions (..., N, 2) of motors: a mode ends where one of them becomes positive."""
         return self.call("motor_margins", nu, voltage, modes)
+
+    def motor_laws(self, modes: ArrayLike) -> tuple[np.ndarray, ...]:
+        """What motors in their modes (..., N) make of voltage u and wheel rate w.
+
+        Three parts (..., N) of the torque, at_zero + per_volt u - lost_per_rate w, and three (..., N, 2) of the
+        margins, at_zero + per_volt u + per_rate w.
+        """
+        return self.call("motor_laws", modes)
 
     def axle_loss(self, nu: ArrayLike) -> np.ndarray:
         """Power (...,) lost in the axles' bearings."""
@@ -618,7 +627,7 @@ def kernel(
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
     except KernelsMissingError as problem:
-        if sets.set_name(roller_model, _effects_of(vehicle, effects)) in sets.set_names():
+        if not _effects_of(vehicle, effects):  # built with omniroll
             raise
         made = PythonKernel(vehicle, roller_model, effects, constants)
         warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
