@@ -26,10 +26,10 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "A loop of your own": ("time_to_joint", "switch", "joint", "pose_rates", "wheel_rates"),
     "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
-    "Accelerations from torques (forward dynamics)": ("reduced", "accelerations"),
+    "Accelerations from torques (forward dynamics)": ("forward_dynamics", "accelerations"),
     "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
 }
-STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates", "wheel_rates")
+STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
 
 
 @dataclass(frozen=True)
@@ -210,18 +210,18 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     named = {f.name: f for f in functions}
     if not all(name in named for name in STEP_NEEDS):
         return {}
-    reduced = named["reduced"]
+    dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")
     per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]
     stage = {"nu": "stage", "chi": "stage + 6", "heading": "stage[5]", "roller_drag": "scratch + 2*wheels"}
     if "momenta" in named:
         stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
-    inputs = [a for a in reduced.inputs if a.name not in stage]
+    inputs = [a for a in dynamics.inputs if a.name not in stage]
     return {
         "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "inputs": inputs,
         "free": "momenta" in named, "impact": "impact" in named,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
-        "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in reduced.inputs],
+        "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs],
     }  # fmt: skip
 
 

@@ -191,8 +191,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
  * contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, inertia, free_couple, couple_rates,
  * free_force (maxima/forms/system.mac); axle_slip (maxima/effects/axle_friction.mac); axle_friction,
  * axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   const omniroll_real *momenta, omniroll_real *force)
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     const omniroll_real *momenta, omniroll_real *force)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -272,8 +272,8 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
  * free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
  * contact_spin, row, drift (maxima/forms/rolling.mac); axle_slip (maxima/effects/axle_friction.mac);
  * axle_friction, axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      const omniroll_real *momenta, omniroll_real *nu_dot)
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               const omniroll_real *momenta, omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -624,13 +624,14 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     }
 }
 
-/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target,
- * fold, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
- * contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates
- * (maxima/forms/system.mac); axle_slip (maxima/effects/axle_friction.mac); axle_friction, axle_moment
- * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
-void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            const omniroll_real *momenta, omniroll_real *nu_dot)
+/* The same as forward_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * drift_target, fold, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate,
+ * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
+ * free_couple, couple_rates (maxima/forms/system.mac); axle_slip (maxima/effects/axle_friction.mac);
+ * axle_friction, axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
+void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                     const omniroll_real *chi, const omniroll_real *momenta,
+                                     omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;

@@ -8,8 +8,9 @@
  *
  * Of massless.c: wheel_speeds, wheel_rates, nu_from_wheels, nu_from_contacts, pose_rates, wheel_torques.
  *
- * Of free.c: prepare, mass_matrix, bias, reduced, inverse_dynamics, accelerations, energy, reduced_sharp,
- * accelerations_sharp, contact_axial, axial_speeds, spins_from_axial, momenta, impact, impact_sharp.
+ * Of free.c: prepare, mass_matrix, forces, forward_dynamics, inverse_dynamics, accelerations, energy,
+ * forward_dynamics_sharp, accelerations_sharp, contact_axial, axial_speeds, spins_from_axial, momenta,
+ * impact, impact_sharp.
  */
 
 /* Impulses of the ground on the wheels at an impact; chi and nu are those after it. Equations: section 4.

@@ -193,8 +193,8 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
 /* Forces f of M* nu' = f. Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho,
  * contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, inertia, locked_couple,
  * couple_rates, locked_force (maxima/forms/system.mac). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   omniroll_real *force)
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     omniroll_real *force)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -258,8 +258,8 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
  * platform_matrix, platform_force, locked_couple, inertia, row_matrix, couple_rates, locked_force,
  * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
  * row, drift (maxima/forms/rolling.mac). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      omniroll_real *nu_dot)
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -580,12 +580,12 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
     *energy = twice/2;
 }
 
-/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple, locked_turning,
- * drift_target, fold, fold_locked, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate,
- * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
- * locked_couple, couple_rates (maxima/forms/system.mac). */
-void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            omniroll_real *nu_dot)
+/* The same as forward_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * locked_turning, drift_target, fold, fold_locked, folded_solution (maxima/forms/sharp_tips.mac); yaw,
+ * angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+ * platform_force, locked_couple, couple_rates (maxima/forms/system.mac). */
+void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                     const omniroll_real *chi, omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;

@@ -327,8 +327,8 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
 }
 
 /* Forces f of M* nu' = f. Equations: (3.4). Steps: platform_force (maxima/forms/system.mac). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   omniroll_real *force)
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     omniroll_real *force)
 {
     (void)chi;
     const omniroll_real coriolis = model->coriolis;
@@ -346,8 +346,8 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
 
 /* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
  * platform_matrix, platform_force, solution (maxima/forms/system.mac). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      omniroll_real *nu_dot)
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               omniroll_real *nu_dot)
 {
     (void)chi;
     const omniroll_real coriolis = model->coriolis;

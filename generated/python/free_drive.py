@@ -42,7 +42,7 @@ def drive_power(model, nu, torque):
     return drive_power
 
 
-def bias(model, nu, chi, momenta, torque):
+def forces(model, nu, chi, momenta, torque):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
@@ -125,7 +125,7 @@ def bias(model, nu, chi, momenta, torque):
     return force
 
 
-def reduced(model, nu, chi, momenta, torque):
+def forward_dynamics(model, nu, chi, momenta, torque):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
@@ -488,8 +488,8 @@ def accelerations(model, nu, chi, spins, torque):
     return nu_dot, spins_dot
 
 
-def reduced_sharp(model, nu, chi, momenta, torque):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi, momenta, torque):
+    """The same as forward_dynamics, for sharp tips.
 
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,

@@ -615,7 +615,7 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi, momenta):
+def forces(model, nu, chi, momenta):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
@@ -703,7 +703,7 @@ def bias(model, nu, chi, momenta):
     return force
 
 
-def reduced(model, nu, chi, momenta):
+def forward_dynamics(model, nu, chi, momenta):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
@@ -1152,8 +1152,8 @@ def energy(model, nu, chi, spins):
     return energy
 
 
-def reduced_sharp(model, nu, chi, momenta):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi, momenta):
+    """The same as forward_dynamics, for sharp tips.
 
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,

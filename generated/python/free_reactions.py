@@ -10,7 +10,7 @@ rollers of a wheel. `model` is what prepare() returns.
 
 from .elementary import cos, number, sin
 from .massless import nu_from_contacts, nu_from_wheels, pose_rates, wheel_rates, wheel_speeds, wheel_torques
-from .free import accelerations, accelerations_sharp, axial_speeds, bias, contact_axial, energy, impact, impact_sharp, inverse_dynamics, mass_matrix, momenta, prepare, reduced, reduced_sharp, spins_from_axial
+from .free import accelerations, accelerations_sharp, axial_speeds, contact_axial, energy, forces, forward_dynamics, forward_dynamics_sharp, impact, impact_sharp, inverse_dynamics, mass_matrix, momenta, prepare, spins_from_axial
 
 
 def contact_impulses(model, nu, chi, nu_before, spin_before):

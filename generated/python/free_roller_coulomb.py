@@ -220,7 +220,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     return model
 
 
-def bias(model, nu, chi, momenta, roller_drag):
+def forces(model, nu, chi, momenta, roller_drag):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
@@ -308,7 +308,7 @@ def bias(model, nu, chi, momenta, roller_drag):
     return force
 
 
-def reduced(model, nu, chi, momenta, roller_drag):
+def forward_dynamics(model, nu, chi, momenta, roller_drag):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
@@ -696,8 +696,8 @@ def accelerations(model, nu, chi, spins):
     return nu_dot, spins_dot
 
 
-def reduced_sharp(model, nu, chi, momenta, roller_drag):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi, momenta, roller_drag):
+    """The same as forward_dynamics, for sharp tips.
 
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,

@@ -237,7 +237,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
     return model
 
 
-def bias(model, nu, chi, momenta, heading):
+def forces(model, nu, chi, momenta, heading):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
@@ -323,7 +323,7 @@ def bias(model, nu, chi, momenta, heading):
     return force
 
 
-def reduced(model, nu, chi, momenta, heading):
+def forward_dynamics(model, nu, chi, momenta, heading):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
@@ -697,8 +697,8 @@ def accelerations(model, nu, chi, spins, heading):
     return nu_dot, spins_dot
 
 
-def reduced_sharp(model, nu, chi, momenta, heading):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi, momenta, heading):
+    """The same as forward_dynamics, for sharp tips.
 
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,

@@ -251,7 +251,7 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi):
+def forces(model, nu, chi):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
@@ -321,7 +321,7 @@ def bias(model, nu, chi):
     return force
 
 
-def reduced(model, nu, chi):
+def forward_dynamics(model, nu, chi):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, locked_couple, inertia, row_matrix,
@@ -668,8 +668,8 @@ def energy(model, nu, chi):
     return energy
 
 
-def reduced_sharp(model, nu, chi):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi):
+    """The same as forward_dynamics, for sharp tips.
 
     Equations: (3.1), (3.4). Steps: fold_start, couple, locked_turning, drift_target, fold, fold_locked,
     folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,

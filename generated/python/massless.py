@@ -410,7 +410,7 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi):
+def forces(model, nu, chi):
     """Forces f of M* nu' = f.
 
     Equations: (3.4). Steps: platform_force (maxima/forms/system.mac).
@@ -435,7 +435,7 @@ def bias(model, nu, chi):
     return force
 
 
-def reduced(model, nu, chi):
+def forward_dynamics(model, nu, chi):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, solution (maxima/forms/system.mac).

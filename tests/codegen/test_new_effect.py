@@ -21,10 +21,10 @@ def with_wind():
         "proofs": [],
         "body": [{"let": "gust", "expr": ["*", "push", "nu_1"]}, {"add": "f", "expr": ["*", "gust", "l"]}],
     }
-    reduced = next(f for f in data["functions"] if f["name"] == "reduced")
-    reduced["arguments"].insert(2, array("push", [], "in") | {"effect": "wind"})
-    loop = next(k for k, node in enumerate(reduced["body"]) if "loop" in node)
-    reduced["body"].insert(loop, {"use": "wind"})
+    dynamics = next(f for f in data["functions"] if f["name"] == "forward_dynamics")
+    dynamics["arguments"].insert(2, array("push", [], "in") | {"effect": "wind"})
+    loop = next(k for k, node in enumerate(dynamics["body"]) if "loop" in node)
+    dynamics["body"].insert(loop, {"use": "wind"})
     return data
 
 

@@ -334,7 +334,7 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
     if not functions:
         return []
     pattern = "|".join(map(re.escape, functions))
-    solved = r"|^\s*core_rates\(" if "reduced" in functions else ""  # a set's header calls it by this name
+    solved = r"|^\s*core_rates\(" if "forward_dynamics" in functions else ""  # a set's header calls it by this name
     return [
         *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\({solved}"),
         *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|call\(\"(?:{pattern})\""),
