@@ -75,8 +75,8 @@ def test_names_as_they_stand_in_c():
 
 def test_an_unknown_name_is_refused_with_what_is_near(capsys):
     with pytest.raises(InvalidValueError, match="forward_dynamics"):
-        way("redduced")
-    assert cli.main(["where", "redduced"]) == 2
+        way("forward_dynamic")
+    assert cli.main(["where", "forward_dynamic"]) == 2
     assert "nearest" in capsys.readouterr().err
 
 
