@@ -481,50 +481,6 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
     }
 }
 
-/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
- * platform_matrix, platform_force, solution (maxima/forms/system.mac). */
-void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            omniroll_real *nu_dot)
-{
-    (void)chi;
-    const omniroll_real coriolis = model->coriolis;
-    const omniroll_real m0_11 = model->m0_11;
-    const omniroll_real m0_12 = model->m0_12;
-    const omniroll_real m0_13 = model->m0_13;
-    const omniroll_real m0_22 = model->m0_22;
-    const omniroll_real m0_23 = model->m0_23;
-    const omniroll_real m0_33 = model->m0_33;
-    const omniroll_real nu_1 = nu[0];
-    const omniroll_real nu_2 = nu[1];
-    const omniroll_real nu_3 = nu[2];
-    omniroll_real m11 = m0_11;
-    omniroll_real m12 = m0_12;
-    omniroll_real m13 = m0_13;
-    omniroll_real m22 = m0_22;
-    omniroll_real m23 = m0_23;
-    omniroll_real m33 = m0_33;
-    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
-    omniroll_real f1 = coriolis_nu_3*nu_2;
-    omniroll_real f2 = -coriolis_nu_3*nu_1;
-    omniroll_real f3 = OMNIROLL_NUMBER(0);
-    const omniroll_real pivot_1 = 1/m11;
-    const omniroll_real u12 = m12*pivot_1;
-    const omniroll_real u13 = m13*pivot_1;
-    const omniroll_real d22 = m22 - m12*u12;
-    const omniroll_real d23 = m23 - m12*u13;
-    const omniroll_real pivot_2 = 1/d22;
-    const omniroll_real u23 = d23*pivot_2;
-    const omniroll_real d33 = m33 - m13*u13 - d23*u23;
-    const omniroll_real z2 = f2 - f1*u12;
-    const omniroll_real z3 = f3 - f1*u13 - u23*z2;
-    const omniroll_real x_3 = z3/d33;
-    const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
-    const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
-    nu_dot[0] = x_1;
-    nu_dot[1] = x_2;
-    nu_dot[2] = x_3;
-}
-
 /* Kinetic energy, a sum of squares. Equations: (3.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac);
  * platform_energy (maxima/programs/vehicle.mac); massless_energy (maxima/forms/energy.mac). */
 void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,

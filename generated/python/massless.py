@@ -588,56 +588,6 @@ def wheel_torques(model, force):
     return torques
 
 
-def accelerations(model, nu, chi):
-    """Quasi-accelerations and the accelerations of the free rollers' spins.
-
-    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, solution (maxima/forms/system.mac).
-    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
-    chi[N] [rad]: wheel angles from the middle of the roller in contact.
-    Returns:
-      nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 10 add, 18 mul, 4 div. Intermediates: 23.
-    """
-    nu_dot = [None] * 3
-    coriolis = model.coriolis
-    m0_11 = model.m0_11
-    m0_12 = model.m0_12
-    m0_13 = model.m0_13
-    m0_22 = model.m0_22
-    m0_23 = model.m0_23
-    m0_33 = model.m0_33
-    nu_1 = nu[0]
-    nu_2 = nu[1]
-    nu_3 = nu[2]
-    m11 = m0_11
-    m12 = m0_12
-    m13 = m0_13
-    m22 = m0_22
-    m23 = m0_23
-    m33 = m0_33
-    coriolis_nu_3 = coriolis*nu_3
-    f1 = coriolis_nu_3*nu_2
-    f2 = -coriolis_nu_3*nu_1
-    f3 = 0
-    pivot_1 = 1/m11
-    u12 = m12*pivot_1
-    u13 = m13*pivot_1
-    d22 = m22 - m12*u12
-    d23 = m23 - m12*u13
-    pivot_2 = 1/d22
-    u23 = d23*pivot_2
-    d33 = m33 - m13*u13 - d23*u23
-    z2 = f2 - f1*u12
-    z3 = f3 - f1*u13 - u23*z2
-    x_3 = z3/d33
-    x_2 = pivot_2*z2 - u23*x_3
-    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
-    nu_dot[0] = x_1
-    nu_dot[1] = x_2
-    nu_dot[2] = x_3
-    return nu_dot
-
-
 def energy(model, nu, chi):
     """Kinetic energy, a sum of squares.
 

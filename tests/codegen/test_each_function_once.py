@@ -46,14 +46,7 @@ def test_no_function_twice_in_c():
     files = {path.name: c_functions(path.read_text(encoding="utf-8")) for path in (GENERATED / "c").glob("*.c")}
     bodies = [(f"{file}: {name}", without_names(*text)) for file, own in files.items() for name, text in own.items()]
     assert len(bodies) > 50, "the functions of generated/c were not found"
-    assert [group for group in twice(bodies) if not is_alias(group)] == []
-
-
-def is_alias(group):
-    """Without spins of rollers, `accelerations` is another name of `forward_dynamics`, so that every model has both."""
-    files, names = zip(*(name.split(": ") for name in group), strict=True)
-    plain = {name.removeprefix("omniroll_").removesuffix("_sharp") for name in names}
-    return len(group) == 2 and len(set(files)) == 1 and plain == {"forward_dynamics", "accelerations"}
+    assert twice(bodies) == []
 
 
 def test_no_function_twice_in_python():
@@ -64,14 +57,14 @@ def test_no_function_twice_in_python():
                 code = node.body[1:] if ast.get_docstring(node) else node.body
                 bodies.append((f"{path.name}: {node.name}", "\n".join(map(ast.dump, code))))
     assert len(bodies) > 50, "the functions of generated/python were not found"
-    assert [group for group in twice(bodies) if not is_alias(group)] == []
+    assert twice(bodies) == []
 
 
 def test_no_function_twice_in_the_programs():
     functions = generated_data.load("programs")["functions"]
     bodies = [(f"{', '.join(f['sets'])}: {f['name']}", json.dumps(f["body"])) for f in functions]
     assert len(bodies) > 50
-    assert [group for group in twice(bodies) if not is_alias(group)] == []
+    assert twice(bodies) == []
 
 
 @pytest.mark.parametrize("entry", SETS, ids=[entry["name"] for entry in SETS])

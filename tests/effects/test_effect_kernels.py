@@ -93,7 +93,8 @@ def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
     asked = {"drive": "torque", "motor": "damping", "slope": "heading"}
     inputs = [balls(numbers[name]) for effect, name in asked.items() if effect in effects]
     spins = [balls(spins)] if base == "free" else []
-    found = getattr(module, form("accelerations", base != model))(constants, balls(nu), balls(chi), *spins, *inputs)
+    name = "accelerations" if base == "free" else "forward_dynamics"
+    found = getattr(module, form(name, base != model))(constants, balls(nu), balls(chi), *spins, *inputs)
     return (found[0], found[1]) if base == "free" else (found, [])
 
 

@@ -52,7 +52,7 @@ def found_by_kernel(case, bound, **inputs):
         values["momenta"] = call(bound, "momenta", values)
     if "coulomb_momenta" in bound.signatures:
         values["coulomb_momenta_dot"] = call(bound, "coulomb_momenta", values)
-    rates = call(bound, "accelerations", values)
+    rates = call(bound, bound.of_every_roller, values)
     values["nu_dot"] = rates[0] if case.model == "free" else rates
     sums, places = call(bound, "load_balance", values)
     return values["nu_dot"], call(bound, "contact_forces", values), contact_loads(places, sums)

@@ -173,6 +173,7 @@ class Kernel:
         self.constant_names = [argument.name for argument in prepare.inputs]
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
+        self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
@@ -238,7 +239,7 @@ class Kernel:
 
         Further inputs: spins of free rollers, then torque, damping and heading as of `forward_dynamics`.
         """
-        return self.call("accelerations", nu, chi, *inputs)
+        return self.call(self.of_every_roller, nu, chi, *inputs)
 
     def inverse_dynamics(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
         """The generalised force (..., 3) that gives nu_dot; inputs as of forward_dynamics, nu_dot (..., 3) last."""

@@ -201,7 +201,7 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
         values["momenta"] = _call(bound, "momenta", values)
     if "coulomb_momenta" in bound.signatures:
         values["coulomb_momenta_dot"] = _call(bound, "coulomb_momenta", values)
-    rates = _call(bound, "accelerations", values)
+    rates = _call(bound, bound.of_every_roller, values)
     values["nu_dot"] = rates[0] if bound.has_spins else rates
     sums, places = _call(bound, "load_balance", values)
     return _call(bound, "contact_forces", values), sums, places[0]
