@@ -57,7 +57,7 @@ def plus(*terms: int | str) -> str:
 class CFunction(Infix):
     """One function's text, piece by piece; the template puts the pieces together.
 
-    prefix  of every name that others see: <prefix>_real, <prefix>_model, <prefix>_reduced
+    prefix  of every name that others see: <prefix>_real, <prefix>_model, <prefix>_forward_dynamics
     """
 
     function: Function

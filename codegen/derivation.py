@@ -77,7 +77,7 @@ class Derivation:
     def sets(self) -> tuple[EffectSet, ...]:
         """The sets of effects whose kernels are generated beforehand."""
         return tuple(
-            specialised(self.bases[s["base"]], s["effects"], self.registry, s.get("meaning", ""), s.get("name", ""))
+            specialised(self.bases[s["base"]], s["effects"], self.registry, s.get("meaning", ""))
             for s in self.data["sets"]
         )
 

@@ -71,8 +71,8 @@ class EngineSet:
         self.core = [state for state in present if state.kind == CORE]
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in self.core}
-        reduced = self.function("reduced")
-        asked = [array.name for array in reduced.inputs]
+        dynamics = self.function("forward_dynamics")
+        asked = [array.name for array in dynamics.inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
         names = [state.name for state in self.core]
@@ -83,7 +83,7 @@ class EngineSet:
     @property
     def solving(self) -> bool:
         """Whether the set has functions for sharp tips beside the usual ones."""
-        return self.set.function("reduced_sharp") is not None
+        return self.set.function("forward_dynamics_sharp") is not None
 
     def called(self, function: Function) -> str:
         """The name of a function in C."""
@@ -122,10 +122,10 @@ class EngineSet:
 
     def core_calls(self) -> list[Call]:
         """What gives the rates of the core, in order."""
-        reduced = self.function("reduced")
+        dynamics = self.function("forward_dynamics")
         states = self._giving([state.rate for state in self.core])
-        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in reduced.inputs)
-        functions = ([self.function("momenta")] if needs_momenta else []) + states + [reduced]
+        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in dynamics.inputs)
+        functions = ([self.function("momenta")] if needs_momenta else []) + states + [dynamics]
         rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
         return self._calls(functions, {"nu_dot": "nu_dot"} | rates)
 
@@ -180,7 +180,7 @@ class EngineSet:
         return calls
 
 
-MOTION = ("reduced", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
+MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet) -> str:

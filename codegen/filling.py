@@ -9,7 +9,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from .infix import broken
 from .latex import escaped
-from .programs import Array, Loop
+from .programs import Array, Function, Loop
 
 SOURCE = "maxima/derive.mac"
 PLACE_WORDS = {
@@ -85,6 +85,7 @@ EXAMPLE = {
     "axle_damping": "1e-4 1e-4 1e-4", "axle_torque": "1e-3 1e-3 1e-3", "axle_fade_speed": "0.1",
     "roller_damping": "1e-7 1e-7 1e-7", "roller_torque": "1e-6 1e-6 1e-6", "roller_fade_speed": "0.1",
     "gravity": "9.81", "slope_angle": "0.02",
+    "torque_constant": "0.02", "resistance": "1.0", "motor_gear_ratio": "10.0", "back_emf": "0.02",
 }  # fmt: skip
 
 
@@ -120,6 +121,15 @@ def work(function) -> str:
     return f"Operations: {'; '.join(places) or 'none'}. Intermediates: {function.intermediates}."
 
 
+def made_of(function: Function) -> str:
+    """The groups of steps that a function was made from, by the files that they stand in, as a sentence."""
+    files: dict[str, list[str]] = {}
+    for name in function.groups:
+        files.setdefault(function.sources[name], []).append(name)
+    told = [f"{', '.join(names)} (maxima/{file})" for file, names in files.items()]
+    return f" Steps: {'; '.join(told)}." if told else ""
+
+
 def equations_of(numbers: Iterable[str]) -> str:
     """(3.1), (3.4) and plain words for what is not a number."""
     return ", ".join(f"({n})" if re.fullmatch(r"\d+\.\d+(:\w+)?", n) else n for n in numbers)
@@ -148,6 +158,7 @@ def environment() -> Environment:
         "wrapped": wrapped,
         "broken_list": broken_list,
         "work": work,
+        "made_of": made_of,
         "equations": equations_of,
         "tex": escaped,
         "called": called,

@@ -1,4 +1,7 @@
-"""python -m codegen.interactive: Maxima by hand, with the derivation loaded. Proofs that fail are listed in `failures`."""
+"""python -m codegen.interactive: Maxima by hand, with the derivation loaded.
+
+Proofs that fail are listed in `failures`.
+"""
 
 import os
 

@@ -4,7 +4,7 @@ Maxima.
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -75,8 +75,20 @@ class SetKernel:
 
     @property
     def signatures(self) -> list[dict]:
-        """What the functions take and give, and the work that they are; as in generated/data/kernels.json."""
+        """What the functions take and give, and the work that they are; as in generated/data/kernels."""
         return [kernel_to_json(f, count_operations(f), count_intermediates(f)) for f in self.functions]
+
+    def in_one_form(self, sharp: bool) -> "SetKernel":
+        """The set with one form of every function: that for sharp tips, under the usual name, or the usual one."""
+        suffix, kept = "_sharp", []
+        for function in self.effects.functions:
+            special = self.effects.function(f"{function.name}{suffix}")
+            if function.name.endswith(suffix):
+                continue
+            if sharp and special is not None:
+                function = replace(special, name=function.name, summary=f"{function.summary[:-1]}; for sharp tips.")
+            kept.append(function)
+        return SetKernel(self.programs, replace(self.effects, functions=tuple(kept)))
 
     def pair(self, stem: str = "omniroll", prefix: str = "omniroll", is_float: bool = False) -> Pair:
         """The header and the source file for a controller; codegen/pair.py says what the arguments are."""

@@ -4,6 +4,7 @@ The functions' texts are those of generated/c. What stands around them (structs,
 comes from templates.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,21 +18,18 @@ from .programs import Array, EffectSet, Function, steps
 from .short_angles import LARGEST, short_angles
 
 CARRIED = {"roller_rates": "axial", "momenta_rates": "momenta"}  # function: what a set with it integrates besides
-POSITIVE = (
-    "mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
-    "roller_axis_radius", "axle_fade_speed", "roller_fade_speed",
-)  # fmt: skip
-NOT_NEGATIVE = ("axle_damping", "axle_torque", "roller_damping", "roller_torque")
+NUMBER = re.compile(r"\w+(\[\d\])?\Z")  # a name in the code that is one number
+SIGNS = ("positive", "not_negative")  # of a constant by itself
 CONTENTS = {  # what a reader looks for, and the functions that do it; a set may lack some
     "Set-up": ("prepare", "check_layout", "start"),
     "Motion": ("step",),
     "A loop of your own": ("time_to_joint", "switch", "joint", "pose_rates", "wheel_rates"),
     "Velocity of the vehicle from the wheels' rates (odometry)": ("nu_from_wheels", "nu_from_contacts"),
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
-    "Accelerations from torques (forward dynamics)": ("reduced", "accelerations"),
+    "Accelerations from torques (forward dynamics)": ("forward_dynamics", "accelerations"),
     "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
 }
-STEP_NEEDS = ("reduced", "wheel_speeds", "pose_rates", "wheel_rates")
+STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,7 @@ def pair(
     """The pair of files of a set.
 
     functions  with shared subexpressions, in the order in which they stand in the files
-    bounds     of the derivation's data: field, positive, reason
+    bounds     of the derivation's data: field, positive or not_negative, reason
     names      the derivation's symbols: {symbol: its argument in the code}
     stem       of the files' names
     prefix     of all names that the header declares
@@ -103,10 +101,11 @@ def pair(
         "model": Model(effects.fields), "constants": prepare.inputs,
         "calls": set().union(*map(called_functions, functions)) | {"cos"},  # of the functions and the bounds
         "short_angles": short_angles(), "largest_square": LARGEST,
-        "bounds": _margins(prepare, bounds, names, prefix), "is_float": is_float, "wrong_sign": wrong_sign,
+        "bounds": _margins(prepare, bounds, names, prefix), "is_float": is_float,
+        "wrong_sign": lambda array, value: wrong_sign(own_sign(array, bounds), value),
     }  # fmt: skip
-    for name, chosen in (("positive", POSITIVE), ("not_negative", NOT_NEGATIVE)):
-        values[name] = [a.name for a in prepare.inputs if a.name in chosen]
+    for sign in SIGNS:
+        values[sign] = [a.name for a in prepare.inputs if own_sign(a, bounds) == sign]
     values |= {"motion": "", "inputs": [], **_motion(effects, functions, prefix)}
     values["prepare_prototype"] = _prepare(values["model"], prefix)
     values["layout_prototype"] = _check_layout(values["model"], prefix)
@@ -173,26 +172,31 @@ def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
     return {name: prototype(result, f"{prefix}_{name}", taken) for name, (result, taken) in parameters.items()}
 
 
-def wrong_sign(array: Array, value: str) -> str:
+def own_sign(array: Array, bounds: Sequence[dict]) -> str:
+    """What the derivation's bounds say of a constant by itself: one of SIGNS, or nothing."""
+    own = (sign for b in bounds if b["field"] == array.name for sign in SIGNS if isinstance(b.get(sign), str))
+    return next(own, "")
+
+
+def wrong_sign(sign: str, value: str) -> str:
     """A further condition on which a constant is refused, as C text."""
-    if array.name in POSITIVE:
-        return f" || !({value} > 0)"
-    return f" || {value} < 0" if array.name in NOT_NEGATIVE else ""
+    return {"positive": f" || !({value} > 0)", "not_negative": f" || {value} < 0"}.get(sign, "")
 
 
 def _margins(prepare: Function, bounds: Sequence[dict], names: dict[str, str], prefix: str) -> list[dict]:
-    """The bounds of the derivation as C text; what this set does not take is zero in them."""
-    given = {a.name: f"vehicle->{a.name}" for a in prepare.inputs if not a.shape}
-    texts = {symbol: given[name] for symbol, name in names.items() if name in given}
+    """The bounds on several constants together as C text; what this set does not take is zero in them."""
+    given = {a.name for a in prepare.inputs}
+    codes = {symbol: code for symbol, code in names.items() if NUMBER.match(code) and code.partition("[")[0] in given}
+    texts = {symbol: f"vehicle->{code}" for symbol, code in codes.items()}
     texts |= {
         "N": f"{prefix.upper()}_NUMBER(vehicle->wheels)",
         "n": f"{prefix.upper()}_NUMBER(vehicle->rollers_per_wheel)",
     }
     texts["pi"] = f"{prefix.upper()}_NUMBER(3.141592653589793238462643383279502884L)"
-    if "center_of_mass" in {a.name for a in prepare.inputs}:
-        texts |= {"com_x": "vehicle->center_of_mass[0]", "com_y": "vehicle->center_of_mass[1]"}
     canonical, margins = Canonical(), []
     for bound in bounds:
+        if not isinstance(bound.get("positive"), list):  # a bound of one constant by itself
+            continue
         expression = canonical.read(bound["positive"])
         absent = {name: ZERO for name in symbols(expression) - texts.keys()}
         if bound["field"] in given:
@@ -206,24 +210,26 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     named = {f.name: f for f in functions}
     if not all(name in named for name in STEP_NEEDS):
         return {}
-    reduced = named["reduced"]
+    dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")
     per_wheel = {"": 0, "momenta": "2*model->wheels", "axial": "model->wheels*(model->rollers_per_wheel - 1)"}[carried]
     stage = {"nu": "stage", "chi": "stage + 6", "heading": "stage[5]", "roller_drag": "scratch + 2*wheels"}
     if "momenta" in named:
         stage["momenta"] = {"": "state->momenta", "momenta": "stage + 6 + wheels", "axial": "scratch"}[carried]
-    inputs = [a for a in reduced.inputs if a.name not in stage]
+    inputs = [a for a in dynamics.inputs if a.name not in stage]
     return {
         "motion": True, "prototypes": _motion_prototypes(prefix, inputs), "inputs": inputs,
         "free": "momenta" in named, "impact": "impact" in named,
         "carried": carried, "carried_size": per_wheel, "work": _work(carried),
-        "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in reduced.inputs],
+        "arguments": [stage.get(a.name, f"inputs->{a.name}") for a in dynamics.inputs],
     }  # fmt: skip
 
 
 def _work(carried: str) -> str:
-    """The numbers of work space of a state: what the sums of a step lose, four vectors of what is integrated, and what
-    its rates need."""
+    """The numbers of work space of a state, as C text.
+
+    They are what the sums of a step lose, four vectors of what is integrated, and what its rates need.
+    """
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {
         "": "30 + 6*(wheels)",

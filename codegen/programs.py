@@ -12,7 +12,7 @@ while a function is read; each step keeps the name of its group.
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from .expressions import Canonical, Expression, Order, symbols
 
@@ -81,6 +81,7 @@ class Function:
     body: tuple[Step | Loop, ...]
     cases: tuple[tuple[str, ...], ...] = ((),)  # effects that call for the function, see specialise.py
     groups: tuple[str, ...] = ()  # the groups of steps that it is made of, in order
+    sources: Mapping[str, str] = field(default_factory=dict)  # the file in maxima/ of each group
 
     @property
     def inputs(self) -> list[Array]:
@@ -173,6 +174,7 @@ def read_function(
         function = Function(
             set_name, data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, (),
             tuple(map(tuple, data.get("cases", [[]]))),
+            sources={name: of["source"] for name, of in (groups or {}).items()},
         )  # fmt: skip
         elements = _elements(function, data.get("elements") or {})
         names = [*elements, *_declared(opened), *CONSTANTS]

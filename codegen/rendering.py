@@ -1,6 +1,7 @@
 """Every emitted file as bytes: templates filled with what the printers say."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from . import formulas
 from .c import CFunction
@@ -29,11 +30,11 @@ def render(derivation: Derivation) -> dict[str, bytes]:
         "python/__init__.py": template("package.py", text="The kernels in Python, one module a set of effects."),
         "python/elementary.py": template("elementary.py"),
     }
-    texts |= c_texts(sets) | python_texts(sets)
+    texts |= c_texts(sets) | python_texts(sets) | kernel_texts(sets)
     texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
     texts["latex/equations.tex"] = latex_text(derivation)
     texts["symbols.md"] = template("symbols.md", symbols=derivation.data["symbols"])
-    texts |= data_texts(derivation, sets) | formula_texts(derivation)
+    texts |= data_texts(derivation) | formula_texts(derivation)
     return {path: texts[path].encode("utf-8") for path in sorted(texts)}
 
 
@@ -56,11 +57,11 @@ def first_homes(
 
 def c_texts(sets: Sets) -> dict[str, str]:
     """Each function in C once: in the file of the first set that has it."""
-    definition = ENVIRONMENT.get_template("functions.j2").module.definition
+    code = ENVIRONMENT.get_template("functions.j2").module.code
     with_model = [(s, functions) for s, functions in sets if s.fields]
     return {
         f"c/{effects.name}.c": template("set.c", set=effects, functions=list(map(CFunction, own)), elsewhere=shared)
-        for effects, own, shared in first_homes(with_model, lambda f: definition(CFunction(f)))
+        for effects, own, shared in first_homes(with_model, lambda f: code(CFunction(f)))
     }
 
 
@@ -69,7 +70,7 @@ def python_texts(sets: Sets) -> dict[str, str]:
     return {
         f"python/{effects.name}.py": python_text(effects, own, shared)
         for effects, own, shared in first_homes(
-            sets, lambda f: python_text(EffectSet("", (), "", f.fields, ()), [f], {})
+            sets, lambda f: python_text(EffectSet("", (), "", f.fields, ()), [replace(f, groups=())], {})
         )
     }
 
@@ -88,30 +89,33 @@ def latex_text(derivation: Derivation) -> str:
     )
 
 
-def data_texts(derivation: Derivation, sets: Sets) -> dict[str, str]:
+def data_texts(derivation: Derivation) -> dict[str, str]:
     parts = {name: {name: derivation.part(name)} for name in ("symbols", "effects", "equations", "proofs", "bounds")}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
     parts["arguments"] = {"arguments": derivation.arguments}
     parts["programs"] = derivation.programs()
-    parts["kernels"] = {"sets": list(map(set_to_json, derivation.sets)), "functions": kernels_data(sets)}
+    return {f"data/{name}.json": data_text(part) for name, part in parts.items()}
+
+
+def data_text(parts: dict[str, object]) -> str:
+    return template("data.json", parts={key: json_text(value, 1, len(key) + 5) for key, value in parts.items()})
+
+
+def kernel_texts(sets: Sets) -> dict[str, str]:
+    """How the functions of each set are called and the work that they are: once, in the file of the first set."""
     return {
-        f"data/{name}.json": template(
-            "data.json", parts={key: json_text(value, 1, len(key) + 5) for key, value in part.items()}
+        f"data/kernels/{effects.name}.json": data_text(
+            {"set": set_to_json(effects), "functions": list(map(described, own)), "elsewhere": shared}
         )
-        for name, part in parts.items()
+        for effects, own, shared in first_homes(sets, lambda f: json_text(described(f)))
     }
 
 
-def kernels_data(sets: Sets) -> list[dict]:
-    """How each function is called and the work that it is, once for all sets in which that is the same."""
-    described: dict[str, dict] = {}
-    for effects, functions in sets:
-        for f in functions:
-            entry = kernel_to_json(f, count_operations(f), count_intermediates(f))
-            del entry["set"]
-            described.setdefault(json_text(entry), {"sets": []} | entry)["sets"].append(effects.name)
-    return list(described.values())
+def described(function: Function) -> dict:
+    entry = kernel_to_json(function, count_operations(function), count_intermediates(function))
+    del entry["set"]
+    return entry
 
 
 def formula_texts(derivation: Derivation) -> dict[str, str]:

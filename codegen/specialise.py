@@ -27,28 +27,37 @@ Body = tuple[Step | Loop, ...]
 
 @dataclass(frozen=True)
 class Registry:
-    """The effects that a set may have beside its roller model, in order: {name: {symbol: neutral value}}."""
+    """The effects that a set may have beside its roller model, in order.
+
+    neutral  {name: {symbol: neutral value}}
+    needs    {name: effects without which it does nothing}
+    """
 
     neutral: Mapping[str, Mapping[str, Expression]]
+    needs: Mapping[str, Sequence[str]]
 
     @classmethod
     def read(cls, effects: Sequence[Mapping]) -> "Registry":
         """From the effects of the derivation's data; an effect without symbols of its own is no choice."""
         read = Canonical(Order()).read
+        chosen = [effect for effect in effects if effect.get("neutral")]
         return cls(
-            {
-                effect["name"]: {symbol: read(value) for symbol, value in effect["neutral"].items()}
-                for effect in effects
-                if effect.get("neutral")
-            }
+            {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
+            {e["name"]: e.get("needs", ()) for e in chosen},
         )
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
-        """The same effects in the registry's order. ContractError for one that it does not know."""
+        """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
         unknown = sorted(set(effects) - self.neutral.keys())
         if unknown:
             raise ContractError(f"unknown effects: {', '.join(unknown)}")
-        return tuple(name for name in self.neutral if name in effects)
+        wanted = {*effects, *(needed for name in effects for needed in self.needs[name])}
+        return tuple(name for name in self.neutral if name in wanted)
+
+    def set_name(self, base: str, effects: Sequence[str]) -> str:
+        """The name of a set: its roller model and its effects, without those that another one needs."""
+        implied = {needed for name in effects for needed in self.needs[name]}
+        return "_".join([base, *(name for name in effects if name not in implied)])
 
     def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
         """The neutral values of all symbols of the effects that are not there."""
@@ -60,24 +69,15 @@ class Registry:
         }
 
 
-def set_name(base: str, effects: Sequence[str]) -> str:
-    return "_".join([base, *effects])
-
-
-def specialised(
-    base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "", name: str = ""
-) -> EffectSet:
-    """The set of the base's roller model with these further effects and no others.
-
-    A set with a name of its own has also the functions for the case that some of its effects are absent.
-    """
+def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "") -> EffectSet:
+    """The set of the base's roller model with these further effects, with what they need, and no others."""
     present = registry.ordered(effects)
-    every, name, neutral = bool(name), name or set_name(base.name, present), registry.absent(present)
+    name, neutral = registry.set_name(base.name, present), registry.absent(present)
     fields = _there(base.fields, present)
     functions = tuple(
         _function(replace(f, set=name, fields=fields), present, neutral)
         for f in base.functions
-        if is_called_for(f, present, every)
+        if is_called_for(f, present)
     )
     return EffectSet(name, present, meaning, *_needed(fields, functions), base=base.name)
 
@@ -115,11 +115,11 @@ def _without_puts(body: Body, names: set[str]) -> Body:
     return tuple(kept)
 
 
-def is_called_for(function: Function, present: Sequence[str], every: bool = False) -> bool:
-    """Whether one of the function's cases holds; "-x" stands for x absent, which `every` lets pass."""
+def is_called_for(function: Function, present: Sequence[str]) -> bool:
+    """Whether one of the function's cases holds; "-x" stands for x absent."""
 
     def holds(effect: str) -> bool:
-        return every or effect[1:] not in present if effect.startswith("-") else effect in present
+        return effect[1:] not in present if effect.startswith("-") else effect in present
 
     return any(all(map(holds, case)) for case in function.cases)
 

@@ -1,11 +1,13 @@
 """python -m codegen.what_if: what follows from a changed assumption.
 
-Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with what is left
-of their claims. The equations that have changed are printed, old and new, and written as LaTeX. Nothing in generated/ changes.
+Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with
+what is left of their claims. The equations that have changed are printed, old and new, and written as LaTeX. Nothing in
+generated/ changes.
 """
 
 import argparse
 import json
+import re
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from .maxima import Maxima, MaximaError
 from .rendering import template
 
 LONGEST = 300  # characters of a residual that are printed
+REPEATED = re.compile(r"(?<![\w^])(\w+(?:\(\w+\))?)(?:\*\1(?![\w(^]))+")  # R*R*R
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,11 @@ def report(found: dict, changes: list[Change]) -> str:
 
 
 def plain(e: Expression | None) -> str:
-    return "none" if e is None else Plain().expression(e)
+    return "none" if e is None else REPEATED.sub(as_power, Plain().expression(e))
+
+
+def as_power(found: re.Match) -> str:
+    return f"{found[1]}^{found[0].count(found[1])}"
 
 
 def shortened(text: str) -> str:

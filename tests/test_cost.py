@@ -34,7 +34,7 @@ def total(set_name, name, wheels, rollers):
     return sum(counts[place] * sum(numbers.values()) for place, numbers in operations(set_name, name).items())
 
 
-@pytest.mark.parametrize("name", ["reduced", "wheel_speeds", "pose_rates", "mass_matrix", "bias", "impact"])
+@pytest.mark.parametrize("name", ["forward_dynamics", "wheel_speeds", "pose_rates", "mass_matrix", "forces", "impact"])
 @pytest.mark.parametrize("set_name", SETS)
 def test_cost_does_not_depend_on_the_number_of_rollers(set_name, name):
     if (set_name, name) == ("massless", "impact"):
@@ -47,8 +47,8 @@ def test_cost_does_not_depend_on_the_number_of_rollers(set_name, name):
 @pytest.mark.parametrize("set_name", ["massless", "locked", "free"])
 def test_the_reduced_form_stays_small(set_name):
     """Three wheels: some 300 operations, three sines with cosines and four divisions of the elimination."""
-    found = operations(set_name, "reduced")
-    assert total(set_name, "reduced", 3, 5) <= 320
+    found = operations(set_name, "forward_dynamics")
+    assert total(set_name, "forward_dynamics", 3, 5) <= 320
     assert found["wheel"]["sincos"] <= 2, "the sine and the cosine of one half angle"
     assert found["wheel"]["div"] <= 1
     assert found["once"]["div"] <= 4
@@ -63,12 +63,12 @@ def test_accelerations_grow_linearly_with_the_rollers(set_name):
     costs = [total(set_name, "accelerations", 3, rollers) for rollers in (5, 15, 30, 60)]
     slopes = np.diff(costs) / np.diff([5, 15, 30, 60])
     assert np.ptp(slopes) == 0
-    assert costs[0] <= 2.2 * total(set_name, "reduced", 3, 5)
+    assert costs[0] <= 2.2 * total(set_name, "forward_dynamics", 3, 5)
 
 
 def test_a_model_without_spins_needs_no_more_than_one_with_them():
     """The cheaper model is cheaper: an effect that is left out computes nothing."""
-    costs = [total(set_name, "reduced", 3, 5) for set_name in ("massless", "locked", "free")]
+    costs = [total(set_name, "forward_dynamics", 3, 5) for set_name in ("massless", "locked", "free")]
     assert costs == sorted(costs)
 
 
@@ -119,7 +119,7 @@ def disassembly(file):
 
 @pytest.mark.parametrize("level", REGISTERS)
 def test_the_batch_kernel_is_vectorised(disassembled, level):
-    text = "\n".join(code for name, code in disassembled("locked", level).items() if "reduced_batch" in name)
+    text = "\n".join(code for name, code in disassembled("locked", level).items() if "forward_dynamics_batch" in name)
     vectors = [match["register"] for match in VECTOR_PRODUCT.finditer(text)]
     scalars = SCALAR_PRODUCT.findall(text)
     assert vectors.count(REGISTERS[level]) > 100, f"{vectors.count(REGISTERS[level])} products in {REGISTERS[level]}"

@@ -96,14 +96,14 @@ def test_accelerations(name, size):
 @pytest.mark.parametrize("name", SETS)
 def test_reduced_form(name, size):
     case = Case(name, *size)
-    close(case.call("reduced", case.nu, case.chi, *case.momenta()), case.oracle().nu_dot)
+    close(case.call("forward_dynamics", case.nu, case.chi, *case.momenta()), case.oracle().nu_dot)
 
 
 @pytest.mark.parametrize("name", SETS)
 def test_mass_matrix_and_bias(name, size):
-    """M nu' = bias, M symmetric; with 2T* = nu.M nu where no free roller spins about its own axis."""
+    """M nu' = forces, M symmetric; with 2T* = nu.M nu where no free roller spins about its own axis."""
     case = Case(name, *size)
-    matrix, force = case.call("mass_matrix", case.chi), case.call("bias", case.nu, case.chi, *case.momenta())
+    matrix, force = case.call("mass_matrix", case.chi), case.call("forces", case.nu, case.chi, *case.momenta())
     nu_dot = case.oracle().nu_dot
     close([sum(m * a for m, a in zip(row, nu_dot, strict=True)) for row in matrix], force, 1e-36)
     assert all(float(abs(matrix[a][b] - matrix[b][a]).upper()) <= 1e-50 for a in range(3) for b in range(a))

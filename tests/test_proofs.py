@@ -33,6 +33,8 @@ CALLS = {
     "prove_powers": 'prove_powers("free")',
     "prove_contact_loss": 'prove_contact_loss("locked")',
     "prove_free_friction": 'prove_free_friction("free")',
+    "prove_effects": 'prove_effects("free")',
+    "prove_free_decay": 'prove_free_decay("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -46,9 +48,9 @@ WRONG = {
     "ideal constraints": "on_constraints(dot(ground_force, velocity_on_platform(wheel_place)))",
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
     "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
-    "reduced": '(run_function("free", "reduced"), system_of(-output("nu_dot", 3)))',
+    "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',
     "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
-    "reduced_sharp": '(run_function("free", "reduced_sharp"), folded_of(-output("nu_dot", 3)))',
+    "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
 PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}

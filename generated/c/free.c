@@ -8,7 +8,11 @@
  * Of massless.c: wheel_speeds, wheel_rates, nu_from_wheels, nu_from_contacts, pose_rates, wheel_torques.
  */
 
-/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
+/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip,
+ * no_wheel_row, axle_direction, wheel_row, free_yaw_constant, joint, kappa (maxima/forms/model.mac);
+ * constant_matrix, no_last_alpha, last_alpha (maxima/programs/prepare.mac); fold_constants
+ * (maxima/forms/sharp_tips.mac); last_direction, no_bearing_sums, bearing, bearing_sums, bearing_means
+ * (maxima/forms/fits.mac). */
 void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_roller *roller,
                         omniroll_model *model)
 {
@@ -146,7 +150,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     model->share_y = share_y;
 }
 
-/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
+/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). Steps: platform_matrix, inertia, row_matrix,
+ * free_yaw_inertia (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac). */
 void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi, omniroll_real *matrix)
 {
     const int wheels = model->wheels;
@@ -207,9 +212,11 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
     matrix[8] = m33;
 }
 
-/* Forces f of M* nu' = f. Equations: (3.4). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   const omniroll_real *momenta, omniroll_real *force)
+/* Forces f of M* nu' = f. Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, inertia, free_couple, couple_rates,
+ * free_force (maxima/forms/system.mac). */
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     const omniroll_real *momenta, omniroll_real *force)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -273,9 +280,12 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
     force[2] = f3;
 }
 
-/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      const omniroll_real *momenta, omniroll_real *nu_dot)
+/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, free_couple, inertia, row_matrix, free_yaw_inertia, couple_rates,
+ * free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac). */
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               const omniroll_real *momenta, omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -370,7 +380,10 @@ void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, cons
     nu_dot[2] = x_3;
 }
 
-/* Generalised forces that give the quasi-accelerations. Equations: (3.4). */
+/* Generalised forces that give the quasi-accelerations. Equations: (3.4). Steps: platform_matrix,
+ * platform_force, inertia, row_matrix, free_yaw_inertia, free_couple, couple_rates, free_force
+ * (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
+ * (maxima/forms/rolling.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *momenta, const omniroll_real *nu_dot,
                                omniroll_real *force)
@@ -458,7 +471,11 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3;
 }
 
-/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). */
+/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates, free_force,
+ * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
+ * row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
+ * free_angle, free_spin_dot (maxima/forms/free_rollers.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
 {
@@ -584,7 +601,10 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     }
 }
 
-/* Kinetic energy, a sum of squares. Equations: (3.2). */
+/* Kinetic energy, a sum of squares. Equations: (3.2). Steps: yaw, angle, wheel_rate, contact_speed,
+ * inverse_rho, contact_spin (maxima/forms/rolling.mac); platform_energy (maxima/programs/vehicle.mac);
+ * contact_energy, free_roller_energy (maxima/forms/energy.mac); free_angle, axial_of_spin
+ * (maxima/forms/free_rollers.mac). */
 void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *spins, omniroll_real *energy)
 {
@@ -639,9 +659,13 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
     *energy = twice/2;
 }
 
-/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). */
-void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            const omniroll_real *momenta, omniroll_real *nu_dot)
+/* The same as forward_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * drift_target, fold, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate,
+ * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
+ * free_couple, couple_rates (maxima/forms/system.mac). */
+void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                     const omniroll_real *chi, const omniroll_real *momenta,
+                                     omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -753,7 +777,11 @@ void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu
     nu_dot[2] = x_3;
 }
 
-/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). */
+/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * drift_target, fold, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate,
+ * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
+ * couple_rates (maxima/forms/system.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
+ * free_angle, free_spin_dot (maxima/forms/free_rollers.mac). */
 void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
                                   const omniroll_real *chi, const omniroll_real *spins, omniroll_real *nu_dot,
                                   omniroll_real *spins_dot)
@@ -897,7 +925,8 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
     }
 }
 
-/* Absolute axial speeds of the rollers in contact. Equations: (2.1). */
+/* Absolute axial speeds of the rollers in contact. Equations: (2.1). Steps: yaw, angle, contact_speed,
+ * inverse_rho, contact_spin (maxima/forms/rolling.mac). */
 void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             omniroll_real *contact_axial)
 {
@@ -932,7 +961,8 @@ void omniroll_contact_axial(const omniroll_model *model, const omniroll_real *nu
     }
 }
 
-/* Absolute axial speeds of the free rollers. Equations: (3.4). */
+/* Absolute axial speeds of the free rollers. Equations: (3.4). Steps: yaw, angle
+ * (maxima/forms/rolling.mac); free_angle, axial_of_spin (maxima/forms/free_rollers.mac). */
 void omniroll_axial_speeds(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                            const omniroll_real *spins, omniroll_real *axial)
 {
@@ -959,7 +989,8 @@ void omniroll_axial_speeds(const omniroll_model *model, const omniroll_real *nu,
     }
 }
 
-/* Spins of the free rollers from their axial speeds. Equations: (3.4). */
+/* Spins of the free rollers from their axial speeds. Equations: (3.4). Steps: yaw, angle
+ * (maxima/forms/rolling.mac); free_angle, spin_of_axial (maxima/forms/free_rollers.mac). */
 void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *axial, omniroll_real *spins)
 {
@@ -986,7 +1017,8 @@ void omniroll_spins_from_axial(const omniroll_model *model, const omniroll_real 
     }
 }
 
-/* The two numbers by which a wheel's free rollers enter the reduced system. Equations: (3.4). */
+/* The two numbers by which a wheel's free rollers enter the reduced system. Equations: (3.4). Steps:
+ * axial_sums (maxima/forms/free_rollers.mac). */
 void omniroll_momenta(const omniroll_model *model, const omniroll_real *axial, omniroll_real *momenta)
 {
     const int wheels = model->wheels;
@@ -1008,7 +1040,9 @@ void omniroll_momenta(const omniroll_model *model, const omniroll_real *axial, o
 }
 
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations:
- * section 4. */
+ * section 4. Steps: platform_matrix, no_force, inertia, row_matrix, free_yaw_inertia, solution
+ * (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac); entering, entering_yaw
+ * (maxima/forms/impact.mac). */
 void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *entering, const omniroll_real *leaving, omniroll_real *nu_after)
 {
@@ -1088,7 +1122,9 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
     nu_after[2] = nu_3 + x_3;
 }
 
-/* The same as impact, for sharp tips. Equations: section 4. */
+/* The same as impact, for sharp tips. Equations: section 4. Steps: fold_start, fold, folded_solution
+ * (maxima/forms/sharp_tips.mac); no_force (maxima/forms/system.mac); angle, inverse_rho, row
+ * (maxima/forms/rolling.mac). */
 void omniroll_impact_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                            const omniroll_real *entering, const omniroll_real *leaving,
                            omniroll_real *nu_after)

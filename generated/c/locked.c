@@ -9,7 +9,10 @@
  * Of massless.c: wheel_speeds, wheel_rates, nu_from_wheels, nu_from_contacts, pose_rates, wheel_torques.
  */
 
-/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
+/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip,
+ * no_wheel_row, axle_direction, wheel_row, whole_yaw_constant (maxima/forms/model.mac); constant_matrix,
+ * no_last_alpha, last_alpha (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac);
+ * last_direction, no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac). */
 void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_model *model)
 {
     const int wheels = vehicle->wheels;
@@ -127,7 +130,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     model->share_y = share_y;
 }
 
-/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
+/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). Steps: platform_matrix, inertia, row_matrix
+ * (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac). */
 void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi, omniroll_real *matrix)
 {
     const int wheels = model->wheels;
@@ -186,9 +190,11 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
     matrix[8] = m33;
 }
 
-/* Forces f of M* nu' = f. Equations: (3.4). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   omniroll_real *force)
+/* Forces f of M* nu' = f. Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho,
+ * contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, inertia, locked_couple,
+ * couple_rates, locked_force (maxima/forms/system.mac). */
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     omniroll_real *force)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -248,9 +254,12 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
     force[2] = f3;
 }
 
-/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      omniroll_real *nu_dot)
+/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, locked_couple, inertia, row_matrix, couple_rates, locked_force,
+ * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
+ * row, drift (maxima/forms/rolling.mac). */
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -340,7 +349,10 @@ void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, cons
     nu_dot[2] = x_3;
 }
 
-/* Generalised forces that give the quasi-accelerations. Equations: (3.4). */
+/* Generalised forces that give the quasi-accelerations. Equations: (3.4). Steps: platform_matrix,
+ * platform_force, inertia, row_matrix, locked_couple, couple_rates, locked_force
+ * (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
+ * (maxima/forms/rolling.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *nu_dot, omniroll_real *force)
 {
@@ -422,7 +434,10 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
     force[2] = nu_dot_1*m13 + nu_dot_2*m23 + nu_dot_3*m33 - f3;
 }
 
-/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). */
+/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, locked_couple, inertia, row_matrix, couple_rates, locked_force,
+ * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
+ * row, drift (maxima/forms/rolling.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             omniroll_real *nu_dot)
 {
@@ -514,7 +529,9 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     nu_dot[2] = x_3;
 }
 
-/* Kinetic energy, a sum of squares. Equations: (3.2). */
+/* Kinetic energy, a sum of squares. Equations: (3.2). Steps: yaw, angle, wheel_rate, contact_speed,
+ * inverse_rho, contact_spin (maxima/forms/rolling.mac); platform_energy (maxima/programs/vehicle.mac);
+ * contact_energy, locked_energy (maxima/forms/energy.mac). */
 void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      omniroll_real *energy)
 {
@@ -563,9 +580,12 @@ void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const
     *energy = twice/2;
 }
 
-/* The same as reduced, for sharp tips. Equations: (3.1), (3.4). */
-void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            omniroll_real *nu_dot)
+/* The same as forward_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * locked_turning, drift_target, fold, fold_locked, folded_solution (maxima/forms/sharp_tips.mac); yaw,
+ * angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+ * platform_force, locked_couple, couple_rates (maxima/forms/system.mac). */
+void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                     const omniroll_real *chi, omniroll_real *nu_dot)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -681,7 +701,10 @@ void omniroll_reduced_sharp(const omniroll_model *model, const omniroll_real *nu
     nu_dot[2] = x_3;
 }
 
-/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). */
+/* The same as accelerations, for sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple,
+ * locked_turning, drift_target, fold, fold_locked, folded_solution (maxima/forms/sharp_tips.mac); yaw,
+ * angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+ * platform_force, locked_couple, couple_rates (maxima/forms/system.mac). */
 void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
                                   const omniroll_real *chi, omniroll_real *nu_dot)
 {
@@ -800,7 +823,9 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
 }
 
 /* Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it. Equations:
- * section 4. */
+ * section 4. Steps: platform_matrix, no_force, inertia, row_matrix, solution (maxima/forms/system.mac);
+ * angle, inverse_rho, row (maxima/forms/rolling.mac); entering, entering_leaving
+ * (maxima/forms/impact.mac). */
 void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      const omniroll_real *entering, const omniroll_real *leaving, omniroll_real *nu_after)
 {
@@ -878,7 +903,9 @@ void omniroll_impact(const omniroll_model *model, const omniroll_real *nu, const
     nu_after[2] = nu_3 + x_3;
 }
 
-/* The same as impact, for sharp tips. Equations: section 4. */
+/* The same as impact, for sharp tips. Equations: section 4. Steps: fold_start, fold, fold_locked, leaving,
+ * folded_solution (maxima/forms/sharp_tips.mac); no_force (maxima/forms/system.mac); angle, inverse_rho,
+ * row (maxima/forms/rolling.mac). */
 void omniroll_impact_sharp(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                            const omniroll_real *entering, const omniroll_real *leaving,
                            omniroll_real *nu_after)

@@ -6,7 +6,10 @@
  * compile: `omniroll kernel` writes a header and a source file for a set from them.
  */
 
-/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). */
+/* Constants of the vehicle, computed once. Equations: (2.1), (2.2), (7.1). Steps: vehicle, tip,
+ * no_wheel_row, axle_direction, wheel_row, whole_yaw_constant (maxima/forms/model.mac); constant_matrix,
+ * no_last_alpha, last_alpha (maxima/programs/prepare.mac); last_direction, no_bearing_sums, bearing,
+ * bearing_sums, bearing_means (maxima/forms/fits.mac). */
 void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, omniroll_model *model)
 {
     const int wheels = vehicle->wheels;
@@ -103,7 +106,8 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
     model->share_y = share_y;
 }
 
-/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). */
+/* Rates of the wheels alone; they do not depend on the wheels' angles. Equations: (2.2). Steps: yaw,
+ * wheel_rate (maxima/forms/rolling.mac). */
 void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu, omniroll_real *chi_dot)
 {
     const int wheels = model->wheels;
@@ -123,7 +127,8 @@ void omniroll_wheel_speeds(const omniroll_model *model, const omniroll_real *nu,
     }
 }
 
-/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). */
+/* Rates of the wheels and spins of the rollers in contact. Equations: (2.1), (2.2). Steps: yaw, angle,
+ * wheel_rate, contact_speed, inverse_rho, contact_spin (maxima/forms/rolling.mac). */
 void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                           omniroll_real *chi_dot, omniroll_real *contact_spin)
 {
@@ -159,7 +164,9 @@ void omniroll_wheel_rates(const omniroll_model *model, const omniroll_real *nu, 
     }
 }
 
-/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2). */
+/* Quasi-velocities that fit the wheel rates best: least squares, three wheels or more. Equations: (2.2).
+ * Steps: no_rate_sums, columns, rate_sums, first_columns, last_column, rate_fit, nu_of_frame
+ * (maxima/forms/fits.mac). */
 void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *chi_dot, omniroll_real *nu)
 {
     const int wheels = model->wheels;
@@ -216,7 +223,8 @@ void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *c
 }
 
 /* Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more.
- * Equations: (2.1), (2.2). */
+ * Equations: (2.1), (2.2). Steps: no_contact_sums, contact_sums, contact_means, contact_fit
+ * (maxima/forms/fits.mac); angle (maxima/forms/rolling.mac). */
 void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real *chi,
                                const omniroll_real *chi_dot, const omniroll_real *contact_spin,
                                omniroll_real *nu)
@@ -275,7 +283,7 @@ void omniroll_nu_from_contacts(const omniroll_model *model, const omniroll_real 
     nu[2] = x_3;
 }
 
-/* Rates of x, y and theta. Equations: (2.3). */
+/* Rates of x, y and theta. Equations: (2.3). Steps: heading, pose_rates (maxima/forms/rolling.mac). */
 void omniroll_pose_rates(const omniroll_model *model, const omniroll_real *nu, omniroll_real theta,
                          omniroll_real *pose_dot)
 {
@@ -291,7 +299,7 @@ void omniroll_pose_rates(const omniroll_model *model, const omniroll_real *nu, o
     pose_dot[2] = inverse_yaw_scale*nu_3;
 }
 
-/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). */
+/* Mass matrix M* of nu_1, nu_2, nu_3. Equations: (7.1). Steps: platform_matrix (maxima/forms/system.mac). */
 void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi, omniroll_real *matrix)
 {
     (void)chi;
@@ -318,9 +326,9 @@ void omniroll_mass_matrix(const omniroll_model *model, const omniroll_real *chi,
     matrix[8] = m33;
 }
 
-/* Forces f of M* nu' = f. Equations: (3.4). */
-void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                   omniroll_real *force)
+/* Forces f of M* nu' = f. Equations: (3.4). Steps: platform_force (maxima/forms/system.mac). */
+void omniroll_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                     omniroll_real *force)
 {
     (void)chi;
     const omniroll_real coriolis = model->coriolis;
@@ -336,9 +344,10 @@ void omniroll_bias(const omniroll_model *model, const omniroll_real *nu, const o
     force[2] = f3;
 }
 
-/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). */
-void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                      omniroll_real *nu_dot)
+/* Quasi-accelerations; the cost does not depend on the number of rollers. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, solution (maxima/forms/system.mac). */
+void omniroll_forward_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                               omniroll_real *nu_dot)
 {
     (void)chi;
     const omniroll_real coriolis = model->coriolis;
@@ -379,7 +388,8 @@ void omniroll_reduced(const omniroll_model *model, const omniroll_real *nu, cons
     nu_dot[2] = x_3;
 }
 
-/* Generalised forces that give the quasi-accelerations. Equations: (3.4). */
+/* Generalised forces that give the quasi-accelerations. Equations: (3.4). Steps: platform_matrix,
+ * platform_force (maxima/forms/system.mac). */
 void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                                const omniroll_real *nu_dot, omniroll_real *force)
 {
@@ -413,7 +423,8 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
 }
 
 /* Wheel torques of least norm that give the generalised forces: three wheels or more. Equations: (2.2),
- * (3.1). */
+ * (3.1). Steps: asked, asked_columns, columns, column_sums, tilt, rest_column, rest_sums, torque_fit
+ * (maxima/forms/fits.mac). */
 void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *force, omniroll_real *torques)
 {
     const int wheels = model->wheels;
@@ -470,7 +481,8 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
     }
 }
 
-/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). */
+/* Quasi-accelerations and the accelerations of the free rollers' spins. Equations: (3.1), (3.4). Steps:
+ * platform_matrix, platform_force, solution (maxima/forms/system.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             omniroll_real *nu_dot)
 {
@@ -513,7 +525,8 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
     nu_dot[2] = x_3;
 }
 
-/* Kinetic energy, a sum of squares. Equations: (3.2). */
+/* Kinetic energy, a sum of squares. Equations: (3.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac);
+ * platform_energy (maxima/programs/vehicle.mac); massless_energy (maxima/forms/energy.mac). */
 void omniroll_energy(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                      omniroll_real *energy)
 {

@@ -17,7 +17,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
             platform_radius, wheel_radius, roller_axis_radius, wheel_angles):
     """Constants of the vehicle, computed once.
 
-    Equations: (2.1), (2.2), (7.1).
+    Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, no_wheel_row, axle_direction, wheel_row,
+    free_yaw_constant, joint, kappa (maxima/forms/model.mac); constant_matrix, no_last_alpha, last_alpha
+    (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac); last_direction,
+    no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
     wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
@@ -205,7 +208,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
 def mass_matrix(model, chi):
     """Mass matrix M* of nu_1, nu_2, nu_3.
 
-    Equations: (7.1).
+    Equations: (7.1). Steps: platform_matrix, inertia, row_matrix, free_yaw_inertia (maxima/forms/system.mac);
+    angle, inverse_rho, row (maxima/forms/rolling.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
@@ -269,10 +273,12 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi, momenta):
+def forces(model, nu, chi, momenta):
     """Forces f of M* nu' = f.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
+    (maxima/forms/rolling.mac); platform_force, inertia, free_couple, couple_rates, free_force
+    (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -343,10 +349,12 @@ def bias(model, nu, chi, momenta):
     return force
 
 
-def reduced(model, nu, chi, momenta):
+def forward_dynamics(model, nu, chi, momenta):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
+    free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,
+    contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -451,7 +459,9 @@ def reduced(model, nu, chi, momenta):
 def inverse_dynamics(model, nu, chi, momenta, nu_dot):
     """Generalised forces that give the quasi-accelerations.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
+    free_couple, couple_rates, free_force (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -547,7 +557,10 @@ def inverse_dynamics(model, nu, chi, momenta, nu_dot):
 def accelerations(model, nu, chi, spins):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
+    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
+    spin_sums, spin_couple, free_angle, free_spin_dot (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -679,7 +692,9 @@ def accelerations(model, nu, chi, spins):
 def energy(model, nu, chi, spins):
     """Kinetic energy, a sum of squares.
 
-    Equations: (3.2).
+    Equations: (3.2). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin
+    (maxima/forms/rolling.mac); platform_energy (maxima/programs/vehicle.mac); contact_energy,
+    free_roller_energy (maxima/forms/energy.mac); free_angle, axial_of_spin (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -736,10 +751,12 @@ def energy(model, nu, chi, spins):
     return energy
 
 
-def reduced_sharp(model, nu, chi, momenta):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi, momenta):
+    """The same as forward_dynamics, for sharp tips.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
+    (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
+    drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
@@ -861,7 +878,11 @@ def reduced_sharp(model, nu, chi, momenta):
 def accelerations_sharp(model, nu, chi, spins):
     """The same as accelerations, for sharp tips.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
+    (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
+    drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); no_spin_sums
+    (maxima/effects/free.mac); spin_sums, spin_couple, free_angle, free_spin_dot
+    (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -1010,7 +1031,7 @@ def accelerations_sharp(model, nu, chi, spins):
 def contact_axial(model, nu, chi):
     """Absolute axial speeds of the rollers in contact.
 
-    Equations: (2.1).
+    Equations: (2.1). Steps: yaw, angle, contact_speed, inverse_rho, contact_spin (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -1051,7 +1072,8 @@ def contact_axial(model, nu, chi):
 def axial_speeds(model, nu, chi, spins):
     """Absolute axial speeds of the free rollers.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: yaw, angle (maxima/forms/rolling.mac); free_angle, axial_of_spin
+    (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -1083,7 +1105,8 @@ def axial_speeds(model, nu, chi, spins):
 def spins_from_axial(model, nu, chi, axial):
     """Spins of the free rollers from their axial speeds.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: yaw, angle (maxima/forms/rolling.mac); free_angle, spin_of_axial
+    (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
@@ -1115,7 +1138,7 @@ def spins_from_axial(model, nu, chi, axial):
 def momenta(model, axial):
     """The two numbers by which a wheel's free rollers enter the reduced system.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: axial_sums (maxima/forms/free_rollers.mac).
     axial[N][n-1] [rad/s]: absolute axial speeds of the free rollers, constant between switches.
     Returns:
       momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's
@@ -1141,7 +1164,9 @@ def momenta(model, axial):
 def impact(model, nu, chi, entering, leaving):
     """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
 
-    Equations: section 4.
+    Equations: section 4. Steps: platform_matrix, no_force, inertia, row_matrix, free_yaw_inertia, solution
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac); entering, entering_yaw
+    (maxima/forms/impact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
@@ -1230,7 +1255,8 @@ def impact(model, nu, chi, entering, leaving):
 def impact_sharp(model, nu, chi, entering, leaving):
     """The same as impact, for sharp tips.
 
-    Equations: section 4.
+    Equations: section 4. Steps: fold_start, fold, folded_solution (maxima/forms/sharp_tips.mac); no_force
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where

@@ -18,7 +18,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
             platform_radius, wheel_radius, roller_axis_radius, wheel_angles):
     """Constants of the vehicle, computed once.
 
-    Equations: (2.1), (2.2), (7.1).
+    Equations: (2.1), (2.2), (7.1). Steps: vehicle, bare_yaw, tip, no_wheel_row, axle_direction, wheel_row,
+    whole_yaw_constant (maxima/forms/model.mac); constant_matrix, no_last_alpha, last_alpha
+    (maxima/programs/prepare.mac); fold_constants (maxima/forms/sharp_tips.mac); last_direction,
+    no_bearing_sums, bearing, bearing_sums, bearing_means (maxima/forms/fits.mac).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
     wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
@@ -185,7 +188,8 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
 def mass_matrix(model, chi):
     """Mass matrix M* of nu_1, nu_2, nu_3.
 
-    Equations: (7.1).
+    Equations: (7.1). Steps: platform_matrix, inertia, row_matrix (maxima/forms/system.mac); angle,
+    inverse_rho, row (maxima/forms/rolling.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
@@ -247,10 +251,12 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi):
+def forces(model, nu, chi):
     """Forces f of M* nu' = f.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift
+    (maxima/forms/rolling.mac); platform_force, inertia, locked_couple, couple_rates, locked_force
+    (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -315,10 +321,12 @@ def bias(model, nu, chi):
     return force
 
 
-def reduced(model, nu, chi):
+def forward_dynamics(model, nu, chi):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, locked_couple, inertia, row_matrix,
+    couple_rates, locked_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -416,7 +424,9 @@ def reduced(model, nu, chi):
 def inverse_dynamics(model, nu, chi, nu_dot):
     """Generalised forces that give the quasi-accelerations.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, locked_couple,
+    couple_rates, locked_force (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     nu_dot[3] [1/s^2]: quasi-accelerations.
@@ -505,7 +515,9 @@ def inverse_dynamics(model, nu, chi, nu_dot):
 def accelerations(model, nu, chi):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, locked_couple, inertia, row_matrix,
+    couple_rates, locked_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -603,7 +615,9 @@ def accelerations(model, nu, chi):
 def energy(model, nu, chi):
     """Kinetic energy, a sum of squares.
 
-    Equations: (3.2).
+    Equations: (3.2). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin
+    (maxima/forms/rolling.mac); platform_energy (maxima/programs/vehicle.mac); contact_energy, locked_energy
+    (maxima/forms/energy.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -654,10 +668,13 @@ def energy(model, nu, chi):
     return energy
 
 
-def reduced_sharp(model, nu, chi):
-    """The same as reduced, for sharp tips.
+def forward_dynamics_sharp(model, nu, chi):
+    """The same as forward_dynamics, for sharp tips.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: fold_start, couple, locked_turning, drift_target, fold, fold_locked,
+    folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, locked_couple, couple_rates
+    (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -781,7 +798,10 @@ def reduced_sharp(model, nu, chi):
 def accelerations_sharp(model, nu, chi):
     """The same as accelerations, for sharp tips.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: fold_start, couple, locked_turning, drift_target, fold, fold_locked,
+    folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, locked_couple, couple_rates
+    (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -905,7 +925,9 @@ def accelerations_sharp(model, nu, chi):
 def impact(model, nu, chi, entering, leaving):
     """Speeds after a perfectly inelastic switch of any set of wheels; chi is the angle after it.
 
-    Equations: section 4.
+    Equations: section 4. Steps: platform_matrix, no_force, inertia, row_matrix, solution
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac); entering, entering_leaving
+    (maxima/forms/impact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where
@@ -993,7 +1015,9 @@ def impact(model, nu, chi, entering, leaving):
 def impact_sharp(model, nu, chi, entering, leaving):
     """The same as impact, for sharp tips.
 
-    Equations: section 4.
+    Equations: section 4. Steps: fold_start, fold, fold_locked, leaving, folded_solution
+    (maxima/forms/sharp_tips.mac); no_force (maxima/forms/system.mac); angle, inverse_rho, row
+    (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     entering[N] [rad/s]: spin of the entering roller minus the spin that its constraint demands at nu; 0 where

@@ -16,7 +16,10 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
             wheel_radius, roller_axis_radius, wheel_angles):
     """Constants of the vehicle, computed once.
 
-    Equations: (2.1), (2.2), (7.1).
+    Equations: (2.1), (2.2), (7.1). Steps: vehicle, tip, no_wheel_row, axle_direction, wheel_row,
+    whole_yaw_constant (maxima/forms/model.mac); constant_matrix, no_last_alpha, last_alpha
+    (maxima/programs/prepare.mac); last_direction, no_bearing_sums, bearing, bearing_sums, bearing_means
+    (maxima/forms/fits.mac).
     mass [kg]: mass of the whole vehicle.
     yaw_inertia [kg m^2]: yaw inertia of the whole vehicle about S.
     wheel_inertia [kg m^2]: inertia of a wheel with its rollers about its axle.
@@ -153,7 +156,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, yaw_sca
 def wheel_speeds(model, nu):
     """Rates of the wheels alone; they do not depend on the wheels' angles.
 
-    Equations: (2.2).
+    Equations: (2.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     Returns:
       chi_dot[N] [rad/s]: wheel rates.
@@ -179,7 +182,8 @@ def wheel_speeds(model, nu):
 def wheel_rates(model, nu, chi):
     """Rates of the wheels and spins of the rollers in contact.
 
-    Equations: (2.1), (2.2).
+    Equations: (2.1), (2.2). Steps: yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin
+    (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns these, as a tuple:
@@ -223,7 +227,8 @@ def wheel_rates(model, nu, chi):
 def nu_from_wheels(model, chi_dot):
     """Quasi-velocities that fit the wheel rates best: least squares, three wheels or more.
 
-    Equations: (2.2).
+    Equations: (2.2). Steps: no_rate_sums, columns, rate_sums, first_columns, last_column, rate_fit,
+    nu_of_frame (maxima/forms/fits.mac).
     chi_dot[N] [rad/s]: wheel rates.
     Returns:
       nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -284,7 +289,8 @@ def nu_from_wheels(model, chi_dot):
 def nu_from_contacts(model, chi, chi_dot, contact_spin):
     """Quasi-velocities that fit the wheel rates and the contact rollers' spins best: two wheels or more.
 
-    Equations: (2.1), (2.2).
+    Equations: (2.1), (2.2). Steps: no_contact_sums, contact_sums, contact_means, contact_fit
+    (maxima/forms/fits.mac); angle (maxima/forms/rolling.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     chi_dot[N] [rad/s]: wheel rates.
     contact_spin[N] [rad/s]: spins of the rollers in contact.
@@ -349,7 +355,7 @@ def nu_from_contacts(model, chi, chi_dot, contact_spin):
 def pose_rates(model, nu, theta):
     """Rates of x, y and theta.
 
-    Equations: (2.3).
+    Equations: (2.3). Steps: heading, pose_rates (maxima/forms/rolling.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     theta [rad]: heading.
     Returns:
@@ -373,7 +379,7 @@ def pose_rates(model, nu, theta):
 def mass_matrix(model, chi):
     """Mass matrix M* of nu_1, nu_2, nu_3.
 
-    Equations: (7.1).
+    Equations: (7.1). Steps: platform_matrix (maxima/forms/system.mac).
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       matrix[3][3] [kg m^2]: mass matrix.
@@ -404,10 +410,10 @@ def mass_matrix(model, chi):
     return matrix
 
 
-def bias(model, nu, chi):
+def forces(model, nu, chi):
     """Forces f of M* nu' = f.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: platform_force (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -429,10 +435,10 @@ def bias(model, nu, chi):
     return force
 
 
-def reduced(model, nu, chi):
+def forward_dynamics(model, nu, chi):
     """Quasi-accelerations; the cost does not depend on the number of rollers.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, solution (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -482,7 +488,7 @@ def reduced(model, nu, chi):
 def inverse_dynamics(model, nu, chi, nu_dot):
     """Generalised forces that give the quasi-accelerations.
 
-    Equations: (3.4).
+    Equations: (3.4). Steps: platform_matrix, platform_force (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     nu_dot[3] [1/s^2]: quasi-accelerations.
@@ -523,7 +529,8 @@ def inverse_dynamics(model, nu, chi, nu_dot):
 def wheel_torques(model, force):
     """Wheel torques of least norm that give the generalised forces: three wheels or more.
 
-    Equations: (2.2), (3.1).
+    Equations: (2.2), (3.1). Steps: asked, asked_columns, columns, column_sums, tilt, rest_column, rest_sums,
+    torque_fit (maxima/forms/fits.mac).
     force[3] [kg m^2/s^2]: generalised forces of nu_1, nu_2, nu_3.
     Returns:
       torques[N] [N m]: torques about the wheel axles.
@@ -584,7 +591,7 @@ def wheel_torques(model, force):
 def accelerations(model, nu, chi):
     """Quasi-accelerations and the accelerations of the free rollers' spins.
 
-    Equations: (3.1), (3.4).
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, solution (maxima/forms/system.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
@@ -634,7 +641,8 @@ def accelerations(model, nu, chi):
 def energy(model, nu, chi):
     """Kinetic energy, a sum of squares.
 
-    Equations: (3.2).
+    Equations: (3.2). Steps: yaw, wheel_rate (maxima/forms/rolling.mac); platform_energy
+    (maxima/programs/vehicle.mac); massless_energy (maxima/forms/energy.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:

@@ -201,7 +201,7 @@ def controller_sample(wheels, rollers_per_wheel, rate_errors, error_sums, propor
                       sample_time):
     """One sample of the wheels' controllers: proportional and integral.
 
-    Equations: (2.2).
+    Equations: (2.2). Steps: sample (maxima/effects/controller.mac).
     rate_errors[N] [rad/s]: wheel_speeds of wanted nu - nu.
     error_sums[N] [rad]: sums of the errors over time, up to the last sample.
     proportional[N] [1]: gains of the errors, in the output's unit per rad/s.

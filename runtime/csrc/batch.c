@@ -1,4 +1,4 @@
-/* Many vehicles at once: the reduced kernel over arrays, sixteen vehicles in the lanes. That is twice the widest
+/* Many vehicles at once: forward dynamics over arrays, sixteen vehicles in the lanes. That is twice the widest
  * register: while one half waits for a result, the other has work.
  *
  * Arrays are structures of arrays: component k of vehicle v stands at [k*count + v]. Each chi is on its roller,
@@ -50,7 +50,7 @@ ALWAYS_INLINE void block(const int wheels, const lanes_model *constants, arrays_
     for (int k = 0; k < 2*wheels; k++)
         momenta[k] = load(at.momenta + k*at.stride);
 #endif
-    lanes_reduced(constants, nu, chi MOMENTA(momenta), nu_dot);
+    SOLVED(forward_dynamics)(constants, nu, chi MOMENTA(momenta), nu_dot);
     UNROLLED
     for (int k = 0; k < 3; k++)
         *(lanes_in_array_t *)(at.nu_dot + k*at.stride) = nu_dot[k];
@@ -101,7 +101,7 @@ ALWAYS_INLINE void all_blocks(const int wheels, const lanes_t *constants, long l
         rest(wheels, constants + at.stride/LANES*next, at);
 }
 
-int omniroll_reduced_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
+int omniroll_forward_dynamics_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
                            const double *nu, const double *chi, const double *momenta, double *nu_dot)
 {
     const arrays_t at = {nu, chi, momenta, nu_dot, count};

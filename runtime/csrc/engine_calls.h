@@ -118,7 +118,7 @@ const char *omniroll_run_inputs(void);
 
 /* nu' of many vehicles, arrays by component (batch.c). constants: the blocks of one vehicle (shared), or of all.
  * Returns 1 where there are too many wheels. */
-int omniroll_reduced_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
+int omniroll_forward_dynamics_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
                            const double *nu, const double *chi, const double *momenta, double *nu_dot);
 
 /* The constants of `count` vehicles in blocks: how many doubles, aligned to 128 bytes, and what stands there. */

@@ -6,7 +6,7 @@ the operations + * / (an exact ratio of integers) ^ (an integer power) sin cos s
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -17,9 +17,34 @@ Expression = int | str | list
 
 @cache
 def load(name: str) -> Any:
-    """The content of generated/data/<name>.json; what it describes stands under the key `name`."""
-    text = resources.files("omniroll.generated").joinpath("data", f"{name}.json").read_text(encoding="utf-8")
-    return json.loads(text)
+    """The content of generated/data/<name>.json; what it describes stands under the key `name`.
+
+    "kernels" is the folder of that name, which has a file for each set, read as one: the sets, and each function once
+    with the names of its sets.
+    """
+    data = resources.files("omniroll.generated").joinpath("data")
+    if name == "kernels":
+        files = sorted((data / name).iterdir(), key=lambda file: file.name)
+        return _joined(json.loads(file.read_text(encoding="utf-8")) for file in files)
+    return json.loads((data / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def _joined(files: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """The files of all sets as one."""
+    of_sets = {file["set"]["name"]: file for file in files}
+    users: dict[tuple[str, str], list[str]] = {}
+    for name, file in of_sets.items():
+        for home, functions in file["elsewhere"].items():
+            for function in functions:
+                users.setdefault((home, function), []).append(name)
+    return {
+        "sets": [file["set"] for file in of_sets.values()],
+        "functions": [
+            {"sets": [name, *users.get((name, function["name"]), [])]} | function
+            for name, file in of_sets.items()
+            for function in file["functions"]
+        ],
+    }
 
 
 @cache

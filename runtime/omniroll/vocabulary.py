@@ -29,7 +29,8 @@ POSITIVE = Numbers(above=0)
 NOT_NEGATIVE = Numbers(least=0)
 PER_WHEEL = Numbers(shapes=(("N",),))
 ONE_OR_PER_WHEEL = Numbers(shapes=((), ("N",)))
-COEFFICIENT = Numbers(shapes=((), ("N",)), least=0)
+EACH = ONE_OR_PER_WHEEL.shapes
+COEFFICIENT = Numbers(EACH, least=0)
 ROWS = Numbers(shapes=(("K", "N"),))
 OVER_TIME = Numbers(shapes=((), ("N",), ("K", "N")))
 THREE = Numbers(shapes=((3,),))
@@ -73,6 +74,16 @@ class Entry:
         return text + (f". {self.note}" if self.note else "")
 
 
+def bounded(name: str, shapes: tuple = ((),)) -> Numbers:
+    """Real numbers with the bound that the derivation sets to each by itself."""
+    for bound in generated_data.load("bounds")["bounds"]:
+        if bound["field"] == name and isinstance(bound.get("positive"), str):
+            return Numbers(shapes, above=0)
+        if bound["field"] == name and isinstance(bound.get("not_negative"), str):
+            return Numbers(shapes, least=0)
+    return Numbers(shapes)
+
+
 def derived(name: str, kind: Any, *, argument: str = "", **options: Any) -> Entry:
     """An entry that the derivation knows, under the name `argument` if that is another one."""
     about = generated_data.described(argument or name)
@@ -90,18 +101,18 @@ def by_name(*tables: Iterable[Entry]) -> dict[str, Entry]:
 WHEELS = derived("wheels", Whole(1))
 ROLLERS_PER_WHEEL = derived("rollers_per_wheel", Whole(3), note="At least 4 where roller_axis_radius is not given")
 LENGTHS = (
-    derived("platform_radius", POSITIVE),
-    derived("wheel_radius", POSITIVE),
-    derived("roller_axis_radius", POSITIVE, default="that of truncated rollers, section 4"),
+    derived("platform_radius", bounded("platform_radius")),
+    derived("wheel_radius", bounded("wheel_radius")),
+    derived("roller_axis_radius", bounded("roller_axis_radius"), default="that of truncated rollers, section 4"),
 )
 WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
 INERTIAS = (
-    derived("mass", POSITIVE),
-    derived("yaw_inertia", POSITIVE),
-    derived("wheel_inertia", POSITIVE),
-    derived("roller_inertia", POSITIVE),
+    derived("mass", bounded("mass")),
+    derived("yaw_inertia", bounded("yaw_inertia")),
+    derived("wheel_inertia", bounded("wheel_inertia")),
+    derived("roller_inertia", bounded("roller_inertia")),
 )
-YAW_SCALE = derived("yaw_scale", POSITIVE, default="1")
+YAW_SCALE = derived("yaw_scale", bounded("yaw_scale"), default="1")
 LAYOUT = (
     derived(
         "wheel_places",
@@ -268,20 +279,22 @@ CONTROLLER = (
     ),
 )
 BEARINGS = (
-    derived("wheel_viscous", COEFFICIENT, argument="axle_damping", default="none", optional=True),
-    derived("wheel_coulomb", COEFFICIENT, argument="axle_torque", default="none", optional=True),
+    derived("wheel_viscous", bounded("axle_damping", EACH), argument="axle_damping", default="none", optional=True),
+    derived("wheel_coulomb", bounded("axle_torque", EACH), argument="axle_torque", default="none", optional=True),
     derived(
         "wheel_speed",
-        POSITIVE,
+        bounded("axle_fade_speed"),
         argument="axle_fade_speed",
         note="It is needed with wheel_coulomb, and only then",
         optional=True,
     ),
-    derived("roller_viscous", COEFFICIENT, argument="roller_damping", default="none", optional=True),
-    derived("roller_coulomb", COEFFICIENT, argument="roller_torque", default="none", optional=True),
+    derived(
+        "roller_viscous", bounded("roller_damping", EACH), argument="roller_damping", default="none", optional=True
+    ),
+    derived("roller_coulomb", bounded("roller_torque", EACH), argument="roller_torque", default="none", optional=True),
     derived(
         "roller_speed",
-        POSITIVE,
+        bounded("roller_fade_speed"),
         argument="roller_fade_speed",
         note="It is needed with roller_coulomb, and only then",
         optional=True,

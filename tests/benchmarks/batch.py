@@ -66,8 +66,8 @@ SINE_AND_COSINE = 13  # products of the two polynomials
 
 
 def products(roller_model, wheels):
-    """Multiplications of one call of `reduced`, counted when it was generated."""
-    count = counted_operations(roller_model, "reduced")
+    """Multiplications of one call of `forward_dynamics`, counted when it was generated."""
+    count = counted_operations(roller_model, "forward_dynamics")
     return count["once"]["mul"] + wheels * (count["wheel"]["mul"] + SINE_AND_COSINE)
 
 
@@ -113,7 +113,7 @@ def heyokas(vehicle, roller_model, parts, as_data=False, **options):
     if as_data:
         places = itertools.count()
         model, _ = model_as_data(model, lambda name: heyoka.par[next(places)])
-    function = heyoka.cfunc(form.reduced(model, nu, chi, *third), vars=list(symbols), **options)
+    function = heyoka.cfunc(form.forward_dynamics(model, nu, chi, *third), vars=list(symbols), **options)
     if as_data:
         given["pars"] = np.repeat(numbers[: function.nparams, None], VEHICLES, axis=1)
     inputs, out = np.ascontiguousarray(np.concatenate(parts)), np.empty((3, VEHICLES))
@@ -140,7 +140,7 @@ def measure(roller_model):
     chi = np.ascontiguousarray(parts[1].T)
     third = (np.ascontiguousarray(parts[2].T).reshape(VEHICLES, -1, 2),) if len(parts) > 2 else ()
     long_kernel = CompiledKernel(vehicle, roller_model, "long_double")
-    exact = np.asarray(long_kernel.reduced(parts[0].T, chi, *third), float)
+    exact = np.asarray(long_kernel.forward_dynamics(parts[0].T, chi, *third), float)
     found = {}
     tools = {
         "omniroll, one vehicle's constants": ours(vehicle, roller_model, parts, True),

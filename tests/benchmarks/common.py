@@ -151,7 +151,7 @@ def numeric_model(vehicle: omniroll.Vehicle, set_name: str):
 
 
 def model_as_data(model, symbol):
-    """The model with symbols for its numbers (those that `reduced` reads), and these symbols in their order."""
+    """The model with symbols for its numbers (those that forward_dynamics reads), and these symbols in their order."""
     changed, symbols = SimpleNamespace(**vars(model)), []
     for name, value in model_numbers(model):
         if isinstance(value, list):

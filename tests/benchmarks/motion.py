@@ -85,7 +85,7 @@ class Heyoka:
         form = reduced_form("locked", heyoka.sin, heyoka.cos)
         model = self._model(vehicle, form)
         rates = [
-            *form.reduced(model, nu, chi), *form.wheel_speeds(model, nu), *form.pose_rates(model, nu, theta)
+            *form.forward_dynamics(model, nu, chi), *form.wheel_speeds(model, nu), *form.pose_rates(model, nu, theta)
         ]  # fmt: skip
         events = []
         for i in range(vehicle.wheels):

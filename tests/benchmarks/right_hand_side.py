@@ -77,7 +77,7 @@ void rhs(const double *in, double *x)
 
 
 def ours(folder, vehicle, name, tool="omniroll"):
-    """This project's C: `accelerations`, or `reduced` with two momenta a wheel."""
+    """This project's C: `accelerations`, or `forward_dynamics` with two momenta a wheel."""
     wheels, rollers = vehicle.wheels, vehicle.rollers_per_wheel
     full = name == "accelerations"
     source, files = folder / f"ours_{name}.c", pair("free")
@@ -171,7 +171,7 @@ def casadi_reduced(folder, vehicle, as_data=False):
     if as_data:
         model, data = model_as_data(model, lambda name: casadi.SX.sym(name))
         inputs += data
-    out = form.reduced(model, casadi.vertsplit(nu), casadi.vertsplit(chi), pairs)
+    out = form.forward_dynamics(model, casadi.vertsplit(nu), casadi.vertsplit(chi), pairs)
     return casadi_function(folder, f"casadi_reduced_{as_data}", inputs, casadi.vertcat(*out))
 
 
@@ -246,7 +246,7 @@ def sympy_reduced(folder, vehicle, as_data=False):
     model, data = numeric_model(vehicle, "free"), []
     if as_data:
         model, data = model_as_data(model, sympy.Symbol)
-    out = form.reduced(model, nu, chi, pairs)
+    out = form.forward_dynamics(model, nu, chi, pairs)
     source = folder / f"sympy_reduced_{as_data}.c"
     places = [(f"out[{k}]", value) for k, value in enumerate(out)]
     source.write_text(sympy_c("void rhs(const double *in, double *out)", nu + chi + momenta + data, places))
@@ -299,16 +299,20 @@ def measure(rollers):
     constants = np.concatenate([np.atleast_1d(value) for _, value in model_numbers(numeric_model(vehicle, "free"))])
     with_model = np.concatenate([short, np.tile(constants, (STATES, 1))], axis=1)
     truth = np.array([exact(vehicle, "accelerations", *state) for state in zip(nu[:4], chi, spins)])  # noqa: B905
-    truth_reduced = np.array([exact(vehicle, "reduced", *state) for state in zip(nu[:4], chi, momenta)])  # noqa: B905
+    truth_reduced = np.array([exact(vehicle, "forward_dynamics", *state) for state in zip(nu[:4], chi, momenta)])  # noqa: B905
     found = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for tool in INCLUDES:
             found["full", tool] = measured(ours(folder, vehicle, "accelerations", tool), full, truth)
-            found["reduced", tool] = measured(ours(folder, vehicle, "reduced", tool), short, truth_reduced)
+            found["forward_dynamics", tool] = measured(
+                ours(folder, vehicle, "forward_dynamics", tool), short, truth_reduced
+            )
         for tool, peer in (("CasADi", casadi_reduced), ("SymPy", sympy_reduced)):
-            found["reduced", f"{tool}, vehicle compiled in"] = measured(peer(folder, vehicle), short, truth_reduced)
-            found["reduced", tool] = measured(peer(folder, vehicle, True), with_model, truth_reduced)
+            found["forward_dynamics", f"{tool}, vehicle compiled in"] = measured(
+                peer(folder, vehicle), short, truth_reduced
+            )
+            found["forward_dynamics", tool] = measured(peer(folder, vehicle, True), with_model, truth_reduced)
         found["full", "CasADi, LDL, spins first"] = measured(casadi_generic(folder, vehicle, "ldl"), full, truth)
         if rollers <= MOST_FOR_QR:
             for tool, solver in (("solve()", "qr"), ("LDL, nu first", "ldl, nu first")):
@@ -322,7 +326,7 @@ KNOWN = ", vehicle compiled in"
 PEERS = ("CasADi, solve()", "CasADi, LDL, nu first", "CasADi, LDL, spins first")
 TOOLS = (
     *(("full", tool) for tool in (*INCLUDES, *PEERS, "SymPy, Cholesky")),
-    *(("reduced", tool + how) for how in ("", KNOWN) for tool in ("omniroll", "CasADi", "SymPy")),
+    *(("forward_dynamics", tool + how) for how in ("", KNOWN) for tool in ("omniroll", "CasADi", "SymPy")),
 )
 
 
@@ -347,10 +351,10 @@ def answer() -> Answer:
             targets.append(Target(claim, f"{value:.1f}x", value >= wanted))
     for tool in ("CasADi", "SymPy"):
         for how in ("", KNOWN):
-            value = min(ratio(n, "reduced", tool + how, "omniroll" + how) for n in ROLLERS)
+            value = min(ratio(n, "forward_dynamics", tool + how, "omniroll" + how) for n in ROLLERS)
             claim = f"reduced form: faster than {tool}'s C at every n{how or ', vehicle as data'}"
             targets.append(Target(claim, f"{value:.2f}x at worst", value > 1))
-    growth = found[60]["reduced", "omniroll"][0].least / found[5]["reduced", "omniroll"][0].least
+    growth = found[60]["forward_dynamics", "omniroll"][0].least / found[5]["forward_dynamics", "omniroll"][0].least
     targets.append(Target("reduced form: time at n = 60 over n = 5 <= 1.05", f"{growth:.2f}", growth <= 1.05))
     _figure(found)
     return Answer(
@@ -379,9 +383,9 @@ def _plain_words(found):
     """Where a peer wins."""
     words = []
     for how in ("", KNOWN):
-        values = [(n, found[n]["reduced", "omniroll" + how][0].least) for n in ROLLERS]
+        values = [(n, found[n]["forward_dynamics", "omniroll" + how][0].least) for n in ROLLERS]
         for tool in ("CasADi", "SymPy"):
-            ahead = [own / found[n]["reduced", tool + how][0].least for n, own in values]
+            ahead = [own / found[n]["forward_dynamics", tool + how][0].least for n, own in values]
             if max(ahead) > 1:
                 row = how.strip(", ") or "vehicle as data"
                 words.append(f"{tool} wins the reduced form ({row}): up to {max(ahead):.2f}x faster.")

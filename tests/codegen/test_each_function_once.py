@@ -50,10 +50,10 @@ def test_no_function_twice_in_c():
 
 
 def is_alias(group):
-    """Without spins of rollers, `accelerations` is another name of `reduced`, so that every model has both."""
+    """Without spins of rollers, `accelerations` is another name of `forward_dynamics`, so that every model has both."""
     files, names = zip(*(name.split(": ") for name in group), strict=True)
     plain = {name.removeprefix("omniroll_").removesuffix("_sharp") for name in names}
-    return len(group) == 2 and len(set(files)) == 1 and plain == {"reduced", "accelerations"}
+    return len(group) == 2 and len(set(files)) == 1 and plain == {"forward_dynamics", "accelerations"}
 
 
 def test_no_function_twice_in_python():

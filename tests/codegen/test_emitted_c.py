@@ -105,8 +105,8 @@ def test_model(library, python):
 def test_functions(library, python):
     toy, epsilon = library
     m, out = python_model(python), reals(toy, [0.0] * 3)
-    toy.lib.omniroll_reduced(toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, MOMENTA), out)
-    agree(out, python.reduced(m, NU, CHI, MOMENTA), epsilon)
+    toy.lib.omniroll_forward_dynamics(toy.model, reals(toy, NU), reals(toy, CHI), reals(toy, MOMENTA), out)
+    agree(out, python.forward_dynamics(m, NU, CHI, MOMENTA), epsilon)
     rates, spins = reals(toy, [0.0] * N), reals(toy, [0.0] * N)
     toy.lib.omniroll_wheel_rates(toy.model, reals(toy, NU), reals(toy, CHI), rates, spins)
     agree([*rates, *spins], python.wheel_rates(m, NU, CHI), epsilon)
@@ -130,7 +130,7 @@ def python_step(python, model, h, nu, chi, pose):
 
     def rates(state):
         nu, chi, pose = state[:3], state[3 : 3 + N], state[3 + N :]
-        return [*python.reduced(model, nu, chi, MOMENTA), *python.wheel_speeds(model, nu),
+        return [*python.forward_dynamics(model, nu, chi, MOMENTA), *python.wheel_speeds(model, nu),
                 *python.pose_rates(model, nu, pose[2])]  # fmt: skip
 
     y = [*nu, *chi, *pose]

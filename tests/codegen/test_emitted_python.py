@@ -86,7 +86,7 @@ def test_rationals_are_exact(toy_folder):
 
 
 def test_docstrings_say_what_to_know(toy):
-    text = toy.reduced.__doc__
+    text = toy.forward_dynamics.__doc__
     assert "Accelerations of the toy." in text
     assert "(3.4), section 4" in text
     assert "momenta[N][2] [1]" in text

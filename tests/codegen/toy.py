@@ -82,7 +82,7 @@ FUNCTIONS = [
         ],
     ),
     function(
-        "reduced", "Accelerations of the toy.",
+        "forward_dynamics", "Accelerations of the toy.",
         [("nu", [3]), ("chi", ["N"]), ("momenta", ["N", 2])], [("nu_dot", [3])],
         NU | {"chi": ["chi", "i"], "p": ["momenta", "i", 0], "q": ["momenta", "i", 1]},
         [

@@ -142,7 +142,7 @@ def test_rollers_that_lose_speed_to_viscous_friction_cost_the_same_for_any_numbe
 
     def loops(bearings):
         acting = EffectSet.checked([bearings], PAPER)
-        called = {*acting.functions("free"), "reduced", "wheel_speeds", "pose_rates"}
+        called = {*acting.functions("free"), "forward_dynamics", "wheel_speeds", "pose_rates"}
         of_set = sets.functions("free", acting.kernel(PAPER, "free", "python").effects)
         operations = [function["operations"] for function in of_set if function["name"] in called]
         assert len(operations) == len(called)

@@ -23,7 +23,7 @@ EFFECTS = {
     e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
 }
 MODELS = ("massless", "locked", "free")
-KERNEL = "reduced"
+KERNEL = "forward_dynamics"
 CONSTANTS = {
     "layout": {"wheel_places": ((0.1, 0.0), (-0.1, 0.1), (-0.1, -0.1)), "center_of_mass": (0.0, 0.0)},
     "axle_viscous": {"axle_damping": 0.1},
@@ -129,15 +129,17 @@ def test_both_backends_of_a_set_made_on_demand():
     python = kernel(vehicle, "locked", "python", effects=("drive", "slope"), constants=SLOPE)
     assert isinstance(compiled, CompiledKernel) and isinstance(python, PythonKernel)
     assert compiled.effects == python.effects == ("drive", "slope")  # the registry's order
-    found = [k.reduced(*STATE, [0.1, 0.2, 0.3], 0.4) for k in (compiled, python)]
+    found = [k.forward_dynamics(*STATE, [0.1, 0.2, 0.3], 0.4) for k in (compiled, python)]
     np.testing.assert_allclose(*found, rtol=1e-13)
 
 
 @pytest.mark.parametrize("number_type", ["float", "long_double"])
 def test_other_number_types(number_type):
     vehicle = omniroll.Vehicle.paper()
-    wanted = kernel(vehicle, "locked", "python", effects=("slope",), constants=SLOPE).reduced(*STATE, 0.4)
-    found = kernel(vehicle, "locked", "compiled", number_type, effects=("slope",), constants=SLOPE).reduced(*STATE, 0.4)
+    wanted = kernel(vehicle, "locked", "python", effects=("slope",), constants=SLOPE).forward_dynamics(*STATE, 0.4)
+    found = kernel(vehicle, "locked", "compiled", number_type, effects=("slope",), constants=SLOPE).forward_dynamics(
+        *STATE, 0.4
+    )
     np.testing.assert_allclose(np.asarray(found, float), wanted, rtol=1e-4 if number_type == "float" else 1e-13)
 
 
@@ -145,7 +147,7 @@ def test_without_a_compiler_there_is_the_python_kernel(fresh_cache, monkeypatch)
     monkeypatch.setenv("CC", "no-such-compiler")
     found = kernel(omniroll.Vehicle.paper(), "locked", "compiled", effects=("slope",), constants=SLOPE)
     assert isinstance(found, PythonKernel)
-    assert np.isfinite(found.reduced(*STATE, 0.4)).all()
+    assert np.isfinite(found.forward_dynamics(*STATE, 0.4)).all()
 
 
 def test_a_kernel_is_kept_and_found_again(fresh_cache):
@@ -170,7 +172,7 @@ def test_two_threads_and_two_processes_ask_at_once(fresh_cache):
         import omniroll
         from omniroll.kernels.kernel import kernel
         k = kernel(omniroll.Vehicle.paper(), "free", effects=("slope",), constants={SLOPE!r})
-        print(k.backend, k.reduced([1, 0.2, 0.3], [0.1, -0.2, 0.3], [[0, 0]]*3, 0.4).tolist())
+        print(k.backend, k.forward_dynamics([1, 0.2, 0.3], [0.1, -0.2, 0.3], [[0, 0]]*3, 0.4).tolist())
     """)
     with ThreadPoolExecutor(4) as pool:
         others = [

@@ -18,7 +18,7 @@ PAIRS = {  # that ship, and pairs with effects: one for each way in which a step
     "massless": ("massless", ()),
     "locked": ("locked", ()),
     "free": ("free", ()),
-    "free_sharp": ("free_sharp", ()),
+    "free_sharp": ("free", ()),
     "drive": ("free", ("drive",)),
     "motor": ("free", ("drive", "motor")),
     "viscous": ("free", ("drive", "roller_viscous", "axle_viscous", "slope")),
@@ -30,7 +30,8 @@ PAIRS = {  # that ship, and pairs with effects: one for each way in which a step
 @cache
 def texts(name: str, prefix: str = "omniroll"):
     """The pair of a set of PAIRS."""
-    return sets.programs().kernel(*PAIRS[name]).pair(stem=prefix, prefix=prefix)
+    texts = sets.programs().kernel(*PAIRS[name]).in_one_form(sharp=name.endswith("_sharp"))
+    return texts.pair(stem=prefix, prefix=prefix)
 
 
 def write(name: str, folder: Path, prefix: str = "omniroll") -> Path:

@@ -62,11 +62,12 @@ def kernel_command(*arguments):
 
 
 @pytest.mark.parametrize("model", ROLLER_MODELS)
-def test_a_roller_model_gives_the_pair_that_ships(model, tmp_path, capsys):
+def test_a_roller_model_gives_functions_of_the_pair_that_ships(model, tmp_path, capsys):
     assert kernel_command(model, "--output", tmp_path / "new") == 0
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["omniroll.c", "omniroll.h"]
     for name in ("omniroll.h", "omniroll.c"):
-        assert (tmp_path / "new" / name).read_text() == (sets.BUILT / model / name).read_text()
+        new, ships = ((folder / name).read_text() for folder in (tmp_path / "new", sets.BUILT / model))
+        assert set(new.split("\n\n")) <= set(ships.split("\n\n")) and "_sharp(" not in new
     out = capsys.readouterr().out
     assert f"{(tmp_path / 'new/omniroll.c').stat().st_size} bytes" in out
 
@@ -95,7 +96,7 @@ def test_a_scene_gets_its_effects_and_no_others(tmp_path):
     assert "omniroll_real *torque" in header and "omniroll_real *damping" in header
     assert "slope" not in header and "axle_damping" not in header
     made = scene_kernel(ROOT / "scenes/driven.toml")
-    assert made.set_name == "free_drive_motor"
+    assert made.set_name == "free_motor"
 
 
 @pytest.mark.parametrize("number_type", ["double", "float"])

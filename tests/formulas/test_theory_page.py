@@ -124,7 +124,7 @@ def test_mass_matrix(case, roller_model):
 @pytest.mark.parametrize("roller_model", ["locked", "free"])
 def test_forces(case, roller_model):
     page, bound, inputs = evaluator(case, roller_model)
-    assert_close([page.of(f"f_{k}") for k in (1, 2, 3)], bound.bias(case[1], case[2], *inputs))
+    assert_close([page.of(f"f_{k}") for k in (1, 2, 3)], bound.forces(case[1], case[2], *inputs))
 
 
 def value(expression, numbers: dict) -> float:

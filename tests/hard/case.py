@@ -25,7 +25,7 @@ class Measurement:
     """One number that must not exceed its bound.
 
     what         the quantity, with its unit: "error of the switch time / allowed"
-    on           the engine or kernel: "compiled", "python", "kernel reduced"
+    on           the engine or kernel: "compiled", "python", "kernel forward_dynamics"
     number_type  "double", "float", "long double", "balls"
     setting      roller model and law, or whatever else it was measured for: "locked, impact"
     measured     the worst found; a NaN is never within a bound

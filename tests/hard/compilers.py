@@ -32,7 +32,7 @@ DTYPES = {"double": np.float64, "float": np.float32}
 def measured(parts: list[Sample], kernels: dict[tuple[str, str], object]) -> list[Measurement]:
     """Errors of all functions under each of the kernels, named by (what they are on, number type).
 
-    Beside those of `reduced` stand those of the formulas as written, in NumPy's numbers of the same type.
+    Beside those of `forward_dynamics` stand those of the formulas as written, in NumPy's numbers of the same type.
     """
     found = []
     for part in parts:

@@ -11,7 +11,7 @@ from hard.sampling import Draw, Sample, sample
 
 SECTION = "Formulas"
 MASSIVE = ("locked", "free")
-SOLVED = ["reduced", "accelerations", "impact"]
+SOLVED = ["forward_dynamics", "accelerations", "impact"]
 
 PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % of the states"
 AS_WRITTEN = naive_kernels.AS_WRITTEN
@@ -42,19 +42,21 @@ def sharp_tips(scale: Scale) -> list[Measurement]:
 def elimination(sample: Sample, set_name: str) -> dict[str, np.ndarray]:
     """The kernels without folding, whatever the tip."""
     plain = set_name.removesuffix("_sharp")
-    return {name: rounding.values(sample, plain, name) for name in ("reduced", "impact")}
+    return {name: rounding.values(sample, plain, name) for name in ("forward_dynamics", "impact")}
 
 
 def contact_spin_eliminated(scale: Scale) -> list[Measurement]:
     """1/rho and 1/rho^2 as wheels come near the joint, on sharp vehicles only."""
     part = sample(22, scale.of(400, 2_000), 3, 5, closest_tip=1e-12)
-    return measured([part.at(np.flatnonzero(part.sharpness() > 1e4))], ["reduced", "impact"], naive=elimination)
+    return measured(
+        [part.at(np.flatnonzero(part.sharpness() > 1e4))], ["forward_dynamics", "impact"], naive=elimination
+    )
 
 
 def edge_of_overflow(scale: Scale) -> list[Measurement]:
     """A unit of length of 2^470 m: wheels of about 1e-142, 1/rho^2 above 1e280 and, at the tips, out of range."""
     part = sample(23, scale.of(200, 1_500), 3, 5, closest_tip=1e-12)
-    return measured([part.in_units(2.0**-470, 2.0**200)], ["reduced", "wheel_rates"])
+    return measured([part.in_units(2.0**-470, 2.0**200)], ["forward_dynamics", "wheel_rates"])
 
 
 def light_rollers(vehicle: dict[str, np.ndarray], draw: Draw) -> np.ndarray:

@@ -70,9 +70,9 @@ def held_states(model: str, tries: int) -> list[dict]:
     chi, axial = random.uniform(-JOINT, JOINT, (tries, 3)), random.normal(size=(tries, 3, 4))
     momenta = (kernel.momenta(axial),) if model == "free" else ()
     chi[:, 0] = JOINT
-    outwards = kernel.reduced(nu, chi, *momenta) @ speeds_of_wheels(kernel)[:, 0] > 0
+    outwards = kernel.forward_dynamics(nu, chi, *momenta) @ speeds_of_wheels(kernel)[:, 0] > 0
     chi[:, 0] = -JOINT
-    back = kernel.reduced(nu, chi, *momenta) @ speeds_of_wheels(kernel)[:, 0] < 0
+    back = kernel.forward_dynamics(nu, chi, *momenta) @ speeds_of_wheels(kernel)[:, 0] < 0
     chi[:, 0] = JOINT
     held = np.flatnonzero(outwards & back)
     spins = kernel.spins_from_axial(nu[held], chi[held], axial[held]) if model == "free" else np.zeros((len(held), 1))

@@ -109,7 +109,7 @@ def accelerations_as_written(scale: Scale) -> list[Measurement]:
     found = []
     part = sample(1, scale.of(300, 10_000), 3, 5)
     for model in ("locked", "free"):
-        bench = Bench(part, model, ["reduced"])
+        bench = Bench(part, model, ["forward_dynamics"])
         printed = {e.set_name: worst(e.vectors) for e in bench.errors(naive_kernels.accelerations)}
         for e in bench.errors(compiled_kernels()):
             found += measurements([e], "compiled", naive=printed[e.set_name])

@@ -74,7 +74,7 @@ def circle(start: dict, duration: float) -> tuple[np.ndarray, np.ndarray]:
         flint.ctx.dps = 60
         m = Mechanics(setting.task(PAPER, nu=start["nu"], duration=0), flint.arb)
         nu, radius = [flint.arb(float(v)) for v in start["nu"]], flint.arb(PAPER.platform_radius)
-        unit = m.module.reduced(m.model, [flint.arb(1), flint.arb(0), nu[2]], [flint.arb(0)] * 3)
+        unit = m.module.forward_dynamics(m.model, [flint.arb(1), flint.arb(0), nu[2]], [flint.arb(0)] * 3)
         turn, time = unit[1], flint.arb(duration)  # nu_1 + i nu_2 turns at this rate, the heading at the next
         yaw = nu[2] / flint.arb(PAPER.yaw_scale)
         velocity = flint.acb(nu[0], nu[1])

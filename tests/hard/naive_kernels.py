@@ -19,7 +19,7 @@ def accelerations(sample: Sample, set_name: str, dtype: type = np.float64) -> di
                 solved[row] = np.linalg.solve(matrix[row], force[row])
             except np.linalg.LinAlgError:
                 pass  # it stays NaN: the matrix was singular to rounding
-    return {"reduced": solved.T}
+    return {"forward_dynamics": solved.T}
 
 
 def system(sample: Sample, locked: bool) -> tuple[np.ndarray, np.ndarray]:

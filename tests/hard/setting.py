@@ -58,7 +58,7 @@ def accelerations_of_wheels(task: Task) -> np.ndarray:
     """(N,) chi'' at the start of a task."""
     state, free = task.state, task.state.free_axial()
     momenta = () if free is None else (task.kernel.momenta(free),)
-    return task.kernel.wheel_speeds(task.kernel.reduced(state.nu, state.chi, *momenta))
+    return task.kernel.wheel_speeds(task.kernel.forward_dynamics(state.nu, state.chi, *momenta))
 
 
 def settings(models=MODELS, laws=LAWS, engines=ENGINES) -> Iterator[Setting]:

@@ -29,7 +29,7 @@ slope = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
 made = omniroll.kernel(vehicle, "locked", effects=("slope",), constants=slope)
 print(json.dumps([
     omniroll.__file__, nu_dot.tolist(), spins_dot.tolist(), run.nu[-1].tolist(),
-    made.backend, made.reduced(state["nu"], state["chi"], 0.4).tolist(),
+    made.backend, made.forward_dynamics(state["nu"], state["chi"], 0.4).tolist(),
 ]))
 """
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
@@ -106,6 +106,6 @@ def test_the_wheel_runs_without_mpmath(python, tmp_path, backend):
     here = omniroll.accelerations(vehicle, STATE["nu"], STATE["chi"], spins)
     assert np.array_equal(nu_dot, here[0]) and np.array_equal(spins_dot, here[1])
     own = omniroll.kernel(vehicle, "locked", effects=("slope",), constants=SLOPE)
-    np.testing.assert_allclose(on_slope, own.reduced(STATE["nu"], STATE["chi"], 0.4), rtol=1e-13)
+    np.testing.assert_allclose(on_slope, own.forward_dynamics(STATE["nu"], STATE["chi"], 0.4), rtol=1e-13)
     there = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=1.0)
     assert np.allclose(nu_end, there.nu[-1], rtol=0, atol=1e-8)

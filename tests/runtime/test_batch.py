@@ -24,7 +24,7 @@ def further(model, momenta):
 
 def alone(vehicles, model, nu, chi, momenta):
     found = [
-        kernel(vehicle, model).reduced(nu[:, k], chi[:, k], *further(model, momenta[:, :, k]))
+        kernel(vehicle, model).forward_dynamics(nu[:, k], chi[:, k], *further(model, momenta[:, :, k]))
         for k, vehicle in enumerate(vehicles)
     ]
     return np.transpose(found)

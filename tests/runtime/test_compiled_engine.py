@@ -85,7 +85,7 @@ def test_what_is_between_rows_obeys_the_equations(law):
     step = 1e-5
     slope = (run.sample(times + step).nu - run.sample(times - step).nu) / (2 * step)
     middle = run.sample(times)
-    np.testing.assert_allclose(slope, kernel(PAPER, "locked").reduced(middle.nu, middle.chi), atol=1e-6)
+    np.testing.assert_allclose(slope, kernel(PAPER, "locked").forward_dynamics(middle.nu, middle.chi), atol=1e-6)
 
 
 def test_integrals_in_bernstein_form():

@@ -28,7 +28,7 @@ ASKS = textwrap.dedent(f"""
     from omniroll import Vehicle
     from omniroll.kernels.kernel import kernel
     made = kernel(Vehicle.paper(), "locked", effects=("slope",), constants={SLOPE!r})
-    print(made.backend, made.reduced([1, 0.2, 0.3], [0.1, -0.2, 0.3], 0.4).tolist())
+    print(made.backend, made.forward_dynamics([1, 0.2, 0.3], [0.1, -0.2, 0.3], 0.4).tolist())
 """)
 
 needs_a_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="cc is not installed")
@@ -110,11 +110,13 @@ def test_a_base_made_on_demand_has_the_bits_of_the_one_that_was_built(model, fre
 def test_a_set_made_on_demand_has_the_bits_of_its_base(model):
     """In every function in which the effect does not stand."""
     base, made = kernel(PAPER, model), kernel(PAPER, model, effects=("slope",), constants=SLOPE)
-    changed = {"reduced", "accelerations", "bias", "inverse_dynamics"}
+    changed = {"forward_dynamics", "accelerations", "forces", "inverse_dynamics"}
     names = [name for name in base.signatures if name not in changed]
     assert {"wheel_speeds", "mass_matrix", "energy"} <= set(names)
     assert_same_bits(outputs(made, names), outputs(base, names))
-    assert {a.name for a in made.signatures["reduced"].inputs} - {a.name for a in base.signatures["reduced"].inputs}
+    assert {a.name for a in made.signatures["forward_dynamics"].inputs} - {
+        a.name for a in base.signatures["forward_dynamics"].inputs
+    }
 
 
 # The folder

@@ -66,13 +66,17 @@ def test_every_effect(name):
 
 
 def test_names_as_they_stand_in_c():
-    assert way("omniroll_reduced").stations == way("reduced").stations == way("lanes_reduced").stations
+    assert (
+        way("omniroll_forward_dynamics").stations
+        == way("forward_dynamics").stations
+        == way("lanes_forward_dynamics").stations
+    )
 
 
 def test_an_unknown_name_is_refused_with_what_is_near(capsys):
-    with pytest.raises(InvalidValueError, match="reduced"):
-        way("redduced")
-    assert cli.main(["where", "redduced"]) == 2
+    with pytest.raises(InvalidValueError, match="forward_dynamics"):
+        way("forward_dynamic")
+    assert cli.main(["where", "forward_dynamic"]) == 2
     assert "nearest" in capsys.readouterr().err
 
 

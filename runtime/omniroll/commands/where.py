@@ -15,7 +15,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "symbol",
         metavar="SYMBOL",
-        help="a symbol (m13, rho, nu_3), a formula (7.1:m13), a function (reduced) or an effect",
+        help="a symbol (m13, rho, nu_3), a formula (7.1:m13), a function (forward_dynamics) or an effect",
     )
     parser.add_argument("--all", action="store_true", help="every place, however many there are")
     parser.add_argument("--json", action="store_true", help="an object with all places")

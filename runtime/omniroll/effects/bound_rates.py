@@ -12,7 +12,7 @@ from omniroll.effects.effect import Signal
 from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Flow, Kernel
 
-PLAIN = ("reduced", "wheel_speeds", "pose_rates")
+PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 
 

@@ -16,6 +16,7 @@ from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
 from omniroll.effects.numbers import Curve, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
+from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -112,11 +113,19 @@ class Sampling(Process):
     def pass_time(self, state: State) -> None:
         wanted, _ = self.target.after(self.next_time())
         error = self.kernel.wheel_speeds(wanted - state.nu)
-        summed = self.sum + self.controller.sample_time * error
-        output = self.proportional * error + self.integral * summed
+        summed, output = self._sampled(error)
         self.output = np.clip(output, -self.limit, self.limit)
         self.sum = np.where(self.output == output, summed, self.sum)
         self.samples += 1
+
+    def _sampled(self, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) the sums of the errors with this one, and the output that is not cut off."""
+        gains = self.proportional.tolist(), self.integral.tolist()
+        found = parts.controller_sample(
+            len(error), 0, error.tolist(), self.sum.tolist(), *gains, self.controller.sample_time
+        )
+        summed, output = map(np.array, found)
+        return summed, output
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         return Influence({self.controller.output: Signal.constant(self.output)})

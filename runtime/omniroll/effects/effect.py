@@ -6,7 +6,7 @@ A kind of effect is one file of this folder with two classes.
     needs the vehicle is checked in `check`.
  2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
     the kernel's `prepare` takes with them.
- 3. It names the generated functions that are evaluated with the rates, before `reduced`, in the order of their
+ 3. It names the generated functions that are evaluated with the rates, before `forward_dynamics`, in the order of their
     inputs, and the quantities that they integrate: states, and entries of the energy's account.
  4. Its process (a subclass of Process) is what it does in one run: what it remembers, at which times it must be asked
     again, and for each phase the inputs that it gives and the guards that end the phase.

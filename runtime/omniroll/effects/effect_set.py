@@ -114,7 +114,7 @@ class EffectRun:
         self.effects, self.kernel, self.state_vector = effects, bound, effects.state_vector(bound)
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
         self.influences, self.signals = [], {}
-        self.drives = tuple(a.name for a in bound.signatures["reduced"].inputs if a.name in DRIVES)
+        self.drives = tuple(a.name for a in bound.signatures["forward_dynamics"].inputs if a.name in DRIVES)
         self.bound_rates = (
             BoundRates(bound, self.state_vector, effects.functions(bound.roller_model)) if effects else None
         )

@@ -1,8 +1,8 @@
 """Direct-current motors on the wheels' axles.
 
-The current is i = (u - k_e g chi')/R, cut off at the limit; the torque at the axle is g k_t i. Between two limits that
-is a torque g k_t u/R less a damping g^2 k_t k_e/R times chi'; at the limit it is constant. Each wheel is in one of
-these three modes, and passes from one to the other where the current that is not cut off reaches the limit: a guard.
+maxima/effects/motor.mac has their law: the current is what the winding says, cut off at a limit, and each motor is in
+one of three modes. In a mode its torque is affine in the voltage and the wheel's rate, and so are the margins that end
+the mode where they become positive: guards. The generated function motor_laws gives their parts.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import generated_data
 from omniroll.effects.effect import Effect, Influence, Motors, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
@@ -22,7 +23,13 @@ from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INTERPOLATION, MOTOR, ROW_TIMES, documented
 
-LINEAR = 0  # the other modes are +1 and -1, the sign of the limit
+# The modes by name and their transitions, as the derivation has them.
+(OWN,) = next(effect["modes"] for effect in generated_data.load("effects")["effects"] if effect["name"] == "motor")
+MODES = OWN["modes"]
+TRANSITIONS = {
+    mode: [(t["event"], t["to"]) for t in OWN["transitions"] if t["mode"] == mode] for mode in MODES.values()
+}
+LINEAR = MODES["linear"]
 
 
 @documented(*MOTOR, ROW_TIMES, INTERPOLATION)
@@ -118,56 +125,53 @@ class Driving(Following):
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
         self.mode = np.full(kernel.wheels, LINEAR)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
+        self.laws = {mode: Law(*kernel.motor_laws(np.full(kernel.wheels, mode))) for mode in MODES.values()}
 
     def compiled(self) -> tuple[Table, Motors]:
-        motor = self.motor
-        volt_torque = motor.gear_ratio * motor.torque_constant / motor.resistance
-        limit = np.inf if motor.current_limit is None else motor.current_limit
-        limit_torque = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * limit
+        linear, limited = self.laws[LINEAR], self.laws[MODES["at_limit"]]
         motors = Motors(
-            volt_torque=volt_torque,
-            rate_voltage=motor.gear_ratio * motor.back_emf,
-            inverse_resistance=1 / motor.resistance,
-            limit=limit,
-            limit_torque=limit_torque,
+            volt_torque=linear.torque_per_volt[0],
+            rate_voltage=-linear.margins_per_rate[0, 0] / linear.margins_per_volt[0, 0],
+            inverse_resistance=linear.margins_per_volt[0, 0],
+            limit=np.inf if self.motor.current_limit is None else self.motor.current_limit,
+            limit_torque=limited.torque_at_zero[0],
             wheel_rows=self.wheel_speed_per_nu,
         )
         return Table("voltage", self.curve), motors
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        motor, linear = self.motor, self.mode == LINEAR
         voltage = Signal(*self.curve.after(elapsed))
         if "voltage" in given:
             voltage = voltage + given["voltage"]
-        per_volt = motor.gear_ratio * motor.torque_constant / motor.resistance
-        limit = 0.0 if motor.current_limit is None else motor.gear_ratio * motor.torque_constant * motor.current_limit
         torque = Signal(
-            np.where(linear, per_volt * voltage.value, self.mode * limit),
-            np.where(linear, per_volt * voltage.slope, 0.0),
+            self._own("torque_at_zero") + self._own("torque_per_volt") * voltage.value,
+            self._own("torque_per_volt") * voltage.slope,
         )
-        damping = Signal.constant(np.where(linear, per_volt * motor.gear_ratio * motor.back_emf, 0.0))
+        damping = Signal.constant(self._own("torque_lost_per_rate"))
         return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
 
+    def _own(self, part: str) -> np.ndarray:
+        """(N,) a part of the torque, of each motor in its mode."""
+        return np.array([getattr(self.laws[mode], part)[wheel] for wheel, mode in enumerate(self.mode)])
+
     def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
-        """Where sign * current + limit * constant becomes positive, a wheel's mode changes."""
+        """Where a margin becomes positive, a wheel's mode changes."""
         self.leads_to = []
-        limit = self.motor.current_limit
-        if limit is None:
+        if self.motor.current_limit is None:
             return ()
         guards = []
         for wheel, mode in enumerate(self.mode):
-            for sign, constant, follows in TRANSITIONS[int(mode)]:
+            for event, follows in TRANSITIONS[mode]:
                 self.leads_to.append((wheel, follows))
-                guards.append(self._guard(voltage, wheel, sign, constant * limit))
+                guards.append(self._guard(voltage, wheel, self.laws[mode], event))
         return tuple(guards)
 
-    def _guard(self, voltage: Signal, wheel: int, sign: int, constant: float) -> Guard:
-        motor = self.motor
-        per_speed = -motor.back_emf * motor.gear_ratio / motor.resistance
+    def _guard(self, voltage: Signal, wheel: int, law: "Law", event: int) -> Guard:
+        per_volt = law.margins_per_volt[wheel, event]
         return Guard(
-            constant + sign * voltage.value[wheel] / motor.resistance,
-            sign * voltage.slope[wheel] / motor.resistance,
-            sign * per_speed * self.wheel_speed_per_nu[wheel],
+            law.margins_at_zero[wheel, event] + per_volt * voltage.value[wheel],
+            per_volt * voltage.slope[wheel],
+            law.margins_per_rate[wheel, event] * self.wheel_speed_per_nu[wheel],
         )
 
     def pass_guards(self, passed: np.ndarray) -> None:
@@ -176,9 +180,17 @@ class Driving(Following):
             self.mode[wheel] = mode
 
 
-# From each mode: (sign, constant, new mode), where sign * i + constant * limit > 0 ends it.
-TRANSITIONS = {
-    LINEAR: ((+1, -1.0, +1), (-1, -1.0, -1)),
-    +1: ((-1, +1.0, LINEAR),),
-    -1: ((+1, +1.0, LINEAR),),
-}
+@dataclass(frozen=True)
+class Law:
+    """What motors in one mode make of voltage u and wheel rate w.
+
+    torque_at_zero + torque_per_volt u - torque_lost_per_rate w, each (N,), and
+    margins_at_zero + margins_per_volt u + margins_per_rate w, each (N, 2)
+    """
+
+    torque_at_zero: np.ndarray
+    torque_per_volt: np.ndarray
+    torque_lost_per_rate: np.ndarray
+    margins_at_zero: np.ndarray
+    margins_per_volt: np.ndarray
+    margins_per_rate: np.ndarray

@@ -37,7 +37,7 @@ class Batch:
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
         module = sets.engine(first.base, first.effects, first.sharp)
-        self._ffi, self._function = module.ffi, module.lib.omniroll_reduced_batch
+        self._ffi, self._function = module.ffi, module.lib.omniroll_forward_dynamics_batch
         self._constants = _blocks(module, kernels)
         self._largest_angle = joint_angle(self.rollers_per_wheel)
 
@@ -48,7 +48,7 @@ class Batch:
         chi      (N, V) in rad, |chi| <= pi/n
         momenta  (N, 2, V) in kg m^2/s of free rollers, as Kernel.momenta gives them; None for the other models
 
-        Each result is that of Kernel.reduced to the last bits; calls may run in several threads. Raises
+        Each result is that of Kernel.forward_dynamics to the last bits; calls may run in several threads. Raises
         InvalidValueError for other shapes, angles beyond the roller and results that are not finite.
         """
         count = np.shape(nu)[-1] if self.shared and np.ndim(nu) == 2 else len(self.vehicles)

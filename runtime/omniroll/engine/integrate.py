@@ -24,6 +24,7 @@ from omniroll.results.dense import first_positive
 OVERSHOOT = 1.05  # a step that would pass the joint aims this little beyond it,
 SHORTEST_AIM = 0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
 LANDING_TRIALS = 100
+ROUNDING = 4 * EPS  # of an angle, relative
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 10.0  # of a step's length over the one before
 
 
@@ -199,15 +200,28 @@ class PhaseIntegrator:
         chi = dense[:, self.chi]
         if np.abs(chi).max() <= self.joint:  # the polynomials lie in the hull of their coefficients
             return first, directions
+        bounds = self.joint + np.where(self._turning_back(chi), ROUNDING * self.joint, 0.0)
         for wheel in range(self.wheels):
             for direction in (1, -1):
-                found = first_positive((direction * chi[:, wheel] - self.joint).tolist())
+                found = first_positive((direction * chi[:, wheel] - bounds[wheel]).tolist())
                 if found is None or (first is not None and found > first):
                     continue
                 if first is None or found < first:
                     first, directions = found, np.zeros(self.wheels, int)
                 directions[wheel] = direction
         return first, directions
+
+    def _turning_back(self, chi: np.ndarray) -> np.ndarray:
+        """(N,) bool: wheels on their joints that turn back before they are beyond by the rounding of their angles.
+
+        An impact may send a wheel back again and again, in less and less time: without this there is no last one.
+        `chi` (8, N) are the Bernstein coefficients of a step.
+        """
+        degree, sign = len(chi) - 1, np.sign(chi[0])
+        outwards = sign * degree * (chi[1] - chi[0])
+        slowing = -sign * degree * (degree - 1) * (chi[2] - 2 * chi[1] + chi[0])
+        small = (slowing > 0) & (outwards**2 < 2 * ROUNDING * self.joint * slowing)
+        return small & (np.abs(chi[0]) >= self.joint)
 
     def _first_guard(
         self, dense: np.ndarray, start: float, h: float, guards: Guards, first: float | None

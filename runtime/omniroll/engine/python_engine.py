@@ -13,6 +13,7 @@ from omniroll.results.trajectory import Trajectory
 
 SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
+SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
@@ -141,9 +142,20 @@ class Run:
         return self.task.start_time + self.elapsed
 
     def _due_at_once(self) -> np.ndarray:
-        """Directions of the wheels that stand at their joints and move outwards, 0 for the others."""
-        chi_dot = self.kernel.wheel_speeds(self.state.nu)
-        return outward(self.state.chi, chi_dot, self.kernel.rollers_per_wheel)
+        """Directions of the wheels that stand at their joints and move or accelerate outwards, 0 for the others.
+
+        A wheel rests where its speed would carry it over less than the rounding of its angle: without this an impact
+        that sends a wheel back again and again, in less and less time, would have no last one.
+        """
+        chi, chi_dot = self.state.chi, self.kernel.wheel_speeds(self.state.nu)
+        due = outward(chi, chi_dot, self.kernel.rollers_per_wheel)
+        slow = np.abs(chi_dot) <= SLOW * np.max(np.abs(chi_dot), initial=0.0)
+        if (slow & (np.abs(chi) >= self.model.joint)).any():
+            flow, _ = self.acting.phase(self.elapsed, self.state.free_axial())
+            chi_ddot = self.kernel.wheel_speeds(flow(0.0, self._y())[:3])
+            resting = slow & (chi_dot**2 < 2 * EPS * self.model.joint * np.abs(chi_ddot))
+            due = np.where(resting, outward(chi, chi_ddot, self.kernel.rollers_per_wheel), due)
+        return due
 
     def _phase(self) -> np.ndarray:
         """Integrate up to the next switch, event or the end; the directions of the wheels that switch then."""

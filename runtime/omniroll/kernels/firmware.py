@@ -23,9 +23,10 @@ def checked_prefix(prefix: str) -> str:
     return prefix
 
 
-def pair_files(base: str, effects: tuple[str, ...], prefix: str, is_float: bool) -> dict[str, str]:
-    """The texts of a set's header and source, by file name."""
-    pair = sets.programs().kernel(base, effects).pair(stem=prefix, prefix=prefix, is_float=is_float)
+def pair_files(base: str, effects: tuple[str, ...], prefix: str, is_float: bool, sharp: bool = False) -> dict[str, str]:
+    """The texts of a set's header and source, by file name; with the functions for sharp tips, or the usual ones."""
+    texts = sets.programs().kernel(base, effects).in_one_form(sharp)
+    pair = texts.pair(stem=prefix, prefix=prefix, is_float=is_float)
     return {f"{prefix}.h": pair.header, f"{prefix}.c": pair.source}
 
 

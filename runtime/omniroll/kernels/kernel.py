@@ -6,7 +6,7 @@ arrays whose leading axes broadcast. Two backends have the same methods:
   compiled   the C kernels, plain shared libraries that cffi calls in its ABI mode
   python     the Python kernels omniroll.generated.python.<set>
 
-What a function takes and gives is read from generated/data/kernels.json, so a new function or set needs no
+What a function takes and gives is read from generated/data/kernels, so a new function or set needs no
 code here beyond its method. A kernel has the effects that it is asked for and no others; sets.py finds or makes what it
 needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicles.vehicle.
 """
@@ -43,7 +43,7 @@ VEHICLE_SCALARS = (
 )
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
-SOLVING = ("reduced", "accelerations", "impact")  # functions that have a form for sharp tips beside the usual one
+SOLVING = ("forward_dynamics", "accelerations", "impact")  # functions with a form for sharp tips beside the usual one
 SHARP_FORMS = tuple(f"{name}_sharp" for name in SOLVING)
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
@@ -106,10 +106,11 @@ def optional_effects() -> tuple[str, ...]:
 
 
 def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
-    """The effects in the registry's order, with those that the vehicle itself brings."""
+    """The effects in the registry's order, with what they need and with those that the vehicle itself brings."""
     for effect in effects:
         choice("effects", effect, optional_effects())
-    present = {*effects, *(["layout"] if vehicle.has_layout else [])}
+    needed = (other for effect in effects for other in sets.needs()[effect])
+    present = {*effects, *needed, *(["layout"] if vehicle.has_layout else [])}
     return tuple(effect for effect in optional_effects() if effect in present)
 
 
@@ -152,8 +153,9 @@ class Kernel:
     set_name      name of the set of effects
     sharp         whether the rollers end in sharp tips: then the set's functions for these solve for nu'
 
-    Its methods take the arguments below. `inputs` are further ones that the set has, in the order that `reduced`
-    says. A method whose function the set lacks raises KeyError; arrays of other shapes raise ValueError.
+    Its methods take the arguments below. `inputs` are further ones that the set has, in the order in which
+    `forward_dynamics` takes them. A method whose function the set lacks raises KeyError;
+    arrays of other shapes raise ValueError.
 
     {entries}
     """
@@ -218,28 +220,28 @@ class Kernel:
         """M* (..., 3, 3); of the reduced form where rollers are free."""
         return self.call("mass_matrix", chi)
 
-    def bias(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
-        """The force f (..., 3) of M* nu' = f, (3.4). Further inputs as of `reduced`."""
-        return self.call("bias", nu, chi, *inputs)
+    def forces(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+        """The force f (..., 3) of M* nu' = f, (3.4). Further inputs as of `forward_dynamics`."""
+        return self.call("forces", nu, chi, *inputs)
 
-    def reduced(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
+    def forward_dynamics(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
         """nu' (..., 3).
 
         Further inputs, those that the set has, in this order: momenta (..., N, 2) of free rollers; torque (..., N)
         of drives; damping (..., N) of motors; the heading (...,) on a slope; roller_drag (..., N) of free rollers
         with Coulomb's friction.
         """
-        return self.call("reduced", nu, chi, *inputs)
+        return self.call("forward_dynamics", nu, chi, *inputs)
 
     def accelerations(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike):
         """nu' (..., 3); with free rollers, whose spins are (..., N, n-1), also spins' of that shape.
 
-        Further inputs: spins of free rollers, then torque, damping and heading as of `reduced`.
+        Further inputs: spins of free rollers, then torque, damping and heading as of `forward_dynamics`.
         """
         return self.call("accelerations", nu, chi, *inputs)
 
     def inverse_dynamics(self, nu: ArrayLike, chi: ArrayLike, *inputs: ArrayLike) -> np.ndarray:
-        """The generalised force (..., 3) that gives nu_dot; inputs as of `reduced`, and nu_dot (..., 3) last."""
+        """The generalised force (..., 3) that gives nu_dot; inputs as of forward_dynamics, nu_dot (..., 3) last."""
         return self.call("inverse_dynamics", nu, chi, *inputs)
 
     def wheel_torques(self, force: ArrayLike) -> np.ndarray:
@@ -287,6 +289,14 @@ class Kernel:
     def motor_margins(self, nu: ArrayLike, voltage: ArrayLike, modes: ArrayLike) -> np.ndarray:
         """Event functions (..., N, 2) of motors: a mode ends where one of them becomes positive."""
         return self.call("motor_margins", nu, voltage, modes)
+
+    def motor_laws(self, modes: ArrayLike) -> tuple[np.ndarray, ...]:
+        """What motors in their modes (..., N) make of voltage u and wheel rate w.
+
+        Three parts (..., N) of the torque, at_zero + per_volt u - lost_per_rate w, and three (..., N, 2) of the
+        margins, at_zero + per_volt u + per_rate w.
+        """
+        return self.call("motor_laws", modes)
 
     def axle_loss(self, nu: ArrayLike) -> np.ndarray:
         """Power (...,) lost in the axles' bearings."""
@@ -380,14 +390,14 @@ class PythonKernel(Kernel):
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
         module, model, chi_end = self._module, self._model, 3 + self.wheels
-        reduced = getattr(module, self.form("reduced"))
+        dynamics = getattr(module, self.form("forward_dynamics"))
         constants = () if momenta is None else (momenta.tolist(),)
 
         def rates(_: float, y: np.ndarray) -> np.ndarray:
             state = y.tolist()
             nu, chi, theta = state[:3], state[3:chi_end], state[-1]
             try:
-                nu_dot = reduced(model, nu, chi, *constants)
+                nu_dot = dynamics(model, nu, chi, *constants)
                 chi_dot = module.wheel_speeds(model, nu)
                 return np.array([*nu_dot, *chi_dot, *module.pose_rates(model, nu, theta)], float)
             except (ZeroDivisionError, OverflowError):  # Python's floats raise where C gives inf or nan
@@ -520,13 +530,13 @@ class CompiledKernel(Kernel):
         state, rates = np.zeros(6 + wheels, self.dtype), np.zeros(6 + wheels, self.dtype)
         y, dy = self._pointer(state) + 0, self._pointer(rates) + 0
         constants = () if momenta is None else (self._pointer(np.ascontiguousarray(momenta, self.dtype)),)
-        reduced, wheel_speeds, pose_rates = map(self._function, ("reduced", "wheel_speeds", "pose_rates"))
+        dynamics, wheel_speeds, pose_rates = map(self._function, ("forward_dynamics", "wheel_speeds", "pose_rates"))
         model, nu, chi = self._model, y, y + 3
         nu_dot, chi_dot, pose_dot = dy, dy + 3, dy + 3 + wheels
 
         def flow(_: float, values: np.ndarray) -> np.ndarray:
             state[:] = values
-            reduced(model, nu, chi, *constants, nu_dot)
+            dynamics(model, nu, chi, *constants, nu_dot)
             wheel_speeds(model, nu, chi_dot)
             pose_rates(model, nu, state[-1], pose_dot)
             return rates.astype(float)
@@ -618,7 +628,7 @@ def kernel(
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
     except KernelsMissingError as problem:
-        if sets.set_name(roller_model, _effects_of(vehicle, effects)) in sets.set_names():
+        if not _effects_of(vehicle, effects):  # built with omniroll
             raise
         made = PythonKernel(vehicle, roller_model, effects, constants)
         warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)

@@ -28,8 +28,7 @@ from omniroll.errors import InvalidValueError
 STATIONS = ("paper", "derivation", "data", "code", "engine")
 MOST_PLACES = 12  # at one station; the rest is counted
 FORMULA = re.compile(r"(?:.*:)?(\w+)\Z")  # 7.1:m13 is about m13
-ENTRIES = {"m": "Mstar", "f": "force"}  # m13 is an entry of what maxima/paper calls Mstar
-INDEXED = re.compile(r"[\[({].*")  # nu[0] is about nu
+INDEXED = re.compile(r"[\[({].*")  # nu[0] is about nu, Mstar[1, 3] about Mstar
 
 
 @dataclass(frozen=True)
@@ -139,7 +138,7 @@ def _all_symbols() -> frozenset[str]:
     """Every name that a step defines, every symbol of the paper with its name in the code, every field and argument."""
     names = {own for steps in _programs()["steps"].values() for _, own in _defined(steps["body"])}
     for symbol, entry in generated_data.load("symbols")["symbols"].items():
-        names |= {symbol, INDEXED.sub("", entry["code"])}
+        names |= {symbol, INDEXED.sub("", entry["code"])} - {""}
     for base in _programs()["bases"]:
         names |= {field["name"] for field in base["model"]}
     for forms in _functions().values():
@@ -154,7 +153,7 @@ def _names_of(symbol: str) -> set[str]:
     names = {symbol} & _all_symbols()
     for own, entry in generated_data.load("symbols")["symbols"].items():
         code = INDEXED.sub("", entry["code"])
-        if symbol in (own, code, entry["code"]):
+        if symbol in (own, code, entry["code"], entry.get("maxima")):
             names |= {own, code} if code else {own}
     return names
 
@@ -190,9 +189,16 @@ def _of_function(name: str) -> Way:
             rf"\b(?:omniroll_{name}|omniroll_constants)\(" if name == "prepare" else rf"\bomniroll_{name}\(",
         ),
         *_lines(_generated("python"), rf"\bdef {name}\("),
-    ]
+    ] or _written_on_demand(name)
     found.stations["engine"] = _engine((name,))
     return found
+
+
+def _written_on_demand(name: str) -> list[Place]:
+    """Where a function stands that only other sets have than those that are generated beforehand."""
+    line, _ = _first(_generated("data"), "programs.json", f'"name": "{name}"')
+    text = "C and Python are written from here when a scene calls for it: omniroll kernel SCENE --output DIR"
+    return [Place("generated/data/programs.json", line, text)]
 
 
 def _of_effect(effect: dict) -> Way:
@@ -244,13 +250,15 @@ def _paper(name: str, symbol: str) -> list[Place]:
 
 def _derived(symbol: str, names: set[str]) -> list[Place]:
     """The lines of maxima/ that give a symbol its value; of one that is given from outside, the first uses."""
-    wanted = set(names) | {whole for letter, whole in ENTRIES.items() if re.fullmatch(rf"{letter}\d+", symbol)}
-    entry = generated_data.load("symbols")["symbols"].get(symbol, {})
-    wanted |= {INDEXED.sub("", entry["maxima"])} if entry.get("maxima") else set()
+    symbols = generated_data.load("symbols")["symbols"]
+    own_names = (symbols[own].get("maxima", own) for own in names & symbols.keys())
+    wanted = names | {INDEXED.sub("", own) for own in own_names}
     pattern = "|".join(map(re.escape, sorted(wanted)))
     defined = rf"^(?:{pattern})(?:_of_\w+)?(?:\(.*?\))?\s*:=?|'(?:let|var|add|update), (?:{pattern}),"
     rooms = _maxima("paper", "forms", "effects", "programs")
-    return _lines(rooms, defined) or _first_in_each_file(_lines(rooms, rf"\b(?:{pattern})\b"))
+    used = rf"\b(?:{pattern})\b"
+    found = _lines(rooms, defined) or _first_in_each_file(_lines(rooms, used))
+    return found or _first_in_each_file(_lines(_maxima("comparison"), used))
 
 
 def _first_in_each_file(places: list[Place]) -> list[Place]:
@@ -326,7 +334,7 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
     if not functions:
         return []
     pattern = "|".join(map(re.escape, functions))
-    solved = r"|^\s*core_rates\(" if "reduced" in functions else ""  # a set's header calls it by this name
+    solved = r"|^\s*core_rates\(" if "forward_dynamics" in functions else ""  # a set's header calls it by this name
     return [
         *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\({solved}"),
         *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|call\(\"(?:{pattern})\""),

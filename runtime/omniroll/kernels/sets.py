@@ -55,13 +55,20 @@ def set_names() -> frozenset[str]:
     return frozenset(entry["name"] for entry in generated_data.load("kernels")["sets"])
 
 
+@cache
+def needs() -> dict[str, tuple[str, ...]]:
+    """The effects without which an effect does nothing, by its name."""
+    return {entry["name"]: tuple(entry["needs"]) for entry in generated_data.load("effects")["effects"]}
+
+
 def set_name(base: str, effects: tuple[str, ...]) -> str:
-    """The set of a roller model and further effects."""
-    return "_".join([base, *effects])
+    """The set of a roller model and further effects; what another one of them needs is not named."""
+    implied = {needed for name in effects for needed in needs().get(name, ())}
+    return "_".join([base, *(name for name in effects if name not in implied)])
 
 
 def functions(base: str, effects: tuple[str, ...]) -> list[dict]:
-    """What the functions of a set take and give, and the operations that they are; as in kernels.json."""
+    """What the functions of a set take and give, and the operations that they are; as in generated/data/kernels."""
     name = set_name(base, effects)
     if name in set_names():
         return [f for f in generated_data.load("kernels")["functions"] if name in f["sets"]]

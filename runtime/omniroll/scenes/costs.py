@@ -11,7 +11,7 @@ from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.vehicles.vehicle import Vehicle
 
-ALWAYS = ("reduced", "wheel_speeds", "pose_rates")
+ALWAYS = ("forward_dynamics", "wheel_speeds", "pose_rates")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
 MANY = {"compiled": 20_000, "Python": 1000}  # with so many evaluations the work that a run does once hardly shows
 SHORTEST = 0.5**10  # the first run that is timed simulates this part of the motion

@@ -58,7 +58,9 @@ def ring(mass: float, radius: float) -> float:
 def _joint_height(vehicle: Vehicle) -> float:
     """The height of a roller's axis above the ground at the joint, m: the margin of the derivation's bound on r."""
     margin = next(
-        bound["positive"] for bound in generated_data.load("bounds")["bounds"] if bound["field"] == "roller_axis_radius"
+        bound["positive"]
+        for bound in generated_data.load("bounds")["bounds"]
+        if bound["field"] == "roller_axis_radius" and isinstance(bound["positive"], list)
     )
     codes = generated_data.code_names().items()
     return generated_data.evaluate(margin, {symbol: getattr(vehicle, code, None) for symbol, code in codes})
@@ -118,7 +120,9 @@ def _of_parts(table: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
 def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
     if model == "free" and law == "smooth":
-        yield Lint("switching", "law", "the law smooth lets the energy of free rollers rise at switches; impact never does")
+        yield Lint(
+            "switching", "law", "the law smooth lets the energy of free rollers rise at switches; impact never does"
+        )
     # The distance is exactly 0 where nothing moves; that tells nothing about the rollers.
     if model != "massless" and without_inertia and without_inertia < NEGLIGIBLE:
         text = f"the rollers' inertia changes this motion by {without_inertia:.1e}: massless would do"

@@ -68,13 +68,13 @@ def _integrator(bound: Kernel, tolerance: float):
 
     own = kernel(bound.vehicle, bound.roller_model, "python")
     form, wheels = _in_heyoka(own.set_name, heyoka.sin, heyoka.cos), own.wheels
-    reduced = getattr(form, own.form("reduced"))
+    dynamics = getattr(form, own.form("forward_dynamics"))
     symbols = heyoka.make_vars("nu_1", "nu_2", "nu_3", *(f"chi_{i}" for i in range(wheels)), "x", "y", "theta")
     nu, chi, theta = symbols[:3], symbols[3:-3], symbols[-1]
     momenta = [[heyoka.par[2 * i], heyoka.par[2 * i + 1]] for i in range(wheels)]
     third = (momenta,) if own.has_spins else ()
     rates = [
-        *reduced(own._model, nu, chi, *third), *form.wheel_speeds(own._model, nu),
+        *dynamics(own._model, nu, chi, *third), *form.wheel_speeds(own._model, nu),
         *form.pose_rates(own._model, nu, theta),
     ]  # fmt: skip
     joint = np.pi / own.rollers_per_wheel

@@ -87,7 +87,7 @@ class Mechanics:
     def rates(self, y: list, momenta: tuple) -> list:
         """y' of y = (nu, chi, x, y, theta)."""
         nu, chi = y[:3], y[3 : 3 + self.wheels]
-        nu_dot = self.form("reduced")(self.model, nu, chi, *momenta)
+        nu_dot = self.form("forward_dynamics")(self.model, nu, chi, *momenta)
         return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
 
     def energy(self, y: list, axial: Any) -> Any:

@@ -1,0 +1,47 @@
+"""A new effect adds files of its own to what is generated, and changes nothing of the other sets."""
+
+import copy
+
+from toy import array, derivation
+
+from codegen.derivation import Derivation
+from codegen.rendering import render
+
+OWN = {"c/toy_wind.c", "python/toy_wind.py", "data/kernels/toy_wind.json"}
+NAMING = {"data/programs.json", "data/effects.json", "data/arguments.json"}  # its steps, itself, its argument
+
+
+def with_wind():
+    """The toy's data with one more effect, which pushes, and its set."""
+    data = copy.deepcopy(derivation())
+    data["effects"].append({"name": "wind", "meaning": "a wind", "neutral": {"push": 0}, "needs": []})
+    data["sets"].insert(1, {"base": "toy", "effects": ["wind"], "meaning": "a toy in a wind"})
+    data["steps"]["wind"] = {
+        "source": "effects/wind.mac",
+        "proofs": [],
+        "body": [{"let": "gust", "expr": ["*", "push", "nu_1"]}, {"add": "f", "expr": ["*", "gust", "l"]}],
+    }
+    dynamics = next(f for f in data["functions"] if f["name"] == "forward_dynamics")
+    dynamics["arguments"].insert(2, array("push", [], "in") | {"effect": "wind"})
+    loop = next(k for k, node in enumerate(dynamics["body"]) if "loop" in node)
+    dynamics["body"].insert(loop, {"use": "wind"})
+    return data
+
+
+def test_what_a_new_effect_changes():
+    before, after = render(Derivation(derivation())), render(Derivation(with_wind()))
+    assert after.keys() - before.keys() == OWN
+    assert {path for path in before if after[path] != before[path]} == NAMING
+    own = after["c/toy_wind.c"].decode()
+    assert "Steps: wind (maxima/effects/wind.mac)" in own
+    assert own.count("void omniroll_") == 1, "only what the effect changes"
+    assert b"gust" not in after["c/toy.c"] + after["python/toy.py"]
+
+
+def test_a_set_has_what_its_effects_need():
+    data = with_wind()
+    data["effects"].append({"name": "storm", "meaning": "a storm", "neutral": {"gale": 0}, "needs": ["wind"]})
+    registry = Derivation(data).registry
+    assert registry.ordered(["storm"]) == ("wind", "storm")
+    assert registry.set_name("toy", ("wind", "storm")) == "toy_storm"
+    assert registry.set_name("toy", ("wind",)) == "toy_wind"
