@@ -59,6 +59,9 @@ int main(int count, char **arguments)
     omniroll_model model;
     {storage}
     {buffers}
+#ifdef MOTION
+    int driven = 0;
+#endif
     vehicle.wheels = N;
     vehicle.rollers_per_wheel = n;
     while (fread({first}, sizeof(omniroll_real), 1, stdin) == 1) {{
@@ -67,19 +70,32 @@ int main(int count, char **arguments)
             return 5;
         {calls}
 #ifdef MOTION
-        drive(&model, {state});
+        if (driven++ < {driven})
+            drive(&vehicle, &model, nu, chi);
 #endif
     }}
     {frees}
     return 0;
 }}
 """
-# Under each law, the time in which the first wheel reaches its joint, two and a half times.
+# Under each law, two and a half times the time in which the first wheel reaches its joint, but no longer than a wheel
+# may need for three joints: one that rests now may soon turn fast. Free rollers start at rest. Their smooth switches
+# raise the energy, so that some states pass joints by the million; the first DRIVEN do not.
+DRIVEN = 20
 DRIVE = """
 #ifdef MOTION
-static void drive(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi{parameter})
+static omniroll_real size_of(omniroll_real x)
+{{
+    return x < 0 ? -x : x;
+}}
+
+static void drive(const omniroll_vehicle *vehicle, const omniroll_model *model, const omniroll_real *nu,
+                  const omniroll_real *chi)
 {{
     const int N = model->wheels, n = model->rollers_per_wheel;
+    const omniroll_real rate = vehicle->platform_radius/vehicle->wheel_radius
+        *(size_of(nu[0]) + size_of(nu[1]) + size_of(nu[2])/vehicle->yaw_scale);
+    const omniroll_real longest = rate > 0 ? 3*omniroll_joint(model)/rate : 0;
     omniroll_state state;
     {allocated}
     for (int law = OMNIROLL_SMOOTH; law <= OMNIROLL_IMPACT; law++) {{
@@ -95,8 +111,8 @@ static void drive(const omniroll_model *model, const omniroll_real *nu, const om
         {copied}
         if (omniroll_start(model, &state) != OMNIROLL_OK)
             exit(6);
-        const omniroll_real time = omniroll_time_to_joint(model, &state, &wheel);
-        omniroll_step(model, law, time*5/2, &state);
+        const omniroll_real wait = omniroll_time_to_joint(model, &state, &wheel)*5/2;
+        omniroll_step(model, law, wait < longest ? wait : longest, &state);
     }}
     {freed}
 }}
@@ -195,17 +211,16 @@ def source(base: str) -> str:
         calls.append(f"{code}(&model, {', '.join(given)});")
         calls += [f"fwrite({name}, sizeof(omniroll_real), (size_t)({results[name]}), stdout);" for name in outputs]
     storage = {"wheel": "N"} | ({"roller": "n - 1"} if has_rollers(base) else {})
-    state = ["nu", "chi", *(["axial"] if "momenta" in by_name else [])]
     return DRIVER.format(
         motion=drive("momenta" in by_name),
         modes=", ".join(ROUNDINGS),
+        driven=DRIVEN,
         storage=lines([allocated(f"omniroll_{name}", name, count) for name, count in storage.items()], 4),
         buffers=lines([allocated("omniroll_real", name, count) for name, count in arrays.items()], 4),
         first=f"&vehicle.{vehicle[0]['name']}",
         reads=lines(reads, 8),
         given=", ".join(storage),
         calls=lines(calls, 8),
-        state=", ".join(state),
         frees=lines([f"free({name});" for name in [*storage, *arrays]], 4),
     )
 
@@ -221,9 +236,8 @@ def drive(free: bool) -> str:
     if free:
         arrays |= {"axial": "N*(n - 1)", "momenta": "2*N"}
     room = [f"state.{name} = room({count}, sizeof(omniroll_real));" for name, count in arrays.items()]
-    copied = ["for (int k = 0; k < N*(n - 1); k++)", "    state.axial[k] = axial[k];"] if free else ["(void)n;"]
+    copied = ["for (int k = 0; k < N*(n - 1); k++)", "    state.axial[k] = 0;"] if free else ["(void)n;"]
     return DRIVE.format(
-        parameter=", const omniroll_real *axial" if free else "",
         allocated=lines([*room, "state.contact = room(N, sizeof(int));"], 4),
         copied=lines(copied, 8),
         freed=lines([f"free(state.{name});" for name in [*arrays, "contact"]], 4),
