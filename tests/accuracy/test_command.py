@@ -17,6 +17,7 @@ from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, a
 from omniroll.studies.accuracy.tables import text
 
 pytest.importorskip("flint")
+FLOAT_EPS = 2.0**-23
 NAMES = [peer.name for peer in INTEGRATORS]
 
 
@@ -35,7 +36,10 @@ def test_every_integrator_is_there(found):
     assert list(dict.fromkeys(point.series for point in found.points)) == NAMES and not found.failed
     for name in NAMES:
         errors = [point.trajectory for point in points(found, name)]
-        assert min(errors) < max(errors) / 10
+        in_float = (
+            name.endswith("float") and max(errors) < 10 * FLOAT_EPS
+        )  # the coarsest step is as exact as floats are
+        assert min(errors) < max(errors) / 10 or in_float
         assert all(point.evaluations > 0 and point.microseconds > 0 for point in points(found, name))
 
 

@@ -88,7 +88,9 @@ def test_the_wheel_holds_the_whole_package(wheel):
     for model in ("massless", "locked", "free"):
         ready = {f"{built}/{model}/{name}" for name in ("omniroll.h", "omniroll.c", "declarations.h")}
         assert ready <= names
-        assert len([name for name in names if name.startswith(f"{built}/{model}/engine-")]) == 1
+        assert (
+            len([name for name in names if name.startswith(f"{built}/{model}/engine-") and name.endswith(".so")]) == 1
+        )
     assert not [name for name in names if name.startswith(("codegen", "maxima", "tests"))]
 
 

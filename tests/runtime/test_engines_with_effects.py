@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
-from omniroll.effects.effect import Part, Process, Signal
+from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.torque import Drive
 from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.python_engine import Run
@@ -170,7 +170,7 @@ class CopiedProcess(Process):
         self.inner.pass_time(state)
 
     def part(self, elapsed, given):
-        return Part({"torque": Signal.constant(self.inner.output)})
+        return Influence({"torque": Signal.constant(self.inner.output)})
 
 
 def test_an_effect_of_another_kind_is_asked_at_its_events():

@@ -284,11 +284,11 @@ class Kernel:
         return self.call("drive_power", nu, *inputs)
 
     def motor_torques(self, voltage: ArrayLike, modes: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Torques and damping (..., N) of motors, from their voltages and modes (..., N): 0, or +-1 at a limit."""
+        """Torques and damping (..., N) of motors: voltage in V and modes (..., N), which are 0, or +-1 at a limit."""
         return self.call("motor_torques", voltage, modes)
 
     def motor_margins(self, nu: ArrayLike, voltage: ArrayLike, modes: ArrayLike) -> np.ndarray:
-        """Event functions (..., N, 2) of motors: a mode ends where one of them becomes positive."""
+        """Event functions (..., N, 2) of motors, whose voltage and modes are (..., N): a positive one ends the mode."""
         return self.call("motor_margins", nu, voltage, modes)
 
     def motor_laws(self, modes: ArrayLike) -> tuple[np.ndarray, ...]:
