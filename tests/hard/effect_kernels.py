@@ -80,12 +80,12 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
 
 
 def with_effects(part: Sample, set_name: str, seed: int) -> Sample:
-    """A sample with the constants that the set needs, and no others, at speeds near those of its states."""
+    """A sample with the constants of effects that the set needs, and no others, at speeds near those of its states."""
     draw = Draw(seed, len(part))
     speed = np.maximum(np.abs(part.state["nu"]).max(axis=1), 1e-9)
     given = part.vehicle | constants(draw, part.vehicle, speed, part.wheels)
     wanted = signatures(*rounding.split_key(set_name), part.wheels, part.rollers)["prepare"].inputs
-    vehicle = {argument.name: given[argument.name] for argument in wanted}
+    vehicle = part.vehicle | {argument.name: given[argument.name] for argument in wanted}
     return Sample(part.wheels, part.rollers, vehicle, part.state | inputs(draw, part, speed))
 
 
