@@ -19,11 +19,15 @@ LANDED = 2  # a guard is met where its value is within this many of its rounding
 
 @dataclass(frozen=True)
 class Guard:
-    """constant + slope t + weights . y, with t from the phase's start; weights (k,) of the first components of y."""
+    """constant + slope t + weights . y, with t from the phase's start; weights (k,) of the first components of y.
+
+    size is the sum of the sizes of the constant's terms: they may cancel, and then it is rounded more than it shows.
+    """
 
     constant: float
     slope: float
     weights: np.ndarray
+    size: float = 0.0
 
 
 class Guards:
@@ -31,6 +35,7 @@ class Guards:
 
     def __init__(self, guards: Sequence[Guard], size: int):
         self.constant = np.array([guard.constant for guard in guards], float)
+        self.size = np.array([max(guard.size, abs(guard.constant)) for guard in guards], float)
         self.slope = np.array([guard.slope for guard in guards], float)
         self.weights = np.zeros((len(guards), size))
         for row, guard in zip(self.weights, guards, strict=True):
@@ -45,7 +50,7 @@ class Guards:
 
     def rounding(self, time: float, y: np.ndarray) -> np.ndarray:
         """(m,) eps times the sum of the terms' sizes."""
-        return EPS * (np.abs(self.constant) + np.abs(self.slope * time) + np.abs(self.weights) @ np.abs(y))
+        return EPS * (self.size + np.abs(self.slope * time) + np.abs(self.weights) @ np.abs(y))
 
     def beyond(self, time: float, y: np.ndarray) -> np.ndarray:
         """(m,) bool: passed."""

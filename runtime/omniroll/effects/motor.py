@@ -167,11 +167,13 @@ class Driving(Following):
         return tuple(guards)
 
     def _guard(self, voltage: Signal, wheel: int, law: "Law", event: int) -> Guard:
-        per_volt = law.margins_per_volt[wheel, event]
+        per_volt, at_zero = law.margins_per_volt[wheel, event], law.margins_at_zero[wheel, event]
+        of_voltage = per_volt * voltage.value[wheel]
         return Guard(
-            law.margins_at_zero[wheel, event] + per_volt * voltage.value[wheel],
+            at_zero + of_voltage,
             per_volt * voltage.slope[wheel],
             law.margins_per_rate[wheel, event] * self.wheel_speed_per_nu[wheel],
+            size=abs(at_zero) + abs(of_voltage),
         )
 
     def pass_guards(self, passed: np.ndarray) -> None:
