@@ -68,8 +68,8 @@ typedef struct {
     double *inputs;             /* of the kernel: values at inputs_elapsed and slopes (2 x inputs x N)   */
     double inputs_elapsed;
     double next_time;           /* elapsed at the next time known beforehand                            */
-    int guard_count;            /* guards: constant and slope, from inputs_elapsed on, and weights of nu  */
-    double *guards;             /* (count x 5)                                                          */
+    int guard_count;            /* guards: constant and slope, from inputs_elapsed on, weights of nu, and */
+    double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
     int table_count, sampler_count, motors_count;
     omniroll_table_t *tables;

@@ -70,8 +70,10 @@ static void put_guard(omniroll_run_t *run, const omniroll_motors_t *motors, int 
     const double *const row = motors->wheel_rows + 3*wheel;
     const double *const voltage = run->signals + SET_INPUTS*run->wheels + wheel;
     const double *const slope = voltage + (SET_INPUTS + 1)*run->wheels;
-    double *const guard = run->guards + 5*run->guard_count;
-    guard[0] = part*motors->limit + sign*(*voltage*motors->inverse_resistance);
+    double *const guard = run->guards + 6*run->guard_count;
+    const double current = sign*(*voltage*motors->inverse_resistance);
+    guard[0] = part*motors->limit + current;
+    guard[5] = motors->limit + fabs(current);
     guard[1] = sign*(*slope*motors->inverse_resistance);
     for (int k = 0; k < 3; k++)
         guard[2 + k] = -sign*(motors->rate_voltage*motors->inverse_resistance)*row[k];

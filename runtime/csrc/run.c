@@ -43,10 +43,10 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #if SET_IS_ACTED_ON
     s->guards = run->guard_count;
     for (int k = 0; k < run->guard_count; k++) {
-        s->guard_start[k] = guard_value(run, run->guards + 5*k, &s->guard_noise[k]);
-        s->guard_slope[k] = run->guards[5*k + 1];
+        s->guard_start[k] = guard_value(run, run->guards + 6*k, &s->guard_noise[k]);
+        s->guard_slope[k] = run->guards[6*k + 1];
         for (int m = 0; m < 3; m++)
-            s->guard_weights[3*k + m] = run->guards[5*k + 2 + m];
+            s->guard_weights[3*k + m] = run->guards[6*k + 2 + m];
     }
 #endif
     (void)work;

@@ -260,7 +260,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
     const double moved = guard[1]*(run->elapsed - run->inputs_elapsed);
-    double value = guard[0] + moved, sizes = fabs(guard[0]) + fabs(moved);
+    double value = guard[0] + moved, sizes = guard[5] + fabs(moved);
     for (int k = 0; k < 3; k++) {
         value += guard[2 + k]*run->nu[k];
         sizes += fabs(guard[2 + k]*run->nu[k]);
@@ -277,13 +277,13 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
     int count = 0, near = run->at_event;
     double noise;
     for (int k = 0; k < run->guard_count && !near; k++)
-        near = guard_value(run, run->guards + 5*k, &noise) >= -LANDED*noise;
+        near = guard_value(run, run->guards + 6*k, &noise) >= -LANDED*noise;
     if (!near)
         return 0;
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int k = 0; k < run->guard_count; k++) {
-        const double *const guard = run->guards + 5*k;
+        const double *const guard = run->guards + 6*k;
         const double value = guard_value(run, guard, &noise);
         const double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));

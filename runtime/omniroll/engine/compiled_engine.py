@@ -123,7 +123,8 @@ class CompiledRun:
                 signal = self.acting.signals[name]
                 self.inputs[0, k], self.inputs[1, k] = signal.value, signal.slope
         for row, guard in zip(self.guards, guards, strict=False):
-            row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights))]
+            size = max(guard.size, abs(guard.constant))
+            row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights)), size]
         self.run.guard_count = len(guards)
         self.run.inputs_elapsed, self.run.next_time = self.run.elapsed, self.acting.next_time()
 
@@ -192,7 +193,7 @@ class CompiledRun:
         self.accounts = np.zeros(columns.added + 1)
         self.part_sizes = columns.part_sizes()
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
-        self.guards = np.zeros((MOST_GUARDS, 5))
+        self.guards = np.zeros((MOST_GUARDS, 6))
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
         self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
 
