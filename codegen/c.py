@@ -86,7 +86,8 @@ class CFunction(Infix):
             written = ["wheel", *(["roller"] if self.model.roller else []), "model"]
             own = [(f"{self.prefix}_{name} *{name}", name) for name in written]
             return [(f"const {self.prefix}_vehicle *vehicle", "vehicle"), *own]
-        first = [(f"const {self.prefix}_model *model", "model")] if self.function.reads_model else []
+        model = (f"const {self.prefix}_model *model", "model")
+        first = [model if self.function.reads_model else ("int wheels", "wheels")]
         return first + [(parameter(a, self.real), a.name) for a in self.function.arguments]
 
     @property
@@ -97,7 +98,9 @@ class CFunction(Infix):
         return [name for _, name in self.parameters if not re.search(rf"\b{name}\b", body)]
 
     def counts(self, body: str) -> list[str]:
-        """Declarations of the numbers of turns that the loops of the body need."""
+        """Declarations of the numbers of turns that the loops of the body need; without a model they are given."""
+        if not self.function.fields:
+            return []
         holder = "vehicle" if self.function.prepares else "model"
         values = {"wheels": f"{holder}->wheels", "slots": f"{holder}->rollers_per_wheel - 1"}
         return [f"const int {name} = {value};" for name, value in values.items() if re.search(rf"\b{name}\b", body)]

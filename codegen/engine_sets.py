@@ -9,39 +9,13 @@ from dataclasses import dataclass
 
 from .filling import template
 from .programs import Array, EffectSet, Function
+from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
 INPUTS = ("torque", "damping")  # of the kernel: affine in time between two events
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
-
-
-@dataclass(frozen=True)
-class State:
-    """A quantity that a set integrates beside nu, chi and the pose.
-
-    rate    the output of a generated function that is its rate; a set without such a function has no such state
-    kind    core or account. The energy of the rollers' axial spins is solved for with the core, since its rate needs it
-    power   of |nu| with which its size grows
-    start   the generated function that gives it from the axial speeds of the free rollers; "" for themselves
-    """
-
-    name: str
-    rate: str
-    kind: str
-    power: int = 1
-    start: str = ""
-
-
-STATES = (
-    State("momenta", "momenta_dot", CORE, 1, "momenta"),
-    State("roller_energy", "roller_energy_dot", CORE, 2, "roller_energy"),
-    State("axial", "axial_dot", CORE),
-    State("drive_work", "drive_power", ACCOUNT),
-    State("axle_loss", "axle_loss", ACCOUNT),
-    State("roller_loss", "roller_loss", ACCOUNT),
-)
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
@@ -64,10 +38,10 @@ class Call:
 class EngineSet:
     """The facts of one set of effects, for the template."""
 
-    def __init__(self, effects: EffectSet):
+    def __init__(self, effects: EffectSet, registry: Registry):
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
-        present = [state for state in STATES if state.rate in rates]
+        present = [state for state in registry.states if state.rate in rates]
         self.core = [state for state in present if state.kind == CORE]
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in self.core}
@@ -138,10 +112,15 @@ class EngineSet:
         """What gives the core from the axial speeds of the free rollers."""
         calls = []
         for state in self.core:
-            if state.start:
-                target = self.place("core", state.name)
-                calls.append(Call(self.function(state.start), ("axial", target)))
+            function = self.set.function(state.name)  # the axial speeds themselves need none
+            if function is not None:
+                calls.append(Call(function, ("axial", self.place("core", state.name))))
         return calls
+
+    @staticmethod
+    def power(state: State) -> int:
+        """The power of |nu| with which its size grows."""
+        return 2 if state.size == "energy" else 1
 
     def later_call(self) -> Call:
         """What gives the axial speeds later in a phase, where they follow from the core."""
@@ -183,6 +162,6 @@ class EngineSet:
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
-def engine_set(effects: EffectSet) -> str:
+def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set without a motion has none."""
-    return template("engine_set.h", facts=EngineSet(effects)) if all(map(effects.function, MOTION)) else ""
+    return template("engine_set.h", facts=EngineSet(effects, registry)) if all(map(effects.function, MOTION)) else ""

@@ -116,7 +116,7 @@ class SetKernel:
             "omniroll.c": pair.source,
             "declarations.h": pair.declarations,
             "kernel_in_lanes.h": self.in_lanes,
-            "engine_set.h": engine_set(self.effects),
+            "engine_set.h": engine_set(self.effects, self.programs.registry),
         }
 
     def files(self) -> dict[str, str]:

@@ -15,6 +15,7 @@ from .python import PythonFunction
 from .sharing import share
 
 NODES = 16  # of a step of the compiled engine: two vectors of eight lanes
+SAMPLE = "controller_sample"  # of the set "parts"
 ENVIRONMENT.filters |= formulas.FILTERS
 
 Sets = list[tuple[EffectSet, list[Function]]]  # with shared subexpressions
@@ -32,6 +33,7 @@ def render(derivation: Derivation) -> dict[str, bytes]:
     }
     texts |= c_texts(sets) | python_texts(sets) | kernel_texts(sets)
     texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
+    texts |= controller_text(sets)
     texts["latex/equations.tex"] = latex_text(derivation)
     texts["symbols.md"] = template("symbols.md", symbols=derivation.data["symbols"])
     texts |= data_texts(derivation) | formula_texts(derivation)
@@ -63,6 +65,12 @@ def c_texts(sets: Sets) -> dict[str, str]:
         f"c/{effects.name}.c": template("set.c", set=effects, functions=list(map(CFunction, own)), elsewhere=shared)
         for effects, own, shared in first_homes(with_model, lambda f: code(CFunction(f)))
     }
+
+
+def controller_text(sets: Sets) -> dict[str, str]:
+    """What the compiled engine calls at a sample; nothing where the derivation has no controller."""
+    sample = next((f for _, functions in sets for f in functions if f.name == SAMPLE), None)
+    return {"c/controller.h": template("controller.h", sample=CFunction(sample))} if sample else {}
 
 
 def python_texts(sets: Sets) -> dict[str, str]:

@@ -26,24 +26,43 @@ Body = tuple[Step | Loop, ...]
 
 
 @dataclass(frozen=True)
+class State:
+    """A quantity that an effect integrates.
+
+    rate  the output of a generated function that is its rate; a set without such a function has no such state
+    kind  core, where it feeds back, or account
+    size  what it is measured in: energy, momentum or speed
+    """
+
+    name: str
+    rate: str
+    kind: str
+    size: str
+
+
+@dataclass(frozen=True)
 class Registry:
     """The effects that a set may have beside its roller model, in order.
 
     neutral  {name: {symbol: neutral value}}
     needs    {name: effects without which it does nothing}
+    states   what effects integrate beside nu, chi and the pose, each once, in the registry's order
     """
 
     neutral: Mapping[str, Mapping[str, Expression]]
     needs: Mapping[str, Sequence[str]]
+    states: Sequence["State"] = ()
 
     @classmethod
     def read(cls, effects: Sequence[Mapping]) -> "Registry":
         """From the effects of the derivation's data; an effect without symbols of its own is no choice."""
         read = Canonical(Order()).read
         chosen = [effect for effect in effects if effect.get("neutral")]
+        states = [s for effect in chosen for s in effect.get("states", ()) if s["size"] != "angle"]
         return cls(
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
             {e["name"]: e.get("needs", ()) for e in chosen},
+            tuple(dict.fromkeys(State(s["name"], s["rate"], s["kind"], s["size"]) for s in states)),
         )
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:

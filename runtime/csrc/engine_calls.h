@@ -2,7 +2,7 @@
  * engine.h.
  *
  * What acts on a vehicle is made of signals: numbers for every wheel, affine in time between two events. The first
- * signals are the inputs of the kernel; the last one is the voltages of the motors. */
+ * signals are the inputs of the kernel; the last one is what a drive with modes reads. */
 
 /* Numbers over time, linear or held between two times, constant before the first and after the last. */
 typedef struct {
@@ -27,14 +27,20 @@ typedef struct {
     double *sum, *output;       /* N                                                                    */
 } omniroll_sampler_t;
 
-/* Motors, one on each wheel. mode: 0, or the sign of the limit that the current is at. */
+/* A number that is affine in a signal and in a wheel's rate. */
 typedef struct {
-    double volt_torque, rate_voltage, inverse_resistance;
-    double limit;               /* of the current; infinite where there is none                         */
-    double limit_torque;
-    const double *wheel_rows;   /* N x 3: the wheels' speeds for each of nu                              */
-    long long *modes;           /* N                                                                    */
-} omniroll_motors_t;
+    double at_zero, per_signal, per_rate;
+} omniroll_affine_t;
+
+/* A drive on each wheel with modes: in each its torque is affine in a signal and in the wheel's rate, and so are the
+ * event functions, which end the mode where they become positive. Modes are counted from 0. */
+typedef struct {
+    int signal, event_count, transition_count;
+    const omniroll_affine_t *laws;      /* modes x N x (1 + events): the torque, then the event functions */
+    const long long *transitions;       /* count x 3: mode, event, mode that follows                    */
+    const double *wheel_rows;           /* N x 3: the wheels' speeds for each of nu                      */
+    long long *modes;                   /* N                                                            */
+} omniroll_modal_t;
 
 typedef struct {
     int wheels, rollers_per_wheel;
@@ -66,15 +72,15 @@ typedef struct {
     double *core_before;        /* the rest of the core where `axial` is from                           */
     double axial_elapsed;       /* elapsed there                                                        */
     double *inputs;             /* of the kernel: values at inputs_elapsed and slopes (2 x inputs x N)   */
-    double inputs_elapsed;
+    double inputs_elapsed, inputs_carry;    /* the time that they are from                              */
     double next_time;           /* elapsed at the next time known beforehand                            */
     int guard_count;            /* guards: constant and slope, from inputs_elapsed on, weights of nu, and */
     double *guards;             /* the sum of the sizes of the constant's terms (count x 6)             */
     int asks;                   /* whether the caller gives new inputs at each event; else these act:    */
-    int table_count, sampler_count, motors_count;
+    int table_count, sampler_count, modal_count;
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
-    omniroll_motors_t *motors;  /* one or none                                                          */
+    omniroll_modal_t *modal;    /* one or none                                                          */
     double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
     long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */

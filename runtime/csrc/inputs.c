@@ -1,16 +1,17 @@
 /* What acts on the vehicle: the signals between two events, and how they change at one. Tables have knots,
- * controllers have samples, motors have modes. */
+ * controllers have samples, what is affine in a signal and in a wheel's rate has modes. */
 #if SET_IS_ACTED_ON
+#include "controller.h"
 
-/* The value of a curve and its slope from `elapsed` up to its next time. */
-static void curve_after(const omniroll_curve_t *curve, double elapsed, double *value, double *slope)
+/* The value of a curve at elapsed + carry, and its slope from there up to its next time. */
+static void curve_after(const omniroll_curve_t *curve, double elapsed, double carry, double *value, double *slope)
 {
     const long long segment = curve->next - 1;
     const double *const held = curve->values + (segment > 0 ? segment : 0)*curve->width;
     const int flat = segment < 0 || segment == curve->count - 1 || curve->held;
     for (int k = 0; k < curve->width; k++) {
         slope[k] = flat ? 0 : (held[curve->width + k] - held[k])/(curve->times[segment + 1] - curve->times[segment]);
-        value[k] = flat ? held[k] : held[k] + slope[k]*(elapsed - curve->times[segment]);
+        value[k] = flat ? held[k] : held[k] + slope[k]*((elapsed - curve->times[segment]) + carry);
     }
 }
 
@@ -23,19 +24,22 @@ static void pass_knots(omniroll_curve_t *curve, double elapsed)
 /* One sample: what the wheels' speeds lack, and its sum over time. Where the output is cut off, the sum waits. */
 static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_sampler_t *sampler)
 {
-    double wanted[3], slope[3];
-    lanes_t lacking[3], errors[MOST_WHEELS];
-    pass_knots(&sampler->target, (double)sampler->samples*sampler->sample_time);
-    curve_after(&sampler->target, (double)sampler->samples*sampler->sample_time, wanted, slope);
+    const double time = (double)sampler->samples*sampler->sample_time;
+    double wanted[3], slope[3], errors[MOST_WHEELS], sums[MOST_WHEELS], outputs[MOST_WHEELS];
+    lanes_t lacking[3], in_lanes[MOST_WHEELS];
+    pass_knots(&sampler->target, time);
+    curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
         lacking[k] = lanes_of(wanted[k] - run->nu[k]);
-    set_wheel_speeds(run->wheels, &work->vehicle, lacking, errors);
+    set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
+    for (int i = 0; i < run->wheels; i++)
+        errors[i] = in_lanes[i][0];
+    omniroll_controller_sample(run->wheels, errors, sampler->sum, sampler->proportional, sampler->integral,
+                               sampler->sample_time, sums, outputs);
     for (int i = 0; i < run->wheels; i++) {
-        const double error = errors[i][0], sum = sampler->sum[i] + sampler->sample_time*error;
-        const double output = sampler->proportional[i]*error + sampler->integral[i]*sum;
-        sampler->output[i] = fmax(fmin(output, sampler->limit), -sampler->limit);
-        if (sampler->output[i] == output)
-            sampler->sum[i] = sum;
+        sampler->output[i] = fmax(fmin(outputs[i], sampler->limit), -sampler->limit);
+        if (sampler->output[i] == outputs[i])
+            sampler->sum[i] = sums[i];
     }
     sampler->samples++;
 }
@@ -64,42 +68,39 @@ static double next_known_time(const omniroll_run_t *run)
 }
 
 #if SET_INPUTS > 1
-/* A guard on a motor's current: sign * current + part * limit. */
-static void put_guard(omniroll_run_t *run, const omniroll_motors_t *motors, int wheel, int sign, int part, int mode)
+/* A guard: an event function of the wheel's mode, with the signal's value and slope. */
+static void put_guard(omniroll_run_t *run, const double *row, int wheel, omniroll_affine_t margin, double value,
+                      double slope, long long follows)
 {
-    const double *const row = motors->wheel_rows + 3*wheel;
-    const double *const voltage = run->signals + SET_INPUTS*run->wheels + wheel;
-    const double *const slope = voltage + (SET_INPUTS + 1)*run->wheels;
     double *const guard = run->guards + 6*run->guard_count;
-    const double current = sign*(*voltage*motors->inverse_resistance);
-    guard[0] = part*motors->limit + current;
-    guard[5] = motors->limit + fabs(current);
-    guard[1] = sign*(*slope*motors->inverse_resistance);
+    guard[0] = margin.at_zero + margin.per_signal*value;
+    guard[1] = margin.per_signal*slope;
     for (int k = 0; k < 3; k++)
-        guard[2 + k] = -sign*(motors->rate_voltage*motors->inverse_resistance)*row[k];
-    run->leads_to[2*run->guard_count] = mode;
+        guard[2 + k] = margin.per_rate*row[k];
+    guard[5] = fabs(margin.at_zero) + fabs(margin.per_signal*value);
+    run->leads_to[2*run->guard_count] = follows;
     run->leads_to[2*run->guard_count + 1] = wheel;
     run->guard_count++;
 }
 
-/* The torques of the motors, what falls with the wheels' speeds apart, and where a mode ends. */
-static void motors_act(omniroll_run_t *run, const omniroll_motors_t *motors)
+/* The torques of a drive with modes, what falls with the wheels' speeds apart, and where a mode ends. */
+static void modes_act(omniroll_run_t *run, const omniroll_modal_t *drive)
 {
-    const int wheels = run->wheels, slopes = (SET_INPUTS + 1)*wheels;
-    double *const torque = run->signals, *const damping = torque + wheels, *const voltage = torque + SET_INPUTS*wheels;
+    const int wheels = run->wheels, slopes = (SET_INPUTS + 1)*wheels, laws = 1 + drive->event_count;
+    double *const torque = run->signals, *const damping = torque + wheels;
+    const double *const signal = torque + drive->signal*wheels;
     for (int i = 0; i < wheels; i++) {
-        const int mode = (int)motors->modes[i];
-        if (mode == 0) {
-            torque[i] += motors->volt_torque*voltage[i];
-            torque[slopes + i] += motors->volt_torque*voltage[slopes + i];
-            damping[i] += motors->volt_torque*motors->rate_voltage;
-        } else
-            torque[i] += mode*motors->limit_torque;
-        if (motors->limit < INFINITY && mode == 0) {
-            put_guard(run, motors, i, +1, -1, +1);
-            put_guard(run, motors, i, -1, -1, -1);
-        } else if (motors->limit < INFINITY)
-            put_guard(run, motors, i, -mode, +1, 0);
+        const long long mode = drive->modes[i];
+        const omniroll_affine_t *const law = drive->laws + laws*(mode*wheels + i);
+        torque[i] += law->at_zero + law->per_signal*signal[i];
+        torque[slopes + i] += law->per_signal*signal[slopes + i];
+        damping[i] -= law->per_rate;
+        for (int t = 0; t < drive->transition_count; t++) {
+            const long long *const transition = drive->transitions + 3*t;    /* mode, event, mode that follows */
+            if (transition[0] == mode)
+                put_guard(run, drive->wheel_rows + 3*i, i, law[1 + transition[1]], signal[i], signal[slopes + i],
+                          transition[2]);
+        }
     }
 }
 #endif
@@ -112,7 +113,7 @@ static void renew_inputs(omniroll_run_t *run)
         run->signals[k] = 0;
     for (int t = 0; t < run->table_count; t++) {
         double value[MOST_WHEELS], slope[MOST_WHEELS], *const signal = run->signals + run->tables[t].signal*wheels;
-        curve_after(&run->tables[t].curve, run->elapsed, value, slope);
+        curve_after(&run->tables[t].curve, run->elapsed, run->carry, value, slope);
         for (int i = 0; i < wheels; i++)
             signal[i] += value[i], signal[size + i] += slope[i];
     }
@@ -121,8 +122,8 @@ static void renew_inputs(omniroll_run_t *run)
             run->signals[run->samplers[t].signal*wheels + i] += run->samplers[t].output[i];
     run->guard_count = 0;
 #if SET_INPUTS > 1
-    if (run->motors_count)
-        motors_act(run, run->motors);
+    if (run->modal_count)
+        modes_act(run, run->modal);
 #endif
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
@@ -132,6 +133,7 @@ static void renew_inputs(omniroll_run_t *run)
     }
 #endif
     run->inputs_elapsed = run->elapsed;
+    run->inputs_carry = run->carry;
     run->next_time = next_known_time(run);
 }
 
@@ -139,8 +141,8 @@ static void renew_inputs(omniroll_run_t *run)
 static void pass_guards(omniroll_run_t *run)
 {
     for (int k = 0; k < run->guard_count; k++)
-        if (run->passed[k] && run->motors_count)
-            run->motors->modes[run->leads_to[2*k + 1]] = run->leads_to[2*k];
+        if (run->passed[k] && run->modal_count)
+            run->modal->modes[run->leads_to[2*k + 1]] = run->leads_to[2*k];
 }
 
 /* What happens at this instant beside switches: times that have come, guards that are passed. Returns a status. */

@@ -44,6 +44,23 @@ static long long step_size(const omniroll_run_t *run)
     return 2 + NODES*(6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + SET_ACCOUNTS);
 }
 
+#if SET_IS_ACTED_ON
+/* The time since the inputs were given, finer than the clock shows. */
+ALWAYS_INLINE double since_inputs(const omniroll_run_t *run)
+{
+    return (run->elapsed - run->inputs_elapsed) + (run->carry - run->inputs_carry);
+}
+#endif
+
+#if SET_INPUTS
+/* An input as it is now; they are counted over all wheels. */
+ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
+{
+    const double slope = run->inputs[SET_INPUTS*run->wheels + input];
+    return run->inputs[input] + slope*since_inputs(run);
+}
+#endif
+
 static void put_row(omniroll_run_t *run)
 {
     double *row = run->rows + row_size(run)*run->row_count++;
@@ -57,9 +74,8 @@ static void put_row(omniroll_run_t *run)
     for (int k = 0; k < SET_ACCOUNTS; k++) *row++ = run->accounts[k];
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
 #if SET_INPUTS
-    const double *slopes = run->inputs + SET_INPUTS*run->wheels;
     for (int k = 0; k < SET_INPUTS*run->wheels; k++)
-        *row++ = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        *row++ = input_now(run, k);
 #endif
 }
 

@@ -30,7 +30,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #if SET_INPUTS
     const double *slopes = run->inputs + SET_INPUTS*wheels;
     for (int k = 0; k < SET_INPUTS*wheels; k++) {
-        s->input[k] = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        s->input[k] = input_now(run, k);
         s->input_slope[k] = slopes[k];
     }
 #endif
@@ -292,11 +292,11 @@ static void complete_rows(omniroll_run_t *run)
     (void)run;
 #if SET_INPUTS
     const int size = SET_INPUTS*run->wheels;
-    const double *const slopes = run->inputs + size, *const last = run->rows + row_size(run)*run->row_count - size;
+    const double *const last = run->rows + row_size(run)*run->row_count - size;
     const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
     int same = 1;
     for (int k = 0; k < size; k++) {
-        const double now = run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed);
+        const double now = input_now(run, k);
         const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed);
         same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
     }

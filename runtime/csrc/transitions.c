@@ -21,9 +21,8 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.heading = lanes_of(remainder(run->pose[2], TURN));
 #endif
 #if SET_INPUTS
-    const double *slopes = run->inputs + SET_INPUTS*wheels;
     for (int k = 0; k < SET_INPUTS*wheels; k++)
-        now->arrays.input[k] = lanes_of(run->inputs[k] + slopes[k]*(run->elapsed - run->inputs_elapsed));
+        now->arrays.input[k] = lanes_of(input_now(run, k));
     now->point.inputs = now->arrays.input;
 #endif
 #if SET_CORE_PARTS
@@ -259,7 +258,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
 /* A guard's value at this instant, and what counts as its rounding. */
 static double guard_value(const omniroll_run_t *run, const double *guard, double *noise)
 {
-    const double moved = guard[1]*(run->elapsed - run->inputs_elapsed);
+    const double moved = guard[1]*since_inputs(run);
     double value = guard[0] + moved, sizes = guard[5] + fabs(moved);
     for (int k = 0; k < 3; k++) {
         value += guard[2 + k]*run->nu[k];

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Quantity
+from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -31,8 +31,6 @@ COEFFICIENTS = (
 )
 # Field, argument of prepare, the coefficient that needs it.
 SPEEDS = (("wheel_speed", "axle_fade_speed", "wheel_coulomb"), ("roller_speed", "roller_fade_speed", "roller_coulomb"))
-AXLE_LOSS = Quantity("axle_loss", "axle_loss", account=-1)
-ROLLER_LOSS = Quantity("roller_loss", "roller_loss", account=-1)
 
 
 @documented(*BEARINGS)
@@ -78,50 +76,19 @@ class Bearings(Effect):
         speeds = {argument: getattr(self, name) for name, argument, _ in SPEEDS}
         return coefficients | {argument: speed for argument, speed in speeds.items() if speed is not None}
 
-    @property
-    def _at_axles(self) -> bool:
-        return self.wheel_viscous is not None or self.wheel_coulomb is not None
-
-    def _rollers(self, roller_model: str) -> str:
-        """How the rollers lose energy: "none", "contact" (only those in contact), "collapsed" or "single"."""
-        if self.roller_viscous is None and self.roller_coulomb is None:
-            return "none"
-        if roller_model != "free":
-            return "contact"
-        return "collapsed" if self.roller_coulomb is None else "single"
-
-    def functions(self, roller_model: str) -> tuple[str, ...]:
-        rollers = {
-            "none": (),
-            "contact": ("contact_loss",),
-            "collapsed": ("momenta_rates",),
-            "single": ("momenta", "roller_rates"),
-        }
-        return (("axle_loss",) if self._at_axles else ()) + rollers[self._rollers(roller_model)]
-
-    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
-        rollers = {
-            "none": (),
-            "contact": (ROLLER_LOSS,),
-            "collapsed": (
-                Quantity("momenta", "momenta_dot", size="momentum"),
-                Quantity("roller_energy", "roller_energy_dot"),
-                ROLLER_LOSS,
-            ),
-            "single": (Quantity("axial", "axial_dot", size="speed"), ROLLER_LOSS),
-        }
-        return ((AXLE_LOSS,) if self._at_axles else ()) + rollers[self._rollers(roller_model)]
-
     def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        rollers = self._rollers(kernel.roller_model)
-        if rollers == "collapsed":
+        names = self._names(kernel)
+        if "momenta" in names:
             return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
-        return {"axial": axial} if rollers == "single" else {}
+        return {"axial": axial} if "axial" in names else {}
 
     def axial_later(
         self, kernel: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
     ) -> np.ndarray | None:
-        rollers = self._rollers(kernel.roller_model)
-        if rollers == "collapsed":
+        names = self._names(kernel)
+        if "momenta" in names:
             return kernel.call("axial_after", axial, before["momenta"], after["momenta"], elapsed)
-        return after["axial"] if rollers == "single" else None
+        return after["axial"] if "axial" in names else None
+
+    def _names(self, kernel: Kernel) -> set[str]:
+        return {quantity.name for quantity in self.quantities(kernel.roller_model)}

@@ -6,8 +6,8 @@ A kind of effect is one file of this folder with two classes.
     needs the vehicle is checked in `check`.
  2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
     the kernel's `prepare` takes with them.
- 3. It names the generated functions that are evaluated with the rates, before `forward_dynamics`, in the order of their
-    inputs, and the quantities that they integrate: states, and entries of the energy's account.
+ 3. The registry says which generated functions are evaluated with the rates, before `forward_dynamics`, and which
+    quantities they integrate: states, and entries of the energy's account.
  4. Its process (a subclass of Process) is what it does in one run: what it remembers, at which times it must be asked
     again, and for each phase the inputs that it gives and the guards that end the phase.
  5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
@@ -22,8 +22,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from omniroll.effects import registry
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve
+from omniroll.effects.registry import Quantity
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -47,21 +49,9 @@ class Signal:
     def at(self, time: float) -> np.ndarray:
         return self.value + self.slope * time
 
-
-@dataclass(frozen=True)
-class Quantity:
-    """What an effect integrates.
-
-    name     of the state
-    rate     the output of a generated function that is its rate
-    account  +1: work that is done on the vehicle; -1: energy that it loses; 0: neither
-    size     "energy", "momentum" (kg m^2/s) or "speed" (rad/s): what its error is measured against
-    """
-
-    name: str
-    rate: str
-    account: int = 0
-    size: str = "energy"
+    def later(self, time: float) -> "Signal":
+        """The same, where t counts from `time`."""
+        return Signal(self.at(time), self.slope)
 
 
 @dataclass(frozen=True)
@@ -93,24 +83,24 @@ class Sampler:
 
 
 @dataclass(frozen=True)
-class Motors:
-    """Motors that make torque and damping of voltages; limit is inf where the currents have none.
+class Modal:
+    """Torques of the wheels that are affine in a signal and in the wheels' rates, in modes that are counted from 0.
 
-    wheel_rows  (N, 3) the wheels' speeds for each of nu
+    laws         (modes, N, 1 + E, 3) the torque and the E event functions: without signal at rest, per signal, per rate
+    transitions  (T, 3) int: mode, event, mode that follows where the event's function becomes positive
+    wheel_rows   (N, 3) the wheels' speeds for each of nu
     """
 
-    volt_torque: float
-    rate_voltage: float
-    inverse_resistance: float
-    limit: float
-    limit_torque: float
+    signal: str
+    laws: np.ndarray
+    transitions: np.ndarray
     wheel_rows: np.ndarray
 
 
 class Process:
     """An effect in one run. Times are counted from the start of the run."""
 
-    def compiled(self) -> "tuple[Table | Sampler | Motors, ...] | None":
+    def compiled(self) -> "tuple[Table | Sampler | Modal, ...] | None":
         """The same for the compiled engine, before the run starts; None where that must ask this process."""
         return () if type(self) is Process else None
 
@@ -173,11 +163,11 @@ class Effect:
 
     def functions(self, roller_model: str) -> tuple[str, ...]:
         """Names of the generated functions that are evaluated with the rates, for this roller_model."""
-        return ()
+        return registry.functions(self.kernel_effects(), roller_model)
 
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated for it, for this roller_model."""
-        return ()
+        return registry.quantities(self.kernel_effects(), roller_model)
 
     def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
         """Its states at the start and after a switch, by the names of its quantities.

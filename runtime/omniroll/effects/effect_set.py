@@ -7,8 +7,9 @@ import numpy as np
 
 from omniroll import generated_data
 from omniroll.effects.bound_rates import BoundRates
-from omniroll.effects.effect import Effect, Quantity, Signal
+from omniroll.effects.effect import Effect, Signal
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
+from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Flow, Kernel, kernel
@@ -128,17 +129,21 @@ class EffectRun:
             if process.next_time() <= elapsed:
                 process.pass_time(state)
 
-    def phase(self, elapsed: float, axial: np.ndarray | None) -> tuple[Flow, Guards]:
-        """The rates and the guards of the phase that starts now; `axial` of the free rollers, (N, n-1)."""
+    def phase(self, elapsed: float, axial: np.ndarray | None, carry: float = 0.0) -> tuple[Flow, Guards]:
+        """The rates and the guards of the phase that starts at elapsed + carry; axial: of the free rollers, (N, n-1)."""
         momenta = None if axial is None else self.kernel.momenta(axial)
         if self.bound_rates is None:
             return self.kernel.flow(momenta), NO_GUARDS
-        guards = Guards(self.begin_phase(elapsed), self.state_vector.size)
+        guards = Guards(self.begin_phase(elapsed, carry), self.state_vector.size)
         constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
         return self.bound_rates.flow(constants, self.signals), guards
 
-    def begin_phase(self, elapsed: float) -> list[Guard]:
-        """The guards of the phase that starts now; `signals` are its inputs then."""
+    def begin_phase(self, elapsed: float, carry: float = 0.0) -> list[Guard]:
+        """The guards of the phase that starts at elapsed + carry; `signals` are its inputs then.
+
+        The carry is what the rounding of elapsed has left over: without it a guard that has been landed on would be
+        off zero by its slope times that rounding, and so might be landed on again.
+        """
         inputs: dict[str, Signal] = {}
         self.influences = []
         for process in self.processes:
@@ -146,8 +151,8 @@ class EffectRun:
             for name, signal in influence.inputs.items():
                 inputs[name] = inputs[name] + signal if name in inputs else signal
             self.influences.append(influence)
-        self.signals = inputs
-        return [guard for influence in self.influences for guard in influence.guards]
+        self.signals = {name: signal.later(carry) for name, signal in inputs.items()}
+        return [guard.later(carry) for influence in self.influences for guard in influence.guards]
 
     def drive(self, time: float) -> np.ndarray:
         """(D, N) the inputs of the drives at a time since the start of this phase."""

@@ -8,7 +8,7 @@ the opposite transition is zero but for rounding: it must not end the next phase
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,10 @@ class Guard:
     slope: float
     weights: np.ndarray
     size: float = 0.0
+
+    def later(self, time: float) -> "Guard":
+        """The same, where t counts from `time`."""
+        return replace(self, constant=self.constant + self.slope * time)
 
 
 class Guards:

@@ -5,7 +5,7 @@ one of three modes. In a mode its torque is affine in the voltage and the wheel'
 the mode where they become positive: guards. The generated function motor_laws gives their parts.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import generated_data
-from omniroll.effects.effect import Effect, Influence, Motors, Signal, Table
+from omniroll.effects.effect import Effect, Influence, Modal, Signal, Table
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
@@ -23,13 +23,11 @@ from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INTERPOLATION, MOTOR, ROW_TIMES, documented
 
-# The modes by name and their transitions, as the derivation has them.
+# The modes and their transitions, as the derivation has them; here modes are counted from 0 in their order.
 (OWN,) = next(effect["modes"] for effect in generated_data.load("effects")["effects"] if effect["name"] == "motor")
-MODES = OWN["modes"]
-TRANSITIONS = {
-    mode: [(t["event"], t["to"]) for t in OWN["transitions"] if t["mode"] == mode] for mode in MODES.values()
-}
-LINEAR = MODES["linear"]
+MODES = list(OWN["modes"].values())
+TRANSITIONS = np.array([(MODES.index(t["mode"]), t["event"], MODES.index(t["to"])) for t in OWN["transitions"]])
+LINEAR = list(OWN["modes"]).index("linear")
 
 
 @documented(*MOTOR, ROW_TIMES, INTERPOLATION)
@@ -123,56 +121,39 @@ class Driving(Following):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
+        self.laws = np.array([laws(kernel, mode) for mode in MODES])
+        self.transitions = TRANSITIONS if motor.current_limit is not None else TRANSITIONS[:0]
         self.mode = np.full(kernel.wheels, LINEAR)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
-        self.laws = {mode: Law(*kernel.motor_laws(np.full(kernel.wheels, mode))) for mode in MODES.values()}
 
-    def compiled(self) -> tuple[Table, Motors]:
-        linear, limited = self.laws[LINEAR], self.laws[MODES["at_limit"]]
-        motors = Motors(
-            volt_torque=linear.torque_per_volt[0],
-            rate_voltage=-linear.margins_per_rate[0, 0] / linear.margins_per_volt[0, 0],
-            inverse_resistance=linear.margins_per_volt[0, 0],
-            limit=np.inf if self.motor.current_limit is None else self.motor.current_limit,
-            limit_torque=limited.torque_at_zero[0],
-            wheel_rows=self.wheel_speed_per_nu,
-        )
-        return Table("voltage", self.curve), motors
+    def compiled(self) -> tuple[Table, Modal]:
+        return Table("voltage", self.curve), Modal("voltage", self.laws, self.transitions, self.wheel_speed_per_nu)
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         voltage = Signal(*self.curve.after(elapsed))
         if "voltage" in given:
             voltage = voltage + given["voltage"]
-        torque = Signal(
-            self._own("torque_at_zero") + self._own("torque_per_volt") * voltage.value,
-            self._own("torque_per_volt") * voltage.slope,
-        )
-        damping = Signal.constant(self._own("torque_lost_per_rate"))
-        return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
+        at_zero, per_volt, per_rate = self.laws[self.mode, np.arange(len(self.mode)), 0].T
+        torque = Signal(at_zero + per_volt * voltage.value, per_volt * voltage.slope)
+        damping = Signal.constant(-per_rate)
+        return Influence({"torque": torque, "damping": damping}, tuple(self._guards(voltage)))
 
-    def _own(self, part: str) -> np.ndarray:
-        """(N,) a part of the torque, of each motor in its mode."""
-        return np.array([getattr(self.laws[mode], part)[wheel] for wheel, mode in enumerate(self.mode)])
-
-    def _guards(self, voltage: Signal) -> tuple[Guard, ...]:
-        """Where a margin becomes positive, a wheel's mode changes."""
+    def _guards(self, voltage: Signal) -> Iterator[Guard]:
+        """Where an event function becomes positive, a wheel's mode changes."""
         self.leads_to = []
-        if self.motor.current_limit is None:
-            return ()
-        guards = []
-        for wheel, mode in enumerate(self.mode):
-            for event, follows in TRANSITIONS[mode]:
-                self.leads_to.append((wheel, follows))
-                guards.append(self._guard(voltage, wheel, self.laws[mode], event))
-        return tuple(guards)
+        for wheel, present in enumerate(self.mode):
+            for mode, event, follows in self.transitions:
+                if mode == present:
+                    self.leads_to.append((wheel, follows))
+                    yield self._guard(voltage, wheel, self.laws[mode, wheel, 1 + event])
 
-    def _guard(self, voltage: Signal, wheel: int, law: "Law", event: int) -> Guard:
-        per_volt, at_zero = law.margins_per_volt[wheel, event], law.margins_at_zero[wheel, event]
+    def _guard(self, voltage: Signal, wheel: int, margin: np.ndarray) -> Guard:
+        at_zero, per_volt, per_rate = margin
         of_voltage = per_volt * voltage.value[wheel]
         return Guard(
             at_zero + of_voltage,
             per_volt * voltage.slope[wheel],
-            law.margins_per_rate[wheel, event] * self.wheel_speed_per_nu[wheel],
+            per_rate * self.wheel_speed_per_nu[wheel],
             size=abs(at_zero) + abs(of_voltage),
         )
 
@@ -182,17 +163,11 @@ class Driving(Following):
             self.mode[wheel] = mode
 
 
-@dataclass(frozen=True)
-class Law:
-    """What motors in one mode make of voltage u and wheel rate w.
+def laws(kernel: Kernel, mode: int) -> np.ndarray:
+    """(N, 3, 3) what motors in one mode make of voltage u and wheel rate w: the torque, and the two event functions.
 
-    torque_at_zero + torque_per_volt u - torque_lost_per_rate w, each (N,), and
-    margins_at_zero + margins_per_volt u + margins_per_rate w, each (N, 2)
+    Each is a + b u + c w, and its row is a, b, c.
     """
-
-    torque_at_zero: np.ndarray
-    torque_per_volt: np.ndarray
-    torque_lost_per_rate: np.ndarray
-    margins_at_zero: np.ndarray
-    margins_per_volt: np.ndarray
-    margins_per_rate: np.ndarray
+    at_zero, per_volt, lost_per_rate, *margins = kernel.motor_laws(np.full(kernel.wheels, mode))
+    torque = np.stack([at_zero, per_volt, -lost_per_rate], axis=-1)
+    return np.concatenate([torque[:, None], np.stack(margins, axis=-1)], axis=1)

@@ -5,7 +5,7 @@ from math import prod
 
 import numpy as np
 
-from omniroll.effects.effect import Quantity
+from omniroll.effects.registry import Quantity
 from omniroll.kernels.kernel import Kernel
 
 

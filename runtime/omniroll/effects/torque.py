@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Influence, Process, Quantity, Signal, Table
+from omniroll.effects.effect import Effect, Influence, Process, Signal, Table
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -14,20 +14,12 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import INTERPOLATION, ONE_OR_PER_WHEEL, ROW_TIMES, ROWS, TORQUE, documented
 
-DRIVE_WORK = Quantity("drive_work", "drive_power", account=+1)
-
 
 class Drive(Effect):
     """What the effects that turn the wheels share: the kernel's torque, and the work that it does."""
 
     def kernel_effects(self) -> tuple[str, ...]:
         return ("drive",)
-
-    def functions(self, roller_model: str) -> tuple[str, ...]:
-        return ("drive_power",)
-
-    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
-        return (DRIVE_WORK,)
 
 
 class Following(Process):

@@ -1,7 +1,7 @@
 """The compiled engine: runtime/csrc does phases, events and transitions; here its buffers are filled and read.
 
 A call runs until a buffer is full; then progress is reported and the rows are copied out. Tables, controllers and
-motors act within a call. An effect of another kind is asked at each event, between two calls.
+drives with modes act within a call. An effect of another kind is asked at each event, between two calls.
 """
 
 from dataclasses import replace
@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.effects.effect import Motors, Sampler, Table
+from omniroll.effects import registry
+from omniroll.effects.effect import Modal, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.numbers import Curve
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
@@ -38,8 +39,6 @@ REASONS = {
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
-# The outputs that are the rates of the engine's states, where no effect of the run reads them.
-RATES = {"drive_work": "drive_power", "axle_loss": "axle_loss", "roller_loss": "roller_loss"}
 
 
 def can_run(task: Task) -> bool:
@@ -115,7 +114,7 @@ class CompiledRun:
         self._give_inputs()
 
     def _give_inputs(self) -> None:
-        guards = self.acting.begin_phase(self.run.elapsed)
+        guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)
         self.signals[2, : len(self.columns.inputs)] = self.inputs[1, : len(self.columns.inputs)]
         self.inputs[...] = 0
         for k, name in enumerate(self.columns.inputs):
@@ -126,14 +125,15 @@ class CompiledRun:
             size = max(guard.size, abs(guard.constant))
             row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights)), size]
         self.run.guard_count = len(guards)
-        self.run.inputs_elapsed, self.run.next_time = self.run.elapsed, self.acting.next_time()
+        self.run.inputs_elapsed, self.run.inputs_carry = self.run.elapsed, self.run.carry
+        self.run.next_time = self.acting.next_time()
 
     def _describe_what_acts(self) -> None:
-        """Tables, controllers and motors, which the engine asks itself; it asks effects of other kinds here."""
+        """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
         described = [process.compiled() for process in self.acting.processes]
         forms = [form for forms in described if forms is not None for form in forms]
-        by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Motors)}
-        if None in described or len(by_kind[Motors]) > 1:
+        by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Modal)}
+        if None in described or len(by_kind[Modal]) > 1:
             self.run.asks = 1
             self._give_inputs()
             return
@@ -145,13 +145,16 @@ class CompiledRun:
             numbers |= {"proportional": form.proportional, "integral": form.integral}
             own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
             self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
-        for form in by_kind[Motors]:
+        for form in by_kind[Modal]:
             self.modes = np.zeros(self.wheels, np.int64)
-            own = {name: value for name, value in vars(form).items() if name != "wheel_rows"}
-            own["modes"] = self.module.ffi.from_buffer("long long[]", self.modes)
-            self._put("motors", own | self._pointers({"wheel_rows": form.wheel_rows}))
+            own = {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
+            own |= {"transition_count": len(form.transitions)} | self._pointers({"wheel_rows": form.wheel_rows})
+            own["modes"] = self._places(self.modes)
+            own["transitions"] = self._places(form.transitions)
+            own["laws"] = self.module.ffi.cast("omniroll_affine_t *", self._pointers({"": form.laws})[""])
+            self._put("modal", own)
         for name, entries in self.described.items():
-            kind = name if name == "motors" else name.removesuffix("s")
+            kind = name.removesuffix("s")
             array = self.module.ffi.new(f"omniroll_{kind}_t[]", entries)
             self.kept.append(array)
             setattr(self.run, name, array)
@@ -165,6 +168,11 @@ class CompiledRun:
         made = {name: np.array(array, float, order="C") for name, array in arrays.items()}
         self.kept += made.values()
         return {name: self._pointer(array) for name, array in made.items()}
+
+    def _places(self, numbers: np.ndarray) -> Any:
+        """A pointer to whole numbers, which live as long as this run."""
+        self.kept.append(np.ascontiguousarray(numbers, np.int64))
+        return self.module.ffi.from_buffer("long long[]", self.kept[-1])
 
     def _curve(self, curve: Curve) -> dict[str, Any]:
         numbers = {"times": curve.knots, "values": curve.values}
@@ -209,14 +217,14 @@ class CompiledRun:
         run.sweep_tolerance = max(SWEEP * self.tolerance / self._phases_expected(), FINEST_SWEEP)
         run.patience = SWITCHES_WITHOUT_PROGRESS * self.wheels
         run.row_capacity = run.switch_capacity = ROWS
-        run.speed, run.next_time = speed_scale(task), np.inf
+        run.speed, run.next_time = least_speed(task, step), np.inf
         for name in (
             "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
             "core", "core_before", "accounts", "part_sizes", "inputs", "guards", "signals",
         ):  # fmt: skip
             setattr(run, name, self._pointer(getattr(self, name)))
         for name in ("contact", "passed", "leads_to"):
-            setattr(run, name, self.module.ffi.from_buffer("long long[]", getattr(self, name)))
+            setattr(run, name, self._places(getattr(self, name)))
 
     def _phases_expected(self) -> float:
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
@@ -287,8 +295,9 @@ class Columns:
         self.kernel, self.state_vector = kernel, task.effects.state_vector(kernel)
         self.states, self.inputs = names_of(kernel, "states"), names_of(kernel, "inputs")
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}
-        rates = {quantity.name: quantity.rate for quantity in self.state_vector.quantities}
-        self.sizes = [int(np.prod(outputs[(RATES | rates)[name]])) for name in self.states]
+        of_set = registry.quantities(kernel.effects, kernel.roller_model)
+        rates = {quantity.name: quantity.rate for quantity in (*of_set, *self.state_vector.quantities)}
+        self.sizes = [int(np.prod(outputs[rates[name]])) for name in self.states]
         starts = dict(zip(self.states, np.cumsum([0, *self.sizes]), strict=False))
         places = [
             np.arange(starts[quantity.name], starts[quantity.name] + self.sizes[self.states.index(quantity.name)])

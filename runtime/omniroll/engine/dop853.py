@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import DOP853
 
+from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.results.dense import bernstein_of_dop853
 
 STAGES = 12  # evaluations of a step
@@ -15,20 +16,25 @@ ORDER = 8
 
 @dataclass
 class Step:
-    """A step of length h from (time, y), where the rates are `rates`, to y_end, where they are rates_end."""
+    """A step of length h from (time, y), where the rates are `rates`, to y_end, where they are rates_end.
+
+    carry is what the rounding of y has left over, and carry_end that of y_end.
+    """
 
     flow: Callable[[float, np.ndarray], np.ndarray]
     time: float
     y: np.ndarray
     rates: np.ndarray
     h: float
+    carry: np.ndarray
 
     def __post_init__(self) -> None:
         self.stages = np.empty((STAGES + 1, len(self.y)))
         self.stages[0] = self.rates
         for k in range(1, STAGES):
             self.stages[k] = self._rates_at(DOP853.C[k], DOP853.A[k, :k], self.stages)
-        self.y_end = self.y + self.h * (DOP853.B @ self.stages[:STAGES])
+        gained = self.h * (DOP853.B @ self.stages[:STAGES])
+        self.y_end, self.carry_end = compensated_sum(self.y, self.carry, gained)
         self.rates_end = self.stages[STAGES] = self.flow(self.time + self.h, self.y_end)
 
     def _rates_at(self, part: float, weights: np.ndarray, stages: np.ndarray) -> np.ndarray:

@@ -24,6 +24,7 @@ from omniroll.results.dense import first_positive
 OVERSHOOT = 1.05  # a step that would pass the joint aims this little beyond it,
 SHORTEST_AIM = 0.05  # unless that is less than this part of the step: a wheel that slows down there takes for ever
 LANDING_TRIALS = 100
+NU = slice(3)
 ROUNDING = 4 * EPS  # of an angle, relative
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 10.0  # of a step's length over the one before
 
@@ -76,15 +77,16 @@ class PhaseIntegrator:
 
     wheels     N; chi is y[3 : 3 + N]
     joint      pi/n in rad
-    scale      (d,) the size of each component, in which errors are measured
+    scale      (d,) the size of each component, in which errors are measured; nu's grows to the largest |nu| that was
     tolerance  the local error allowed in a step, in units of `scale`
     """
 
     def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float):
-        self.chi = slice(3, 3 + wheels)
-        self.wheels, self.joint, self.scale, self.tolerance = wheels, joint, scale, tolerance
+        self.chi, self.pose = slice(3, 3 + wheels), slice(3 + wheels, 6 + wheels)
+        self.wheels, self.joint, self.scale, self.tolerance = wheels, joint, scale.copy(), tolerance
         self.counts = Counts()
         self.next_step: float | None = None  # carried over a switch
+        self.carry = np.zeros_like(scale)  # what the rounding of y has left over
 
     def run(
         self,
@@ -100,6 +102,7 @@ class PhaseIntegrator:
         Raises StepFailedError; its `phase` attribute is what was done until then.
         """
         phase = Phase(y, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
+        self.carry[: self.pose.start] = 0.0  # a switch has put wheels onto their joints, and may have changed nu
         if len(guards) and guards.beyond(0.0, y).any():
             phase.passed = guards.beyond(0.0, y)
             return phase
@@ -136,7 +139,7 @@ class PhaseIntegrator:
                     return True
                 return self._land(flow, phase, step, crossing, gap)
             phase.add_step(end, step.y_end, dense)
-            time, y, rates = end, step.y_end, step.rates_end
+            time, y, rates, self.carry = end, step.y_end, step.rates_end, step.carry_end
             if time >= limit:
                 phase.directions = self._due(flow, time, y, gap(time))
                 phase.y = self._onto_joint(phase, phase.directions)
@@ -151,9 +154,10 @@ class PhaseIntegrator:
         h, rejected = max(asked, shortest), False
         while True:
             end = min(time + h, limit)
-            step = Step(flow, time, y, rates, end - time)
+            step = Step(flow, time, y, rates, end - time, self.carry)
             self.counts.evaluations += STAGES
-            size = self.tolerance * self.scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
+            scale = self._scale(y, rates, step.h)
+            size = self.tolerance * scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
             error = step.error(size)
             factor = MOST_FACTOR if error == 0 else SAFETY * error ** (-1 / ORDER)  # not a number where a stage is none
             if error < 1:
@@ -167,9 +171,16 @@ class PhaseIntegrator:
         # A step cut short by the joint says little about the length that the tolerance would allow.
         accepted = step.h >= 0.999 * asked
         self.next_step = max(wanted, following) if accepted and asked < wanted else following
+        self.scale = self._scale(y, rates, 0.0)
         self.counts.steps += 1
-        self.counts.error += step.error(self.scale)
+        self.counts.error += step.error(scale)
         return step, end
+
+    def _scale(self, y: np.ndarray, rates: np.ndarray, h: float) -> np.ndarray:
+        """(d,) the sizes on a step of length h: a vehicle that starts from rest has the speeds that it will have."""
+        scale = self.scale.copy()
+        scale[NU] = np.max([scale[NU].max(), np.abs(y[NU]).max(), h * np.abs(rates[NU]).max()])
+        return scale
 
     def _rates(self, flow: Flow, time: float, y: np.ndarray) -> np.ndarray:
         self.counts.evaluations += 1
@@ -252,36 +263,37 @@ class PhaseIntegrator:
 
         Newton's rule between the last h inside and the first outside. False if no wheel passes after all.
         """
-        y0, time0, h_most = step.y, step.time, step.h
-        low, high = (0.0, y0, None), (h_most, None)
-        h = guess * h_most
+        h_most, h = step.h, guess * step.h
+        inside, low, high, beyond = None, 0.0, h_most, None  # beyond: chi at `high`, once a step has been too long
         for _ in range(LANDING_TRIALS):
-            y, dense, rates = self._single_step(step, h)
-            waits, directions = self._waits(rates, y)
+            part = self._single_step(step, h)
+            chi = part.y_end[self.chi]
+            waits, directions = self._waits(part.rates_end, part.y_end)
             first = np.argmin(waits)
-            outside = not np.abs(y[self.chi]).max() <= self.joint
+            outside = not np.abs(chi).max() <= self.joint
             if outside:
-                high = (h, y)
+                high, beyond = h, chi
             else:
-                low = (h, y, dense)
-            noise = 2 * EPS * (h + self.joint / max(abs(rates[self.chi][first]), np.finfo(float).tiny))
+                low, inside = h, part
+            noise = 2 * EPS * (h + self.joint / max(abs(part.rates_end[self.chi][first]), np.finfo(float).tiny))
             if abs(waits[first]) <= noise or (not outside and h == h_most):
                 break
             following = h + waits[first]
-            if not low[0] < following < high[0]:
-                following = (low[0] + high[0]) / 2 if high[1] is not None else h_most
-            if following in (low[0], high[0]) and high[1] is not None:  # nothing between: the joint is here
-                h, y, dense = low
-                waits, directions = self._waits(flow(time0 + h, y), y)
-                beyond = np.abs(high[1][self.chi]) > self.joint
-                directions = np.where(beyond, np.sign(high[1][self.chi]).astype(int), directions)
-                waits = np.where(beyond, 0.0, waits)
+            if not low < following < high:
+                following = (low + high) / 2 if beyond is not None else h_most
+            if following in (low, high) and beyond is not None:  # nothing between: the joint is here
+                part = inside
+                y = step.y if part is None else part.y_end
+                waits, directions = self._waits(flow(step.time + low, y), y)
+                past = np.abs(beyond) > self.joint
+                directions = np.where(past, np.sign(beyond).astype(int), directions)
+                waits = np.where(past, 0.0, waits)
                 break
             h = following
         else:
             raise StepFailedError("no landing on the joint")
-        if dense is not None:
-            phase.add_step(time0 + h, y, dense)
+        if part is not None:
+            self._add(phase, part)
         phase.directions = np.where(waits < gap(phase.duration), directions, 0)
         phase.y = self._onto_joint(phase, phase.directions)
         return bool(phase.directions.any())
@@ -300,19 +312,19 @@ class PhaseIntegrator:
 
         Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
         """
-        y0, time0, h_most = step.y, step.time, step.h
-        low, high, h = 0.0, h_most, guess * h_most
-        if (guards.values(time0, y0)[passed] >= 0).any() or time0 + h == time0:
+        low, high, h = 0.0, step.h, guess * step.h
+        if (guards.values(step.time, step.y)[passed] >= 0).any() or step.time + h == step.time:
             phase.passed = passed
             return
         for _ in range(LANDING_TRIALS):
-            y, dense, rates = self._single_step(step, h)
-            waits, noise = guards.waits(time0 + h, y, rates)
+            part = self._single_step(step, h)
+            time, y = step.time + h, part.y_end
+            waits, noise = guards.waits(time, y, part.rates_end)
             waits[~passed] = np.inf
             first = np.argmin(waits)
             if abs(waits[first]) <= noise[first] + EPS * h:
                 break
-            beyond = (guards.values(time0 + h, y)[passed] > 0).any()
+            beyond = (guards.values(time, y)[passed] > 0).any()
             low, high = (low, h) if beyond else (h, high)
             following = h + waits[first]
             if not low < following < high:
@@ -320,21 +332,24 @@ class PhaseIntegrator:
             if following in (low, high):
                 break
             h = following
-        phase.add_step(time0 + h, y, dense)
+        self._add(phase, part)
         phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + gap(phase.duration))
         phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
         phase.y = self._onto_joint(phase, phase.directions)
 
-    def _single_step(self, step: Step, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted.
-
-        y at its end, its polynomial, and the rates at its end.
-        """
-        part = Step(step.flow, step.time, step.y, step.rates, h)
-        self.counts.evaluations += STAGES + FURTHER
+    def _single_step(self, step: Step, h: float) -> Step:
+        """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted."""
+        part = Step(step.flow, step.time, step.y, step.rates, h, step.carry)
+        self.counts.evaluations += STAGES
         if not np.isfinite(part.y_end).all():
             raise StepFailedError("a step onto the joint is not finite")
-        return part.y_end, part.polynomial(), part.rates_end
+        return part
+
+    def _add(self, phase: Phase, part: Step) -> None:
+        """The phase goes on to the end of this step."""
+        phase.add_step(part.time + part.h, part.y_end, part.polynomial())
+        self.counts.evaluations += FURTHER
+        self.carry = part.carry_end
 
     def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:
         """The last state with the switching wheels exactly on their joints, the others not beyond theirs."""

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
+from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, speed_scale
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
@@ -62,7 +63,7 @@ class Run:
         self._start_added()
         scale = np.concatenate(
             [
-                np.full(3, speed_scale(task)),
+                np.full(3, least_speed(task, tolerance)),
                 np.full(vehicle.wheels, self.model.joint),
                 [vehicle.platform_radius, vehicle.platform_radius, 1.0],
                 self.acting.state_vector.scale_of_added(self.kernel, speed_scale(task)),
@@ -103,7 +104,7 @@ class Run:
             if self.elapsed >= self.acting.next_time():
                 self.acting.pass_time(self.elapsed, self.state)
                 continue
-            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial())
+            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self.carry)
             passed = self.guards.beyond(0.0, self._y()) if len(self.guards) else np.zeros(0, bool)
             if not passed.any():
                 break
@@ -151,7 +152,7 @@ class Run:
         due = outward(chi, chi_dot, self.kernel.rollers_per_wheel)
         slow = np.abs(chi_dot) <= SLOW * np.max(np.abs(chi_dot), initial=0.0)
         if (slow & (np.abs(chi) >= self.model.joint)).any():
-            flow, _ = self.acting.phase(self.elapsed, self.state.free_axial())
+            flow, _ = self.acting.phase(self.elapsed, self.state.free_axial(), self.carry)
             chi_ddot = self.kernel.wheel_speeds(flow(0.0, self._y())[:3])
             resting = slow & (chi_dot**2 < 2 * EPS * self.model.joint * np.abs(chi_ddot))
             due = np.where(resting, outward(chi, chi_ddot, self.kernel.rollers_per_wheel), due)
@@ -188,7 +189,7 @@ class Run:
         for k, (h, y, dense) in enumerate(zip(phase.times, phase.ends, phase.dense, strict=True)):
             self.rows.step_rows.append(len(self.rows.y) - 1)
             self.rows.dense.append(dense)
-            self.elapsed, self.carry = _compensated_sum(start, carry, h)
+            self.elapsed, self.carry = compensated_sum(start, carry, h)
             drive = self.acting.drive(h)
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
@@ -266,11 +267,3 @@ class Run:
             "local_errors": float(counts.error),
         }
         return assembled(self.task, rows, stats)
-
-
-def _compensated_sum(start: float, carry: float, h: float) -> tuple[float, float]:
-    """start + carry + h rounded, and the rounding error (Knuth's two-sum)."""
-    h = h + carry
-    total = start + h
-    part = total - start
-    return total, (start - (total - part)) + (h - part)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
@@ -15,6 +16,7 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 Progress = Callable[[float, float], Any]
+ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
 
@@ -68,6 +70,18 @@ def speed_scale(task: Task) -> float:
             norm = float(np.linalg.norm(speeds))
             return max(norm, least) if task.effects else norm
     return least
+
+
+def least_speed(task: Task, tolerance: float) -> float:
+    """The |nu| that errors are measured against at least.
+
+    Effects may move a vehicle far more slowly than its rollers spin. Errors count over the largest |nu|, so that the
+    rollers' speed is taken only as far as its rounding in nu' asks for it.
+    """
+    if not task.effects:
+        return speed_scale(task)
+    of_rounding = speed_scale(task) * min(1.0, ROUNDINGS * EPS / tolerance)
+    return max(float(np.linalg.norm(task.state.nu)), of_rounding)
 
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
