@@ -2,6 +2,7 @@
  * guard is passed. */
 
 #define CHATTER 1e-6                /* of pi/n: where no wheel turns by more, switches are no progress       */
+#define SLOW_WHEEL 1e-6             /* of the fastest wheel's speed: only slower ones are asked whether they rest */
 
 /* The state at this instant, in all lanes. */
 typedef struct {
@@ -176,26 +177,44 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
 }
 
+/* The speed of each wheel, or where it rests at its joint its acceleration. It rests where its speed would carry it over
+ * less than the rounding of its angle: without this an impact that sends a wheel back again and again, in less and less
+ * time, would have no last one. */
+static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *work, double *rates)
+{
+    lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    double fastest = 0;
+    int slow[MOST_WHEELS], count = 0;
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    set_wheel_speeds(run->wheels, &work->vehicle, nu, chi_dot);
+    for (int i = 0; i < run->wheels; i++) {
+        rates[i] = chi_dot[i][0];
+        fastest = fmax(fastest, fabs(rates[i]));
+    }
+    for (int i = 0; i < run->wheels; i++)
+        count += slow[i] = fabs(rates[i]) <= SLOW_WHEEL*fastest && fabs(run->chi[i]) >= run->joint;
+    if (!count)
+        return;
+    wheel_accelerations(run, work, chi_ddot);
+    for (int i = 0; i < run->wheels; i++)
+        if (slow[i] && rates[i]*rates[i] < 2*EPS*run->joint*fabs(chi_ddot[i][0]))
+            rates[i] = chi_ddot[i][0];
+}
+
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is
  * closer in time than tau (rule 5), be it to a switch or to another event. Returns how many. */
 static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
-    lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
+    double rates[MOST_WHEELS];
     const int at_end = (run->elapsed >= run->duration || run->at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
-    int at_joint = 0, resting = 0, count = 0;
-    for (int k = 0; k < 3; k++)
-        nu[k] = lanes_of(run->nu[k]);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, chi_dot);
-    for (int i = 0; i < run->wheels; i++)
-        resting += chi_dot[i][0] == 0 && fabs(run->chi[i]) >= run->joint;
-    if (resting)
-        wheel_accelerations(run, work, chi_ddot);
+    int at_joint = 0, count = 0;
+    speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
             const int sign = run->chi[i] < 0 ? -1 : 1;
-            const double left = run->joint - sign*run->chi[i];
-            const double rate = sign*(resting && chi_dot[i][0] == 0 ? chi_ddot[i][0] : chi_dot[i][0]);
+            const double left = run->joint - sign*run->chi[i], rate = sign*rates[i];
             if (pass == 0)
                 at_joint += rate > 0 && left <= (at_end ? together*rate : 0);
             else {

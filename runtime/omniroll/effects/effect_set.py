@@ -130,7 +130,7 @@ class EffectRun:
                 process.pass_time(state)
 
     def phase(self, elapsed: float, axial: np.ndarray | None, carry: float = 0.0) -> tuple[Flow, Guards]:
-        """The rates and the guards of the phase that starts at elapsed + carry; axial: of the free rollers, (N, n-1)."""
+        """The rates and the guards of the phase that starts at elapsed + carry, with the axial speeds (N, n-1)."""
         momenta = None if axial is None else self.kernel.momenta(axial)
         if self.bound_rates is None:
             return self.kernel.flow(momenta), NO_GUARDS
