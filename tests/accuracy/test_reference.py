@@ -5,13 +5,15 @@ import pytest
 from oracle import references
 from oracle.bridge import project_vehicle
 
-from omniroll import Vehicle
-from omniroll.engine.simulate import checked_task
-from omniroll.errors import SimulationStopped
+from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll.effects import effect
+from omniroll.engine.simulate import checked_task, one_run
+from omniroll.errors import OmnirollError, SimulationStopped
 from omniroll.studies.accuracy.deviation import deviation
+from omniroll.studies.accuracy.mechanics import Mechanics
+from omniroll.studies.accuracy.peers import outcome_of
 from omniroll.studies.accuracy.reference import (
     Extrapolated,
-    Mechanics,
     Reference,
     Taylor,
     confirmed,
@@ -46,6 +48,42 @@ def test_references_agree_with_the_oracle(case):
     assert sorted(s[1:] for s in one.switches) == sorted(moves)
     for row, sample in zip(one.y, case["samples"], strict=False):
         np.testing.assert_allclose(row[:3], np.array(sample["nu"], float), atol=1e-15)
+
+
+ACTING = {
+    "a table with jumps, on a slope": (TorqueTable([0.1, 0.25], [[0.01] * 3, [-0.02, 0.03, 0.0]], "hold"), Slope(0.1)),
+    "motors at their limit": (Motor([[5, -3, -2], [1, 2, 3]], 0.02, 1.5, current_limit=0.7, times=[0, 0.4]),),
+    "a sampled controller with motors": (
+        Motor(0.0, 0.02, 1.5), Controller((0.5, 0.1, -0.5), 1.0, 0.07, integral=2.0, output="voltage", limit=3.0),
+    ),
+    "friction of both kinds of axle": (
+        Bearings(wheel_viscous=2e-3, wheel_coulomb=1e-3, wheel_speed=0.5, roller_viscous=1e-5),
+    ),
+    "friction that each roller has by itself": (Bearings(roller_coulomb=1e-5, roller_speed=0.5),),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ACTING)
+def test_references_with_effects_agree_with_each_other_and_with_the_engine(name):
+    start = {"nu": (1.0, 0.2, 0.8), "chi": (-0.5, 0.55, -0.6), "spins": np.linspace(-1, 1, 12).reshape(3, 4)}
+    task = checked_task(Vehicle.paper(), **start, duration=0.3, effects=ACTING[name])
+    found = confirmed(task, np.linspace(0, 0.3, 5))
+    assert 0 < found.confirmed < 1e-15 and found.switches
+    engine = outcome_of(one_run(task, 1e-13), task, found.times)
+    assert max(deviation(engine, found, task).values()) < 1e-12
+
+
+def test_an_effect_that_acts_through_python_has_no_reference():
+    class Asked(Torque):
+        def process(self, kernel, start_time):
+            return Process()
+
+    class Process(effect.Process):
+        pass
+
+    task = checked_task(Vehicle.paper(), nu=(1, 0, 0), duration=0.1, effects=[Asked(0.01)])
+    with pytest.raises(OmnirollError, match="no reference solution with Asked"):
+        confirmed(task, np.array([0.1]))
 
 
 def test_the_precision_of_flint_is_put_back():

@@ -31,9 +31,8 @@ def draw(study: Study, folder: Path) -> list[Path]:
             f"{study.scene}: {study.model} rollers, {study.law} switches, {study.duration:g} s simulated",
             x=0.01, ha="left", fontweight="bold",
         )  # fmt: skip
-        bare = ", without effects" * bool(study.effects)
         laws = {name: f"{name}: {c:.1g} tol^{e:.2f}" for name, (c, e) in study.laws.items()}
-        _panel(left, study.points, f"numerical accuracy{bare}: one curve per integrator", study.floor, laws)
+        _panel(left, study.points, "numerical accuracy: one curve per integrator", study.floor, laws)
         _panel(right, study.models, f"model accuracy: against {fullest(study)}", study.models_floor)
         left.set_ylabel("largest error over the trajectory, norm of `accuracy`")
         left.set_ylim(bottom=_least(study) / 30)

@@ -17,7 +17,11 @@ TOLERANCES = tuple(10.0**-k for k in range(3, 14, 2))
 
 def heyoka_peer() -> tuple[Peer, ...]:
     """The peer, in a tuple that is empty where heyoka is not installed."""
-    return (Peer("heyoka", _run, TOLERANCES, prepare=_prepare),) if importlib.util.find_spec("heyoka") else ()
+    return (
+        (Peer("heyoka", _run, TOLERANCES, prepare=_prepare, with_effects=False),)
+        if importlib.util.find_spec("heyoka")
+        else ()
+    )
 
 
 def _run(task: Task, times: np.ndarray, tolerance: float) -> Outcome:
@@ -31,7 +35,7 @@ def _prepare(task: Task, tolerance: float) -> None:
 class HeyokaRun(ScipyRun):
     """Phases by heyoka; the rest, the switching model among it, as for SciPy."""
 
-    def _phase(self, now: float, duration: float) -> SimpleNamespace:
+    def _phase(self, now: float, until: float) -> SimpleNamespace:
         integrator = _integrator(self.bound, self.tolerance)
         axial = self.state.free_axial()
         if axial is not None:
@@ -41,8 +45,8 @@ class HeyokaRun(ScipyRun):
         integrator.reset_cooldowns()
         rows: dict[float, np.ndarray] = {}
         at_joint = False
-        while integrator.time < duration and not at_joint:
-            outcome, _ = integrator.step(max_delta_t=duration - integrator.time, write_tc=True)
+        while integrator.time < until and not at_joint:
+            outcome, _ = integrator.step(max_delta_t=until - integrator.time, write_tc=True)
             at_joint = -len(integrator.t_events) <= int(outcome) < 0  # event k ends the step with -k - 1
             if not at_joint and outcome not in self.going_on:
                 raise ArithmeticError(f"heyoka stopped: {outcome}")

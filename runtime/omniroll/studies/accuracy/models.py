@@ -1,8 +1,7 @@
 """What a simpler model costs in accuracy: the roller models, and each effect of the scene left out in turn, against the
 fullest model: free rollers with every effect of the scene.
 
-Without effects the fullest model's motion is a reference solution as any other. With effects it is the engine's own run
-at FINEST_WITH_EFFECTS, and no error is shown that is below that, or below its distance from a run 100 times coarser.
+The fullest model's motion is a reference solution as any other.
 """
 
 import math
@@ -17,15 +16,13 @@ from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.scenes import Scene
-from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.peers import TOLERANCES, Outcome, Peer, outcome_of
-from omniroll.studies.accuracy.reference import FINER, Reference, confirmed
+from omniroll.studies.accuracy.reference import Reference, confirmed
 from omniroll.vocabulary import ROLLER_MODELS
 
 # The error of a model stays however fine the tolerance is, and these tolerances are enough to show it. Runs with
 # effects take longer, and have fewer.
 SETTINGS, SETTINGS_WITH_EFFECTS = TOLERANCES[::2][:6], TOLERANCES[1:8:3]
-FINEST_WITH_EFFECTS = 1e-11
 
 Rung = tuple[str, Task]
 Measure = Callable[[Peer, float, Task, Reference], Any]
@@ -70,7 +67,7 @@ def ladder(
     fullest = next(task for name, task in rungs if name == "free")
     peer = Peer("compiled", _run, SETTINGS_WITH_EFFECTS if some else SETTINGS)
     try:
-        exact = _reference(fullest, times) if some else known or confirmed(fullest, times)
+        exact = known or confirmed(fullest, times)
         result.confirmed = exact.confirmed
         for name, task in rungs:
             result.points += [replace(measure(peer, setting, task, exact), series=name) for setting in peer.settings]
@@ -93,11 +90,3 @@ def _rungs(scene: Scene, options: dict[str, Any]) -> Iterator[tuple[str, Any, di
     if scene.vehicle.has_layout:
         plain = scene.vehicle.replace(wheel_places=None, center_of_mass=(0.0, 0.0))
         yield "without layout", plain, fullest
-
-
-def _reference(fullest: Task, times: np.ndarray) -> Reference:
-    fine, coarse = (_run(fullest, times, tolerance) for tolerance in (FINEST_WITH_EFFECTS, 100 * FINEST_WITH_EFFECTS))
-    gap = max(
-        deviation(coarse, fine, fullest)["trajectory"], FINEST_WITH_EFFECTS
-    )  # events may cut both runs into the same steps
-    return Reference(times, fine.y, fine.contact, fine.energy, fine.switches, confirmed=gap / FINER)

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from omniroll.engine.runs import Task
+from omniroll.effects.effect_set import EffectRun
+from omniroll.engine.runs import Task, speed_scale
 from omniroll.engine.simulate import one_run
 from omniroll.engine.switching import SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
@@ -39,7 +40,7 @@ class Outcome:
 class Peer:
     """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is.
 
-    prepare(task, setting) compiles what has to be, and is not counted.
+    prepare(task, setting) compiles what has to be, and is not counted; with_effects: whether effects may act.
     """
 
     name: str
@@ -47,11 +48,12 @@ class Peer:
     settings: tuple[float, ...]
     setting: str = "tolerance"
     prepare: Callable[[Task, float], None] = lambda task, setting: None
+    with_effects: bool = True
 
 
 def by_engine(engine: str) -> Callable:
     def run(task: Task, times: np.ndarray, tolerance: float) -> Outcome:
-        own = replace(task, engine=engine, kernel=kernel(task.kernel.vehicle, task.kernel.roller_model, engine))
+        own = replace(task, engine=engine, kernel=task.effects.kernel(task.vehicle, task.kernel.roller_model, engine))
         return outcome_of(one_run(own, tolerance), task, times)
 
     return run
@@ -75,42 +77,44 @@ def by_scipy(method: str, number_type: str = "double") -> Callable:
 
 
 class ScipyRun:
-    """Phases by solve_ivp, ended by its events; switches by the switching model.
+    """Phases by solve_ivp, ended by its events and by known times; switches by the switching model.
 
-    number_type is that of the kernel whose rates are integrated; all else is in double.
+    number_type is that of the kernel whose rates are integrated; all else is in double. With effects it is double.
     """
 
     def __init__(self, task: Task, times: np.ndarray, method: str, tolerance: float, number_type: str = "double"):
         self.task, self.times, self.method, self.tolerance = task, times, method, max(tolerance, SMALLEST_RTOL)
         self.bound, self.state = task.kernel, task.state
-        self.rates = kernel(self.bound.vehicle, self.bound.roller_model, "compiled", number_type)
+        if number_type == "double":
+            rates = self.bound
+        else:
+            rates = kernel(self.bound.vehicle, self.bound.roller_model, "compiled", number_type)
+        self.acting = EffectRun(task.effects, rates, task.start_time)
+        self.vector = self.acting.state_vector
+        self.added = np.zeros(self.vector.size - self.vector.plain)
         self.wheels, self.joint = self.bound.wheels, np.pi / self.bound.rollers_per_wheel
         self.law = SwitchingModel(self.bound, task.switching)
-        self.events = [self._event(3 + i, sign) for i in range(self.wheels) for sign in (1, -1)]
         self.rows: list[np.ndarray] = []
         self.contacts: list[np.ndarray] = []
         self.energies: list[float] = []
         self.switches: list[tuple[float, int, int]] = []
         self.evaluations = 0
-
-    def _event(self, place: int, sign: int) -> Callable:
-        def beyond(_: float, y: np.ndarray) -> float:
-            return sign * y[place] - self.joint
-
-        beyond.terminal, beyond.direction = True, 1.0
-        return beyond
+        self._start_added()
 
     def outcome(self) -> Outcome:
         now, duration, phase_start = 0.0, self.task.duration, 0.0
         self._switch(now, self._due())
         for _ in range(LONGEST):
+            self._pass_events(now)
             if not now < duration:
                 break
-            phase = self._phase(now, duration)
+            until = min(duration, self.acting.next_time())
+            phase = self._phase(now, until)
             self._keep(now, phase)
-            now, y = float(phase.t[-1]), phase.y[:, -1]
-            self._to(y)
+            self._to(phase.y[:, -1], phase.t[-1] - now)
+            now = until if phase.status == 0 else float(phase.t[-1])
             if phase.status == 1:
+                self._pass_guards(phase)
                 self._switch(now, self._due(tau(self.task.start_time + now, now - phase_start)))
                 phase_start = now
         self._keep_rest()
@@ -118,25 +122,80 @@ class ScipyRun:
             np.array(self.rows), np.array(self.contacts), np.array(self.energies), self.switches, self.evaluations
         )
 
-    def _phase(self, now: float, duration: float):
-        axial = self.state.free_axial()
-        flow = self.rates.flow(None if axial is None else self.bound.momenta(axial))
-        speed = np.linalg.norm(self.state.nu) or 1.0
-        radius = self.bound.vehicle.platform_radius
-        scale = np.array([speed] * 3 + [self.joint] * self.wheels + [radius, radius, 1.0])
-        y = np.concatenate([self.state.nu, self.state.chi, self.state.pose])
+    # What acts
+
+    def _pass_events(self, now: float) -> None:
+        """Known times that have come, guards that are passed at once; then the rates and the guards from now on."""
+        while True:
+            if now >= self.acting.next_time():
+                self.acting.pass_time(now, self.state)
+                continue
+            self.flow, self.guards = self.acting.phase(now, self.state.free_axial())
+            passed = self.guards.beyond(0.0, self._y()) if len(self.guards) else np.zeros(0, bool)
+            if not passed.any():
+                return
+            self.acting.pass_guards(passed)
+
+    def _pass_guards(self, phase) -> None:
+        """The guards that have ended the phase; events at joints stand before them."""
+        if len(self.guards):
+            passed = np.array([len(times) > 0 for times in phase.t_events[2 * self.wheels :]])
+            if passed.any():
+                self.acting.pass_guards(passed)
+
+    def _start_added(self) -> None:
+        y = self._y()
+        self.vector.put(y, self.task.effects.initial(self.bound, self.state.free_axial()))
+        self.added = y[self.vector.plain :]
+
+    # A phase
+
+    def _phase(self, now: float, until: float):
         phase = solve_ivp(
-            flow, (now, duration), y, method=self.method, rtol=self.tolerance, atol=self.tolerance * scale,
-            events=self.events, dense_output=True,
+            lambda time, y: self.flow(time - now, y), (now, until), self._y(), method=self.method, rtol=self.tolerance,
+            atol=self.tolerance * self._scale(), events=self._events(now), dense_output=True,
         )  # fmt: skip
         self.evaluations += phase.nfev
         if phase.status < 0:
             raise ArithmeticError(phase.message)
         return phase
 
-    def _to(self, y: np.ndarray) -> None:
-        end = 3 + self.wheels
-        self.state = replace(self.state, nu=y[:3].copy(), chi=y[3:end].copy(), pose=y[end:].copy())
+    def _scale(self) -> np.ndarray:
+        speed = speed_scale(self.task) if self.task.effects else np.linalg.norm(self.state.nu) or 1.0
+        radius = self.bound.vehicle.platform_radius
+        plain = [speed] * 3 + [self.joint] * self.wheels + [radius, radius, 1.0]
+        return np.concatenate([plain, self.vector.scale_of_added(self.bound, speed)])
+
+    def _events(self, start: float) -> list[Callable]:
+        joints = [
+            lambda _, y, place=3 + i, sign=sign: sign * y[place] - self.joint
+            for i in range(self.wheels)
+            for sign in (1, -1)
+        ]
+        passed = [lambda time, y, k=k: self.guards.values(time - start, y)[k] for k in range(len(self.guards))]
+        for event in (*joints, *passed):
+            event.terminal, event.direction = True, 1.0
+        return joints + passed
+
+    def _y(self) -> np.ndarray:
+        return np.concatenate([self.state.nu, self.state.chi, self.state.pose, self.added])
+
+    def _axial(self, y: np.ndarray, h: float) -> np.ndarray | None:
+        """The free rollers' axial speeds at y, the time h after the present state."""
+        axial = self.state.free_axial()
+        if axial is None:
+            return None
+        before, after = self.vector.views(self._y()), self.vector.views(y)
+        return self.task.effects.axial_later(self.bound, axial, before, after, np.float64(h))
+
+    def _to(self, y: np.ndarray, h: float) -> None:
+        axial, end, plain = self._axial(y, h), 3 + self.wheels, self.vector.plain
+        self.state = replace(self.state, nu=y[:3].copy(), chi=y[3:end].copy(), pose=y[end:plain].copy())
+        self.added = y[plain:].copy()
+        if axial is not None:
+            self.state = self.state.with_free_axial(axial)
+
+    # Switches
 
     def _due(self, gap: float = 0.0) -> np.ndarray:
         """Directions of the wheels that reach their joint within `gap`; they are put onto it."""
@@ -153,23 +212,27 @@ class ScipyRun:
             if not directions.any():
                 return
             self.state = self.law.apply(self.state, directions)
+            self._start_added()
             self.switches += [(now, int(i), int(directions[i])) for i in np.flatnonzero(directions)]
             directions = self._due()
         raise ArithmeticError("switches without progress in time")
 
+    # Rows
+
     def _keep(self, now: float, phase) -> None:
         while len(self.rows) < len(self.times) and self.times[len(self.rows)] < phase.t[-1]:
-            self._row(phase.sol(self.times[len(self.rows)]))
+            time = self.times[len(self.rows)]
+            self._row(phase.sol(time), time - now)
 
     def _keep_rest(self) -> None:
-        y = np.concatenate([self.state.nu, self.state.chi, self.state.pose])
         while len(self.rows) < len(self.times):
-            self._row(y)
+            self._row(self._y(), 0.0)
 
-    def _row(self, y: np.ndarray) -> None:
-        self.rows.append(y)
+    def _row(self, y: np.ndarray, h: float) -> None:
+        plain = y[: self.vector.plain]
+        self.rows.append(plain)
         self.contacts.append(self.state.contact)
-        self.energies.append(_energy(self.bound, y, self.state.free_axial()))
+        self.energies.append(_energy(self.bound, plain, self._axial(y, h)))
 
 
 def _energy(bound, y: np.ndarray, axial: np.ndarray | None) -> float:
@@ -229,16 +292,17 @@ def fixed_steps(task: Task, times: np.ndarray, per_sample: int, number_type: str
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 15))
 COARSE = TOLERANCES[1:12:2]
+FIXED = (4, 16, 64, 256, 1024)  # steps a sample
 PEERS = (
     Peer("compiled", by_engine("compiled"), TOLERANCES),
     Peer("Python engine", by_engine("python"), COARSE),
     Peer("SciPy RK45", by_scipy("RK45"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("SciPy DOP853", by_scipy("DOP853"), COARSE),
-    Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8]),
+    Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8], with_effects=False),
     Peer("SciPy LSODA", by_scipy("LSODA"), COARSE),
     Peer("SciPy Radau", by_scipy("Radau"), (1e-3, 1e-5, 1e-7, 1e-9)),
-    Peer("RK4 fixed, double", by_fixed_steps("double"), (4, 16, 64, 256, 1024), "steps a sample"),
-    Peer("RK4 fixed, float", by_fixed_steps("float"), (4, 16, 64, 256, 1024), "steps a sample"),
+    Peer("RK4 fixed, double", by_fixed_steps("double"), FIXED, "steps a sample", with_effects=False),
+    Peer("RK4 fixed, float", by_fixed_steps("float"), FIXED, "steps a sample", with_effects=False),
 )
 
 

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task
-from omniroll.engine.switching import tau
+from omniroll.engine.switching import EPS, tau
 from omniroll.errors import OmnirollError, SimulationStopped
-from omniroll.kernels import sets
 from omniroll.studies.accuracy.deviation import deviation
+from omniroll.studies.accuracy.mechanics import Mechanics
 
 DIGITS, ORDER = 28, 26
 TAYLOR_ERROR = 1e-22  # relative error of a Taylor step
@@ -64,72 +64,6 @@ def confirmed(task: Task, times: np.ndarray) -> Reference:
     return reference
 
 
-class Mechanics:
-    """The generated Python kernel in a number type; numbers are made from floats, exactly, by `number`."""
-
-    def __init__(self, task: Task, number: Callable[[float], Any]):
-        bound = task.kernel
-        self.task, self.number = task, number
-        self.module = sets.python_module(bound.base, bound.effects)
-        self.wheels, self.rollers = bound.wheels, bound.rollers_per_wheel
-        constants = [_numbers(value.tolist(), number) for value in bound.constants]
-        self.model = self.module.prepare(self.wheels, self.rollers, *constants)
-        self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
-        self.free = bound.has_spins
-
-    def form(self, name: str) -> Callable:
-        """The generated function for the rollers' tips."""
-        return getattr(self.module, self.task.kernel.form(name))
-
-    def momenta(self, axial: Any) -> tuple:
-        return (self.module.momenta(self.model, axial),) if self.free else ()
-
-    def rates(self, y: list, momenta: tuple) -> list:
-        """y' of y = (nu, chi, x, y, theta)."""
-        nu, chi = y[:3], y[3 : 3 + self.wheels]
-        nu_dot = self.form("forward_dynamics")(self.model, nu, chi, *momenta)
-        return [*nu_dot, *self.module.wheel_speeds(self.model, nu), *self.module.pose_rates(self.model, nu, y[-1])]
-
-    def energy(self, y: list, axial: Any) -> Any:
-        nu, chi = y[:3], y[3 : 3 + self.wheels]
-        if not self.free:
-            return self.module.energy(self.model, nu, chi)
-        return self.module.energy(self.model, nu, chi, self.module.spins_from_axial(self.model, nu, chi, axial))
-
-    def switched(self, y: list, axial: Any, moves: dict[int, int]) -> tuple[list, Any]:
-        """y and the free rollers' axial speeds [N][n-1] after the wheels in `moves` have switched together."""
-        nu, chi = y[:3], y[3 : 3 + self.wheels]
-        after = [-moves[i] * self.joint if i in moves else chi[i] for i in range(self.wheels)]
-        zero = self.number(0.0)
-        _, left_with = self.module.wheel_rates(self.model, nu, chi)
-        _, demanded = self.module.wheel_rates(self.model, nu, after)
-        entering, leaving = [zero] * self.wheels, [zero] * self.wheels
-        if self.free:
-            spins = self.module.spins_from_axial(self.model, nu, chi, axial)
-            contact = self.module.contact_axial(self.model, nu, chi)
-            axial = [list(wheel) for wheel in axial]
-        for i, direction in moves.items():
-            spin = zero
-            if self.free:
-                spin = spins[i][-1] if direction > 0 else spins[i][0]
-                axial[i] = [contact[i], *axial[i][:-1]] if direction > 0 else [*axial[i][1:], contact[i]]
-            else:
-                leaving[i] = left_with[i]
-            entering[i] = spin - demanded[i]
-        if self.task.switching == "impact" and hasattr(self.module, "impact"):
-            nu = self.form("impact")(self.model, nu, after, entering, leaving)
-        return [*nu, *after, *y[-3:]], axial
-
-
-def _numbers(value: Any, number: Callable[[float], Any]) -> Any:
-    """Nested lists of floats as such lists of numbers."""
-    return [_numbers(inner, number) for inner in value] if isinstance(value, list) else number(value)
-
-
-def elementary() -> Any:
-    return importlib.import_module("omniroll.generated.python.elementary")
-
-
 def flint_module() -> Any:
     """python-flint. Raises OmnirollError where it is missing."""
     try:
@@ -161,13 +95,13 @@ class Taylor:
         self.flint = flint = flint_module()
         self.mechanics = Mechanics(task, flint.arb)
 
-    def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
+    def step(self, y: list, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         """A step's length, at most `limit`, and y at any time within it."""
         series = self.flint.arb_series
         coefficients = [[value] for value in y]
         for k in range(ORDER):
             now = [series(c, k + 1) for c in coefficients]
-            for c, rate in zip(coefficients, self.mechanics.rates(now, momenta), strict=True):
+            for c, rate in zip(coefficients, self.mechanics.rates(now), strict=True):
                 c.append(series(rate)[k].mid() / (k + 1))
         h = float(limit)
         size = max(abs(float(value)) for value in y)
@@ -199,16 +133,21 @@ class Extrapolated:
         self.mechanics = Mechanics(task, np.longdouble)
         self.part = 1.0  # the last step's length over the longest step's
 
-    def step(self, y: list, momenta: tuple, limit: Any) -> tuple[Any, Callable[[Any], list]]:
+    def step(self, y: list, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         m = self.mechanics
         y = np.array(y, np.longdouble)
 
         def rates(values: np.ndarray) -> np.ndarray:
-            return np.array(m.rates(list(values), momenta), np.longdouble)
+            return np.array(m.rates(list(values)), np.longdouble)
 
         slope = rates(y)
-        fastest = np.abs(slope[3 : 3 + m.wheels]).max()
-        most = EXTRAPOLATED_STEP * m.joint / fastest if fastest > 0 else limit
+        speed = np.abs(slope[3 : 3 + m.wheels]).max()
+        gain = np.abs(np.array(m.wheel_speeds(list(slope[:3])), np.longdouble)).max()
+        way, most = EXTRAPOLATED_STEP * m.joint, limit
+        if speed > 0:
+            most = min(most, way / speed)
+        if gain > 0:
+            most = min(most, np.sqrt(2 * way / gain))
         h = min(limit, most * self.part)
         while True:
             end, missed = self._extrapolate(rates, y, slope, h)
@@ -239,43 +178,119 @@ class Extrapolated:
 
 def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
     """The motion of `task` from its start, by a method; samples at `times` counted from there, which rise."""
-    m = method.mechanics
-    state = task.state
-    y = [m.number(float(value)) for value in (*state.nu, *state.chi, *state.pose)]
-    free = state.free_axial()
-    axial = None if free is None else [[m.number(float(v)) for v in wheel] for wheel in free]
-    contact = np.zeros(m.wheels, int)
-    now, phase_start, end = m.number(0.0), m.number(0.0), m.number(task.duration)
-    sampled, wanted, switches = [], list(times), []
-    idle = 0
-    y, axial = _due_at_start(m, y, axial, contact, switches)
-    for _ in range(LONGEST):
-        h, at = method.step(y, m.momenta(axial), end - now)
-        crossings = _crossings(m, at, h, method.probes)
-        if crossings:
-            h = min((time for time, _ in crossings.values()), key=float)
-        while wanted and now + h > m.number(wanted[0]):
-            sampled.append((at(m.number(wanted.pop(0)) - now), contact.copy(), axial))
-        y, now = at(h), now + h
-        if crossings:
-            together = tau(float(now) + task.start_time, float(now - phase_start))
-            moves = {i: d for i, (time, d) in crossings.items() if float(time - h) < together}
-            y, axial = m.switched(y, axial, moves)
-            for i, direction in moves.items():
-                contact[i] = (contact[i] - direction) % m.rollers
-                switches.append((extended(now), i, direction))
-            idle = idle + 1 if float(now - phase_start) <= together else 0
-            phase_start = now
-        if not end > now:
-            break
-        if idle > SWITCHES_WITHOUT_PROGRESS * m.wheels:
-            raise _stopped(task, "switches without progress in time", now, y, contact)
-    else:
-        raise _stopped(task, f"the reference solution needs more than {LONGEST} steps", now, y, contact)
-    sampled += [(y, contact.copy(), axial) for _ in wanted]
-    rows = np.array([[extended(v) for v in one] for one, _, _ in sampled])
-    energy = np.array([extended(m.energy(one, its)) for one, _, its in sampled])
-    return Reference(np.array(times), rows, np.array([c for _, c, _ in sampled]), energy, switches)
+    return _Following(method, task, times).reference()
+
+
+class _Following:
+    """One run: phases by the method, and what happens between them."""
+
+    def __init__(self, method: Taylor | Extrapolated, task: Task, times: np.ndarray):
+        self.method, self.m, self.task, self.times = method, method.mechanics, task, times
+        self.y, self.axial = self.m.start()
+        self.contact = np.zeros(self.m.wheels, int)
+        self.now = self.phase_start = self.m.number(0.0)
+        self.end = self.m.number(task.duration)
+        self.sampled: list[tuple[list, np.ndarray, Any]] = []
+        self.switches: list[tuple[Any, int, int]] = []
+        self.idle = 0
+
+    def reference(self) -> Reference:
+        self._switch(self._due_at_start())
+        for _ in range(LONGEST):
+            self._begin()
+            if not self.end > self.now:
+                return self._result()
+            self._step()
+            if self.idle > SWITCHES_WITHOUT_PROGRESS * self.m.wheels:
+                raise self._stopped("switches without progress in time")
+        raise self._stopped(f"the reference solution needs more than {LONGEST} steps")
+
+    def _begin(self) -> None:
+        """Known times that have come, events that are passed at once; then what acts from now on."""
+        m, acting = self.m, self.m.acting
+        while True:
+            if acting is not None and acting.next_time() <= float(self.now):
+                acting.pass_time(acting.next_time(), m.view(self.y, "nu"), m.wheel_speeds)
+                continue
+            self.y = m.begin(self.y, self.axial, self.now)
+            passed = (
+                []
+                if acting is None
+                else [
+                    (event, modes)
+                    for event, modes in acting.events
+                    if _is_beyond(event.value(self.y[-1], self.y), event.size)
+                ]
+            )
+            if not passed:
+                return
+            self._change_modes(passed)
+
+    def _step(self) -> None:
+        """One step, up to a switch, an event, a known time or the end."""
+        m = self.m
+        known = np.inf if m.acting is None else m.acting.next_time()
+        goal = min(self.end, m.number(known), key=float) if known < np.inf else self.end
+        h, at = self.method.step(self.y, goal - self.now)
+        exits = exits_in(m, at, h, self.method.probes)
+        if exits:
+            h = min((exit_.time for exit_ in exits), key=float)
+        arrived = not exits and float(goal - self.now - h) <= 0
+        while len(self.sampled) < len(self.times) and self.now + h > m.number(self.times[len(self.sampled)]):
+            self._sample(at(m.number(self.times[len(self.sampled)]) - self.now))
+        self.y, self.now = at(h), goal if arrived else self.now + h
+        self.axial = m.axial_at(self.y, self.axial)
+        together = tau(float(self.now) + self.task.start_time, float(self.now - self.phase_start))
+        reached = [exit_ for exit_ in exits if float(exit_.time - h) < together]
+        self._change_modes([exit_.of for exit_ in reached if exit_.wheel is None])
+        self._switch({exit_.wheel: exit_.of for exit_ in reached if exit_.wheel is not None})
+        if reached:
+            self.idle = self.idle + 1 if float(self.now - self.phase_start) <= together else 0
+            self.phase_start = self.now
+
+    def _switch(self, moves: dict[int, int]) -> None:
+        if not moves:
+            return
+        self.y, self.axial = self.m.switched(self.y, self.axial, moves)
+        for i, direction in moves.items():
+            self.contact[i] = (self.contact[i] - direction) % self.m.rollers
+            self.switches.append((extended(self.now), i, direction))
+
+    @staticmethod
+    def _change_modes(passed: list) -> None:
+        for event, modes in passed:
+            modes[event.wheel] = event.follows
+
+    def _due_at_start(self) -> dict[int, int]:
+        """Wheels that start at their joints and move outwards, or rest there and will."""
+        m = self.m
+        self.y = m.begin(self.y, self.axial, self.now)
+        rates = m.rates(self.y)
+        speeds, gains = m.wheel_speeds(self.y[:3]), m.wheel_speeds(rates[:3])
+        outward = [float(speed) or float(gain) for speed, gain in zip(speeds, gains, strict=True)]
+        edge = float(m.joint)
+        return {
+            i: int(np.sign(float(self.y[3 + i])))
+            for i in range(m.wheels)
+            if abs(float(self.y[3 + i])) >= edge and float(self.y[3 + i]) * outward[i] > 0
+        }
+
+    def _sample(self, y: list) -> None:
+        self.sampled.append((y, self.contact.copy(), self.m.axial_at(y, self.axial)))
+
+    def _result(self) -> Reference:
+        while len(self.sampled) < len(self.times):
+            self._sample(self.y)
+        shown = 6 + self.m.wheels
+        rows = np.array([[extended(v) for v in one[:shown]] for one, _, _ in self.sampled])
+        energy = np.array([extended(self.m.energy(one, its)) for one, _, its in self.sampled])
+        return Reference(np.array(self.times), rows, np.array([c for _, c, _ in self.sampled]), energy, self.switches)
+
+    def _stopped(self, reason: str) -> SimulationStopped:
+        numbers, end = [float(v) for v in self.y], 3 + self.m.wheels
+        state = {"nu": numbers[:3], "chi": numbers[3:end], "pose": numbers[end : end + 3]}
+        state["contact"] = self.contact.tolist()
+        return SimulationStopped(reason, t=self.task.start_time + float(self.now), wheel=None, state=state)
 
 
 def extended(value: Any) -> np.longdouble:
@@ -284,43 +299,66 @@ def extended(value: Any) -> np.longdouble:
     return np.longdouble(near) + np.longdouble(float(value - near))
 
 
-def _stopped(task: Task, reason: str, now: Any, y: list, contact: np.ndarray) -> SimulationStopped:
-    numbers = [float(v) for v in y]
-    state = {"nu": numbers[:3], "chi": numbers[3:-3], "pose": numbers[-3:], "contact": contact.tolist()}
-    return SimulationStopped(reason, t=task.start_time + float(now), wheel=None, state=state)
+@dataclass(frozen=True)
+class Exit:
+    """What ends a phase inside a step: a wheel at its joint (of: its direction), or an event (of: it and the modes)."""
+
+    time: Any
+    wheel: int | None
+    of: Any
 
 
-def _due_at_start(m: Mechanics, y: list, axial: Any, contact: np.ndarray, switches: list) -> tuple[list, Any]:
-    """Wheels that start at their joints and move outwards switch at once."""
-    speeds = m.module.wheel_speeds(m.model, y[:3])
-    edge = float(m.joint)
-    moves = {
-        i: int(np.sign(float(y[3 + i])))
-        for i in range(m.wheels)
-        if abs(float(y[3 + i])) >= edge and float(y[3 + i]) * float(speeds[i]) > 0
-    }
-    for i, direction in moves.items():
-        contact[i] = (contact[i] - direction) % m.rollers
-        switches.append((np.longdouble(0.0), i, direction))
-    return m.switched(y, axial, moves) if moves else (y, axial)
-
-
-def _crossings(m: Mechanics, at: Callable, h: Any, probes: int) -> dict[int, tuple[Any, int]]:
-    """{wheel: (time in the step, direction)} of the wheels that leave their rollers in the step."""
-    left: dict[int, tuple[Any, int]] = {}
+def exits_in(m: Mechanics, at: Callable, h: Any, probes: int) -> list[Exit]:
+    """All that is first seen beyond its bound at one of the probes of a step, each at its own time."""
+    margins = _margins(m)
     for k in range(1, probes + 1):
-        y = at(h * k / probes)
-        for i in range(m.wheels):
-            if i not in left and abs(float(y[3 + i])) > float(m.joint):
-                left[i] = (h * k / probes, 1 if float(y[3 + i]) > 0 else -1)
-        if left:
-            break
-    exits = {}
-    for i, (time, direction) in left.items():
-        for _ in range(LANDING):
-            y = at(time)
-            speed = m.module.wheel_speeds(m.model, y[:3])[i]
-            time = time - (y[3 + i] - direction * m.joint) / speed
-            time = time.mid() if hasattr(time, "mid") else time
-        exits[i] = (time, direction)
-    return exits
+        time = h * k / probes
+        y = at(time)
+        beyond = [margin for margin in margins if _is_beyond(margin.value(y), margin.size)]
+        if beyond:
+            return [Exit(_landed(m, at, time, margin), margin.wheel, margin.of) for margin in beyond]
+    return []
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A function of y whose zero ends the phase, and its rate from y and y'."""
+
+    value: Callable[[list], Any]
+    rate: Callable[[list], Any]
+    size: float
+    wheel: int | None
+    of: Any
+
+
+def _margins(m: Mechanics) -> list[Margin]:
+    of_wheels = [
+        Margin(
+            lambda y, i=i, d=d: d * y[3 + i] - m.joint,
+            lambda rates, i=i, d=d: d * rates[3 + i],
+            float(m.joint), i, d,
+        )
+        for i in range(m.wheels)
+        for d in (1, -1)
+    ]  # fmt: skip
+    of_events = [
+        Margin(
+            lambda y, e=event: e.value(y[-1], y), lambda rates, e=event: e.rate(rates), event.size, None, (event, modes)
+        )
+        for event, modes in (() if m.acting is None else m.acting.events)
+    ]
+    return of_wheels + of_events
+
+
+def _is_beyond(value: Any, size: float) -> bool:
+    """More than what doubles tell from zero: what has just been landed on is not passed again."""
+    return float(value) > EPS * size
+
+
+def _landed(m: Mechanics, at: Callable, time: Any, margin: Margin) -> Any:
+    """The time of the margin's zero, by Newton's rule."""
+    for _ in range(LANDING):
+        y = at(time)
+        time = time - margin.value(y) / margin.rate(m.rates(y))
+        time = time.mid() if hasattr(time, "mid") else time
+    return time

@@ -52,8 +52,8 @@ class Study:
 
     confirmed  how far the second reference solution is from the first; models_confirmed of the fullest model's
     floor      smaller errors are shown as this; models_floor likewise
-    effects    of the scene; the integrators are compared without them, the models with them
-    points     of the integrators; none where without its effects the vehicle stands still
+    effects    of the scene
+    left_out   integrators that do not run scenes with effects
     stopped    why a run could not go on, or None
     """
 
@@ -69,6 +69,7 @@ class Study:
     models: list[Point] = field(default_factory=list)
     advice: dict[str, Any] | None = None
     effects: list[str] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
     models_confirmed: float = math.inf
     stopped: str | None = None
 
@@ -107,8 +108,7 @@ def study(
     A run that stops is noted, and the others go on. Raises SimulationStopped where the reference solution stops.
     """
     options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
-    plain = {k: v for k, v in options.items() if k != "effects"}
-    task = checked_task(scene.vehicle, **plain, duration=duration)
+    task = checked_task(scene.vehicle, **options, duration=duration)
     times = np.linspace(0.0, duration, SAMPLES)
     report("reference: Taylor series in 28 digits, confirmed by extrapolation in long double")
     reference = confirmed(task, times)
@@ -116,12 +116,14 @@ def study(
         scene.name, duration, task.kernel.roller_model, task.switching, reference.confirmed, reference.floor,
         effects=[type(effect).__name__ for effect in options.get("effects", ())],
     )  # fmt: skip
-    moves = np.ptp(reference.y, axis=0).any()
-    for peer in peers if moves else ():
+    for peer in peers:
+        if result.effects and not peer.with_effects:
+            result.left_out.append(peer.name)
+            continue
         report(peer.name)
         _measure_all(result, peer, task, reference)
     report("models")
-    known = reference if task.kernel.roller_model == "free" and not result.effects else None
+    known = reference if task.kernel.roller_model == "free" else None
     rungs = ladder(scene, options, duration, times, _measured, known)
     result.models, result.models_confirmed = rungs.points, rungs.confirmed
     result.failed += rungs.failed
@@ -202,7 +204,7 @@ def _offers(result: Study) -> list[dict[str, Any]]:
     """What was measured, as (model, integrator, setting) with error and time; errors of models and numbers add up."""
     offers = [(point, point.series, "compiled", 0.0) for point in result.models]
     finest = [point.trajectory for point in result.models if point.series == result.model][-1:]
-    if finest and not result.effects:  # the integrators were compared without effects
+    if finest:
         model_error = 0.0 if result.model == "free" else finest[0]
         offers += [(point, result.model, point.series, model_error) for point in result.points]
     return [

@@ -14,17 +14,21 @@ MEANING = """\
 microseconds per simulated second. Errors at the end and over the whole trajectory are in the norm of `accuracy`; that
 of the switches is in seconds, with "-" where other switches were made; that of the energy is relative. "-" in the other
 columns means that the motion grew without bound"""
-STANDS = "Without the scene's effects the vehicle stands still: there is nothing to integrate."
+INTEGRATORS = "Numerical accuracy"
+PRICES = "each effect left out: the error, and the time over that of all effects"
+PRICE_COLUMNS = ("left out", "error", "time")
 
 
 def text(study: Study) -> str:
     """The tables, the laws and the advice."""
-    lines = [_title(study), _reference(study), MEANING, "", _integrators(study)]
-    lines += [_line(COLUMNS), *map(_line, _rows(study.points))] if study.points else [STANDS]
+    lines = [_title(study), _reference(study), MEANING, "", INTEGRATORS, _line(COLUMNS)]
+    lines += [*map(_line, _rows(study.points)), *_left_out(study)]
     lines += [f"not done: {line}" for line in study.failed]
     lines += ["", "error = C tol^E"] if study.laws else []
     lines += [f"  {name:<20} C = {c:8.2g}  E = {e:.2f}" for name, (c, e) in study.laws.items()]
     lines += ["", _models(study), _line(COLUMNS), *map(_line, _rows(study.models))]
+    prices = _prices(study)
+    lines += ["", PRICES, *("  {:<20} {:>8} {:>8}".format(*row) for row in (PRICE_COLUMNS, *prices))] if prices else []
     if study.advice is not None:
         lines += ["", *_advice(study.advice)]
     return "\n".join(lines)
@@ -36,11 +40,13 @@ def markdown(study: Study, figure: str | None = None) -> str:
     picture = f"![Error against time, one curve per integrator and per model]({figure})\n\n" if figure else ""
     parts = [
         f"# {_title(study)}\n", f"Written by `omniroll accuracy`. {_machine()}. Compare times only within this page.\n",
-        f"{_sentence(_reference(study))} {_sentence(MEANING)}\n", f"{picture}## {_integrators(study)}\n",
-        _table(COLUMNS, _rows(study.points)) if study.points else STANDS + "\n",
+        f"{_sentence(_reference(study))} {_sentence(MEANING)}\n", f"{picture}## {INTEGRATORS}\n",
+        _table(COLUMNS, _rows(study.points)),
+        "".join(f"{_sentence(line)}\n" for line in _left_out(study)),
         _table(("error = C tol^E", "C", "E"), laws) if laws else "",
         "".join(f"Not done: {line}.\n" for line in study.failed),
         f"## {_models(study)}\n", _table(COLUMNS, _rows(study.models)),
+        f"{_sentence(PRICES)}\n\n{_table(PRICE_COLUMNS, _prices(study))}" if _prices(study) else "",
         "## Advice\n\n" + "".join(f"- {line}\n" for line in _advice(study.advice)) if study.advice else "",
     ]  # fmt: skip
     return "\n".join(part for part in parts if part)
@@ -62,16 +68,26 @@ def _reference(study: Study) -> str:
     )
 
 
-def _integrators(study: Study) -> str:
-    return "Numerical accuracy" + (", without the scene's effects" if study.effects else "")
+def _left_out(study: Study) -> list[str]:
+    """Integrators that do not run scenes with effects."""
+    return [f"without effects only, and not run here: {', '.join(study.left_out)}"] if study.left_out else []
 
 
 def _models(study: Study) -> str:
-    own = ", which this engine has run itself" if study.effects else ""
     return (
-        f"Model accuracy: against {fullest(study)}{own} "
+        f"Model accuracy: against {fullest(study)} "
         f"(an error below {study.models_floor:.1e} is shown as {study.models_floor:.1e})"
     )
+
+
+def _prices(study: Study) -> list[tuple[str, str, str]]:
+    """What is left out, the error of that, and the time over that of the fullest model, at the finest tolerance."""
+    finest = {point.series: point for point in study.models}
+    return [
+        (name.removeprefix("without "), f"{p.trajectory:.1e}", f"{p.microseconds / finest['free'].microseconds:.2f}")
+        for name, p in finest.items()
+        if name.startswith("without")
+    ]
 
 
 def _machine() -> str:
