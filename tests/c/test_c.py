@@ -134,6 +134,22 @@ def test_structs_of_another_number_type_are_noticed(tmp_path):
         assert subprocess.run([tmp_path / "program"]).returncode == wanted
 
 
+# The bound of a call
+
+
+@number_types
+def test_a_step_in_several_calls_ends_at_the_same_bits(number_type, tmp_path, request):
+    """As many calls as the bound takes: none too many joints in each, and nothing is lost between them."""
+    main, ends = request.path.with_name("bounded.c"), {}
+    for most in ("0", "1", "wheels", "10*(wheels)*(rollers_per_wheel)", None):
+        macro = () if most is None else (f"-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=({most})",)
+        calls, *end = run(program("gcc", tmp_path, main, "free", *NUMBER_TYPES[number_type], *macro)).splitlines()
+        ends[most] = int(calls), end
+    one_call, end = ends["10*(wheels)*(rollers_per_wheel)"]
+    assert one_call == 1 and all(other == end for _, other in ends.values())
+    assert ends["0"][0] > ends["1"][0] > ends["wheels"][0] > ends[None][0] > 1
+
+
 # Memory
 
 
