@@ -75,8 +75,8 @@ def test_each_source_compiles_alone_calls_only_the_library_and_runs_its_example(
 @pairs
 def test_each_pair_is_cplusplus_too(pair, tmp_path):
     source = write(pair, tmp_path)
-    for standard in ("-std=c++98", "-std=c++17"):
-        flags = ("-pedantic", "-Wall", "-Wextra", "-Wno-long-long", "-Werror", standard)
+    for standard, number_type in (("-std=c++98", "double"), ("-std=c++17", "float")):
+        flags = (*WARNINGS, "-Wno-long-long", standard, *NUMBER_TYPES[number_type])
         run(tool("g++"), *flags, "-x", "c++", "-fsyntax-only", source)
 
 
@@ -106,6 +106,20 @@ def test_every_public_name_has_the_prefix(pair):
     for text in (texts(pair, "base").header, texts(pair, "base").source):
         assert "omniroll" not in text.lower().replace("omniroll kernel", "")
     assert max(map(len, texts(pair).header.splitlines())) <= 120
+
+
+@pairs
+def test_what_a_header_speaks_of_is_there(pair):
+    """Names in its comments, statuses and macros above all, are names that it or its source defines; its contents are
+    all of its functions."""
+    text = texts(pair)
+    comments = "\n".join(re.findall(r"/\*.*?\*/", text.header, re.DOTALL))
+    code = re.sub(r"/\*.*?\*/", "", text.header, flags=re.DOTALL)
+    files = {"omniroll_kernel"}  # a word of the command's
+    assert set(re.findall(r"\b(?:omniroll|OMNIROLL)_\w+", comments)) - files <= set(re.findall(r"\w+", code))
+    functions = set(re.findall(r"^(?:void|int|omniroll_real) (\w+)\(", code, re.MULTILINE))
+    contents = comments[comments.index(" * What there is:") : comments.index(" * Conventions.")]
+    assert functions == set(re.findall(r"\bomniroll_\w+", contents))
 
 
 def test_two_pairs_in_one_program(tmp_path):

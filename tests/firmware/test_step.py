@@ -239,6 +239,36 @@ def test_a_vehicle_that_turns_by_many_rollers_in_a_step(model):
     assert vehicle.state.pose[2] == pytest.approx(run.pose[-1, 2], rel=1e-4)
 
 
+def test_motors_at_their_current_limit():
+    """The modes of the motors are those at the beginning of each step, as the program of docs/c-interface.md has them;
+    where a mode changes within a step, the step is wrong by the part of it that is in the other mode."""
+    limit, voltage = 0.5, (6.0, -1.0, -3.0)
+    motor = omniroll.Motor(
+        voltage=voltage, torque_constant=CONSTANT, resistance=RESISTANCE, gear_ratio=GEAR, current_limit=limit
+    )
+    run = omniroll.simulate(PAPER, duration=1, effects=[motor], engine="python", accuracy=1e-10, nu=(0, 0, 0))
+    acting = EffectSet.checked([motor], PAPER)
+    errors, seen = [], set()
+    for steps in (250, 1000):
+        vehicle = FirmwareVehicle(
+            acting.equipped(PAPER), "free", ("drive", "motor"), constants=acting.constants(PAPER), inputs={}
+        )
+        volts, modes, margins = np.array(voltage), np.zeros(3), np.zeros((3, 2))
+        given, lib = vehicle.inputs[0], vehicle.lib
+        assert vehicle.start((0, 0, 0)) == OK
+        for _ in range(steps):
+            u, m, r = map(vehicle.pointer, (volts, modes, margins.reshape(-1)))
+            modes[:] = 0
+            lib.omniroll_motor_margins(vehicle.model, vehicle.state.nu, u, m, r)
+            modes[:] = np.where(margins[:, 0] > 0, 1, np.where(margins[:, 1] > 0, -1, 0))
+            seen |= set(modes)
+            lib.omniroll_motor_torques(vehicle.model, u, m, given.torque, given.damping)
+            assert vehicle.step(1 / steps) == OK
+        errors.append(np.abs(vehicle.numbers() - end(run)).max())
+    assert seen == {-1, 0, 1}
+    assert errors[1] < 1e-3 and errors[1] < errors[0] / 2
+
+
 # The bound of a call
 
 
