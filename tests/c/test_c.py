@@ -2,13 +2,16 @@
 
 import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 from firmware.files import NUMBER_TYPES, PAIRS, STRICT, WARNINGS, example, run, texts, tool, write
 
 import omniroll
+from omniroll.cli import main
 
+SCENE = Path(__file__).resolve().parents[2] / "scenes/robot-soccer-kit.toml"  # free rollers, no further effects
 EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": 2.0**-52}  # long double is compared with double
 LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "exp") for suffix in ("", "f", "l")}
 SCALARS = (
@@ -154,10 +157,14 @@ def test_structs_of_another_number_type_are_noticed(tmp_path):
 @number_types
 def test_a_step_in_several_calls_ends_at_the_same_bits(number_type, tmp_path, request):
     """As many calls as the bound takes: none too many joints in each, and nothing is lost between them."""
-    main, ends = request.path.with_name("bounded.c"), {}
+    assert main(["kernel", str(SCENE), "--output", str(tmp_path), "--constants"]) == 0
+    files = (request.path.with_name("bounded.c"), tmp_path / "omniroll.c")
+    ends, made = {}, tmp_path / "program"
     for most in ("0", "1", "wheels", "10*(wheels)*(rollers_per_wheel)", None):
         macro = () if most is None else (f"-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=({most})",)
-        calls, *end = run(program("gcc", tmp_path, main, "free", *NUMBER_TYPES[number_type], *macro)).splitlines()
+        flags = (*STRICT, *NUMBER_TYPES[number_type], *macro)
+        run(tool("gcc"), *flags, *files, "-I", tmp_path, "-o", made, "-lm")
+        calls, *end = run(made).splitlines()
         ends[most] = int(calls), end
     one_call, end = ends["10*(wheels)*(rollers_per_wheel)"]
     assert one_call == 1 and all(other == end for _, other in ends.values())

@@ -292,7 +292,8 @@ def test_a_call_ends_behind_the_joint_that_is_one_too_many(joints, number_type):
     assert vehicle.contact.tolist() == [-passed % PAPER.rollers_per_wheel] * 3
     assert status == (OK if joints <= MOST_JOINTS else UNFINISHED)
     tolerance = float(100 * np.finfo(vehicle.real).eps * h)
-    assert h - vehicle.state.left == pytest.approx(h if status == OK else JOINT * (2 * passed - 1) / rate, abs=tolerance)
+    done = h if status == OK else JOINT * (2 * passed - 1) / rate
+    assert h - vehicle.state.left == pytest.approx(done, abs=tolerance)
     assert is_valid(vehicle) and vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == OK
 
 

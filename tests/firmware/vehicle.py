@@ -104,7 +104,7 @@ class FirmwareVehicle:
         return OK
 
     def finish(self, h: float, most: int = 1000) -> tuple[int, int]:
-        """A step, and further calls for the time that is left until it is done: the last status, the number of calls."""
+        """A step, and further calls for the time that is left until it is done: the last status, how many calls."""
         status, calls = self.step(h), 1
         while status in (UNFINISHED, NO_PROGRESS) and calls < most:
             status, calls = self.step(self.state.left), calls + 1

@@ -75,9 +75,9 @@ int main(int count, char **arguments)
     return 0;
 }}
 """
-# Under each law, two and a half times the time in which the first wheel reaches its joint. Free rollers start at rest. Their
-# smooth switches raise the energy, so that some states would pass joints by the million: there the bound of a call ends
-# the step, and its state is one that a motion can start from. Some motions leave the range of numbers.
+# Under each law, two and a half times the time in which the first wheel reaches its joint. Free rollers start at rest.
+# Their smooth switches raise the energy, so that some states would pass joints by the million: there the bound of a
+# call ends the step, and its state is one that a motion can start from. Some motions leave the range of numbers.
 DRIVE = """
 #ifdef MOTION
 static void drive(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi)
