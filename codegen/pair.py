@@ -113,7 +113,9 @@ def pair(
     values["layout_prototype"] = _check_layout(values["model"], prefix)
     there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))
     contents = {title: [name for name in wanted if name in there] for title, wanted in CONTENTS.items()}
-    contents["Further"] = [f.name for f in functions if f.name not in set().union(*contents.values())]
+    listed = set().union(*contents.values())
+    usual = [f.name for f in functions if not f.name.endswith("_sharp")]  # the other form stands beside
+    contents["Further"] = [name for name in usual if name not in listed]
     values["contents"] = [(title, [f"{prefix}_{name}" for name in names]) for title, names in contents.items() if names]
     types = template("types.h", **values)
     motion = template("motion.h", **values) if values["motion"] else ""
