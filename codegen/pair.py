@@ -28,6 +28,8 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "Rates of the wheels from the velocity of the vehicle": ("wheel_speeds",),
     "Accelerations from torques (forward dynamics)": ("forward_dynamics", "accelerations"),
     "Forces and torques from accelerations (inverse dynamics)": ("inverse_dynamics", "wheel_torques"),
+    "Motors, from their voltages": ("motor_torques", "motor_margins"),
+    "Spins of the free rollers": ("axial_speeds", "spins_from_axial", "momenta"),
 }
 STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
 
@@ -110,11 +112,11 @@ def pair(
     values["prepare_prototype"] = _prepare(values["model"], prefix)
     values["layout_prototype"] = _check_layout(values["model"], prefix)
     there = {f.name for f in functions} | {"check_layout"} | set(values.get("prototypes", ()))
-    values["contents"] = [
-        (title, found)
-        for title, wanted in CONTENTS.items()
-        if (found := [f"{prefix}_{name}" for name in wanted if name in there])
-    ]
+    contents = {title: [name for name in wanted if name in there] for title, wanted in CONTENTS.items()}
+    listed = set().union(*contents.values())
+    usual = [f.name for f in functions if not f.name.endswith("_sharp")]  # the other form stands beside
+    contents["Further"] = [name for name in usual if name not in listed]
+    values["contents"] = [(title, [f"{prefix}_{name}" for name in names]) for title, names in contents.items() if names]
     types = template("types.h", **values)
     motion = template("motion.h", **values) if values["motion"] else ""
     header = template("pair.h", **values | {"types": types, "motion": motion, "example": _example(values)})
@@ -146,7 +148,7 @@ def _prepare(model: Model, prefix: str) -> str:
 
 def _check_layout(model: Model, prefix: str) -> str:
     names = ["vehicle", "wheel", *(["roller"] if model.roller else []), "model"]
-    return prototype("int", f"{prefix}_check_layout", [f"unsigned long {name}" for name in names])
+    return prototype("int", f"{prefix}_check_layout", [f"size_t {name}" for name in names])
 
 
 def _motion_prototypes(prefix: str, inputs: Sequence[Array]) -> dict[str, str]:
@@ -200,8 +202,10 @@ def _margins(prepare: Function, bounds: Sequence[dict], names: dict[str, str], p
         expression = canonical.read(bound["positive"])
         absent = {name: ZERO for name in symbols(expression) - texts.keys()}
         if bound["field"] in given:
+            zero = sorted({names[name].partition("[")[0] for name in absent if name in names})
+            reason = "; ".join([bound["reason"], *(f"{name} is 0 here" for name in zero)])
             text = Margin(texts, prefix).expression(canonical.substituted(expression, absent))
-            margins.append({"field": bound["field"], "reason": bound["reason"], "margin": text})
+            margins.append({"field": bound["field"], "reason": reason, "margin": text})
     return margins
 
 

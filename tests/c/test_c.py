@@ -2,13 +2,16 @@
 
 import re
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 from firmware.files import NUMBER_TYPES, PAIRS, STRICT, WARNINGS, example, run, texts, tool, write
 
 import omniroll
+from omniroll.cli import main
 
+SCENE = Path(__file__).resolve().parents[2] / "scenes/robot-soccer-kit.toml"  # free rollers, no further effects
 EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": 2.0**-52}  # long double is compared with double
 LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "exp") for suffix in ("", "f", "l")}
 SCALARS = (
@@ -75,8 +78,8 @@ def test_each_source_compiles_alone_calls_only_the_library_and_runs_its_example(
 @pairs
 def test_each_pair_is_cplusplus_too(pair, tmp_path):
     source = write(pair, tmp_path)
-    for standard in ("-std=c++98", "-std=c++17"):
-        flags = ("-pedantic", "-Wall", "-Wextra", "-Wno-long-long", "-Werror", standard)
+    for standard, number_type in (("-std=c++98", "double"), ("-std=c++17", "float")):
+        flags = (*WARNINGS, "-Wno-long-long", standard, *NUMBER_TYPES[number_type])
         run(tool("g++"), *flags, "-x", "c++", "-fsyntax-only", source)
 
 
@@ -108,6 +111,20 @@ def test_every_public_name_has_the_prefix(pair):
     assert max(map(len, texts(pair).header.splitlines())) <= 120
 
 
+@pairs
+def test_what_a_header_speaks_of_is_there(pair):
+    """Names in its comments, statuses and macros above all, are names that it or its source defines; its contents are
+    all of its functions."""
+    text = texts(pair)
+    comments = "\n".join(re.findall(r"/\*.*?\*/", text.header, re.DOTALL))
+    code = re.sub(r"/\*.*?\*/", "", text.header, flags=re.DOTALL)
+    files = {"omniroll_kernel"}  # a word of the command's
+    assert set(re.findall(r"\b(?:omniroll|OMNIROLL)_\w+", comments)) - files <= set(re.findall(r"\w+", code))
+    functions = set(re.findall(r"^(?:void|int|omniroll_real) (\w+)\(", code, re.MULTILINE))
+    contents = comments[comments.index(" * What there is:") : comments.index(" * Conventions.")]
+    assert functions == set(re.findall(r"\bomniroll_\w+", contents))
+
+
 def test_two_pairs_in_one_program(tmp_path):
     for pair, prefix in (("free", "first"), ("locked", "second")):
         write(pair, tmp_path, prefix)
@@ -132,6 +149,26 @@ def test_structs_of_another_number_type_are_noticed(tmp_path):
         run(tool("gcc"), *STRICT, *flags, "-c", main, "-o", tmp_path / "main.o")
         run(tool("gcc"), *STRICT, tmp_path / "main.o", source, "-lm", "-o", tmp_path / "program")
         assert subprocess.run([tmp_path / "program"]).returncode == wanted
+
+
+# The bound of a call
+
+
+@number_types
+def test_a_step_in_several_calls_ends_at_the_same_bits(number_type, tmp_path, request):
+    """As many calls as the bound takes: none too many joints in each, and nothing is lost between them."""
+    assert main(["kernel", str(SCENE), "--output", str(tmp_path), "--constants"]) == 0
+    files = (request.path.with_name("bounded.c"), tmp_path / "omniroll.c")
+    ends, made = {}, tmp_path / "program"
+    for most in ("0", "1", "wheels", "10*(wheels)*(rollers_per_wheel)", None):
+        macro = () if most is None else (f"-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=({most})",)
+        flags = (*STRICT, *NUMBER_TYPES[number_type], *macro)
+        run(tool("gcc"), *flags, *files, "-I", tmp_path, "-o", made, "-lm")
+        calls, *end = run(made).splitlines()
+        ends[most] = int(calls), end
+    one_call, end = ends["10*(wheels)*(rollers_per_wheel)"]
+    assert one_call == 1 and all(other == end for _, other in ends.values())
+    assert ends["0"][0] > ends["1"][0] > ends["wheels"][0] > ends[None][0] > 1
 
 
 # Memory

@@ -23,6 +23,8 @@ BY_THE_COMPILER = {"memset", "memcpy", "memmove"}  # which it puts in the place 
 MOST_CODE = 16 * 1024  # bytes, M4F, float, -Os
 MOST_STACK = 1024  # bytes, of a step with all that it calls
 MOST_INSTRUCTIONS = 6000  # of a step of three wheels without a joint
+MOST_JOINTS = 15  # in a call: the header's default for three wheels of five rollers
+MOST_FOR_A_JOINT = 25_000  # instructions
 STEPS = 1000  # of count.c
 
 
@@ -71,6 +73,7 @@ class Counted:
     early_joints: int
     instructions_with_joints: float
     joints: int
+    at_the_bound: int
     stack: int
     end: np.ndarray
 
@@ -83,8 +86,8 @@ def counted(tmp_path_factory):
     def count(name):
         folder = tmp_path_factory.mktemp("count")
         out = on_the_machine(name, folder, HERE / "count.c", compiled(name, folder)).split()
-        plain, early, with_joints, joints, stack = map(float, out[:5])
-        return Counted(plain, int(early), with_joints, int(joints), int(stack), np.array(out[5:], float))
+        plain, early, with_joints, joints, bound, stack = map(float, out[:6])
+        return Counted(plain, int(early), with_joints, int(joints), int(bound), int(stack), np.array(out[6:], float))
 
     return count
 
@@ -128,6 +131,14 @@ def test_instructions_of_a_step(name, counted, record_property):
     assert found.early_joints == 0 < found.joints
     assert 0 < found.instructions <= MOST_INSTRUCTIONS
     assert found.instructions < found.instructions_with_joints <= 2 * MOST_INSTRUCTIONS
+
+
+@targets
+def test_instructions_of_a_call_that_comes_to_its_bound(name, counted, record_property):
+    """A step of a second, in which the wheels would pass hundreds of joints; the call ends behind one too many."""
+    found = counted(name).at_the_bound
+    record_property("instructions", found)
+    assert 0 < found <= (MOST_JOINTS + 1) * MOST_FOR_A_JOINT
 
 
 def test_float_stays_with_double(counted):

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import omniroll
-from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, OK, STUCK, FirmwareVehicle
+from firmware.vehicle import BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, NO_PROGRESS, OK, UNFINISHED, FirmwareVehicle
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import kernel
 
 PAPER = omniroll.Vehicle.paper()
 JOINT = math.pi / PAPER.rollers_per_wheel
+MOST_JOINTS = PAPER.wheels * PAPER.rollers_per_wheel  # in a call, as the header has it
 MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
 START = {"nu": (1, 0.2, 0.3), "chi": (0.1, -0.2, 0.3), "pose": (0, 0, 0.3)}
@@ -216,10 +217,10 @@ def test_a_wheel_that_turns_back_at_its_joint(model, law, reach):
 
 @models
 def test_a_huge_step_passes_every_joint(model):
-    """One step of 5 s: coarse, with one Runge-Kutta step a roller, but from joint to joint."""
+    """A step of 5 s, in a few calls: coarse, with one Runge-Kutta step a roller, but from joint to joint."""
     start = {"nu": (1, 0.2, 1), "chi": (0.1, -0.2, 0.3)}
     vehicle = firmware(model)
-    assert vehicle.start(**start) == OK and vehicle.step(5.0) == OK
+    assert vehicle.start(**start) == OK and vehicle.finish(5.0) in [(OK, calls) for calls in range(1, 5)]
     run = omniroll.simulate(PAPER, **start, duration=5, roller_model=model, accuracy=1e-8)
     assert np.all(np.abs(vehicle.arrays["chi"]) <= JOINT)
     assert vehicle.contact.tolist() == run.contact[-1].tolist()
@@ -228,12 +229,85 @@ def test_a_huge_step_passes_every_joint(model):
 
 @models
 def test_a_vehicle_that_turns_by_many_rollers_in_a_step(model):
-    """Hundreds of joints in one step."""
+    """Hundreds of joints in one step, a bounded number in each call."""
     vehicle = firmware(model)
-    assert vehicle.start((0, 0, -500)) == OK and vehicle.step(1.0) == OK
+    assert vehicle.start((0, 0, -500)) == OK
+    status, calls = vehicle.finish(1.0)
+    assert status == OK and calls > 500 / PAPER.wheels / (MOST_JOINTS + 1)
     run = omniroll.simulate(PAPER, nu=(0, 0, -500), duration=1, roller_model=model, accuracy=1e-8)
     assert len(run.switches) > 500
     assert vehicle.state.pose[2] == pytest.approx(run.pose[-1, 2], rel=1e-4)
+
+
+def test_motors_at_their_current_limit():
+    """The modes of the motors are those at the beginning of each step, as the program of docs/c-interface.md has them;
+    where a mode changes within a step, the step is wrong by the part of it that is in the other mode."""
+    limit, voltage = 0.5, (6.0, -1.0, -3.0)
+    motor = omniroll.Motor(
+        voltage=voltage, torque_constant=CONSTANT, resistance=RESISTANCE, gear_ratio=GEAR, current_limit=limit
+    )
+    run = omniroll.simulate(PAPER, duration=1, effects=[motor], engine="python", accuracy=1e-10, nu=(0, 0, 0))
+    acting = EffectSet.checked([motor], PAPER)
+    errors, seen = [], set()
+    for steps in (250, 1000):
+        vehicle = FirmwareVehicle(
+            acting.equipped(PAPER), "free", ("drive", "motor"), constants=acting.constants(PAPER), inputs={}
+        )
+        volts, modes, margins = np.array(voltage), np.zeros(3), np.zeros((3, 2))
+        given, lib = vehicle.inputs[0], vehicle.lib
+        assert vehicle.start((0, 0, 0)) == OK
+        for _ in range(steps):
+            u, m, r = map(vehicle.pointer, (volts, modes, margins.reshape(-1)))
+            modes[:] = 0
+            lib.omniroll_motor_margins(vehicle.model, vehicle.state.nu, u, m, r)
+            modes[:] = np.where(margins[:, 0] > 0, 1, np.where(margins[:, 1] > 0, -1, 0))
+            seen |= set(modes)
+            lib.omniroll_motor_torques(vehicle.model, u, m, given.torque, given.damping)
+            assert vehicle.step(1 / steps) == OK
+        errors.append(np.abs(vehicle.numbers() - end(run)).max())
+    assert seen == {-1, 0, 1}
+    assert errors[1] < 1e-3 and errors[1] < errors[0] / 2
+
+
+# The bound of a call
+
+
+def is_valid(vehicle):
+    """Whether a motion can go on from the state."""
+    joint = vehicle.lib.omniroll_joint(vehicle.model)
+    on_rollers = np.all(np.abs(vehicle.arrays["chi"]) <= joint) and set(vehicle.contact) <= set(range(vehicle.rollers))
+    return on_rollers and all(np.isfinite(x).all() for x in (vehicle.numbers(), *vehicle.arrays.values()))
+
+
+@pytest.mark.parametrize("number_type", ["double", "float"])
+@pytest.mark.parametrize("joints", [0, 1, MOST_JOINTS - 1, MOST_JOINTS, MOST_JOINTS + 1, MOST_JOINTS + 2, 40])
+def test_a_call_ends_behind_the_joint_that_is_one_too_many(joints, number_type):
+    """All wheels turn alike at a constant rate, so that it is known when which joint comes."""
+    vehicle = firmware("massless", number_type=number_type)
+    assert vehicle.start((0, 0, -10)) == OK
+    rate = float(vehicle.wheel_speeds()[0])
+    h = 2 * JOINT * joints / rate  # in the middle of a roller again
+    status = vehicle.step(h)
+    passed = min(joints, MOST_JOINTS + 1)
+    assert vehicle.contact.tolist() == [-passed % PAPER.rollers_per_wheel] * 3
+    assert status == (OK if joints <= MOST_JOINTS else UNFINISHED)
+    tolerance = float(100 * np.finfo(vehicle.real).eps * h)
+    done = h if status == OK else JOINT * (2 * passed - 1) / rate
+    assert h - vehicle.state.left == pytest.approx(done, abs=tolerance)
+    assert is_valid(vehicle) and vehicle.lib.omniroll_start(vehicle.model, vehicle.state) == OK
+
+
+@models
+@laws
+def test_a_call_that_is_cut_leaves_a_valid_state_that_goes_on(model, law):
+    vehicle = firmware(model, law, "motor, slope, viscous")
+    assert vehicle.start((3, -20, 100), START["chi"]) == OK
+    left, statuses = 2.0, []
+    while not statuses or (statuses[-1] == UNFINISHED and len(statuses) < 200):
+        statuses.append(vehicle.step(left))
+        assert vehicle.state.left < left and is_valid(vehicle)
+        left = vehicle.state.left
+    assert statuses.count(UNFINISHED) > 3 and statuses[-1] == OK and left == 0
 
 
 def test_no_time_changes_nothing():
@@ -300,7 +374,7 @@ def test_a_wheel_beyond_its_roller_and_a_roller_that_is_none():
 def test_a_motion_out_of_the_range_of_numbers():
     vehicle = FirmwareVehicle(PAPER, "free", ("drive",), inputs={"torque": (1e300, 0.0, 0.0)})
     assert vehicle.start(**START) == OK
-    assert vehicle.step(1e3) in (BAD_STATE, STUCK)
+    assert vehicle.step(1e3) in (BAD_STATE, NO_PROGRESS)
 
 
 @pytest.mark.parametrize("field", ["mass", "wheel_radius", "yaw_scale", "wheel_angles"])
@@ -340,11 +414,13 @@ def test_a_wheel_that_is_held_on_its_joint_ends_or_says_so(model, law, number_ty
     vehicle = FirmwareVehicle(PAPER, model, ("drive",), inputs={"torque": torque}, law=law, number_type=number_type)
     joint = vehicle.lib.omniroll_joint(vehicle.model)
     assert vehicle.start((0, 0, 0), (joint, 0.2, -0.1)) == OK
-    status = vehicle.run(1e-3, 500)
-    assert status in (OK, STUCK)
-    assert np.isfinite(vehicle.numbers()).all() and np.all(np.abs(vehicle.arrays["chi"]) <= joint)
-    if (model, law, number_type) == ("locked", "impact", "double"):
-        assert status == STUCK
+    first = vehicle.step(1e-3)
+    assert first in (OK, UNFINISHED, NO_PROGRESS)
+    if number_type == "double":
+        assert first == NO_PROGRESS  # float leaves the joint by rounding
+    for _ in range(500):
+        assert is_valid(vehicle)
+        assert vehicle.finish(1e-3)[0] == OK
 
 
 def test_another_struct_is_noticed():

@@ -9,7 +9,7 @@ import omniroll
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import NUMBER_TYPES, VEHICLE_SCALARS
 
-OK, BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, STUCK, BAD_LAYOUT = range(7)
+OK, BAD_COUNT, BAD_NUMBER, BAD_SHAPE, BAD_STATE, NO_PROGRESS, BAD_LAYOUT, UNFINISHED = range(8)
 LAWS = {"smooth": 0, "impact": 1}
 
 
@@ -103,9 +103,22 @@ class FirmwareVehicle:
                 return status
         return OK
 
+    def finish(self, h: float, most: int = 1000) -> tuple[int, int]:
+        """A step, and further calls for the time that is left until it is done: the last status, how many calls."""
+        status, calls = self.step(h), 1
+        while status in (UNFINISHED, NO_PROGRESS) and calls < most:
+            status, calls = self.step(self.state.left), calls + 1
+        return status, calls
+
     def numbers(self) -> np.ndarray:
         """nu, pose, chi."""
         return np.array([*self.state.nu, *self.state.pose, *self.arrays["chi"]], float)
+
+    def wheel_speeds(self) -> np.ndarray:
+        """The wheels' rates, (N,)."""
+        speeds = np.zeros(self.wheels, self.real)
+        self.lib.omniroll_wheel_speeds(self.model, self.state.nu, self.pointer(speeds))
+        return speeds
 
     def spins(self) -> np.ndarray:
         """Spins of the free rollers relative to their disks, (N, n-1)."""

@@ -59,9 +59,6 @@ int main(int count, char **arguments)
     omniroll_model model;
     {storage}
     {buffers}
-#ifdef MOTION
-    int driven = 0;
-#endif
     vehicle.wheels = N;
     vehicle.rollers_per_wheel = n;
     while (fread({first}, sizeof(omniroll_real), 1, stdin) == 1) {{
@@ -70,36 +67,26 @@ int main(int count, char **arguments)
             return 5;
         {calls}
 #ifdef MOTION
-        if (driven++ < {driven})
-            drive(&vehicle, &model, nu, chi);
+        if (!sharp) /* a step is the same for both */
+            drive(&model, nu, chi);
 #endif
     }}
     {frees}
     return 0;
 }}
 """
-# Under each law, two and a half times the time in which the first wheel reaches its joint, but no longer than a wheel
-# may need for three joints: one that rests now may soon turn fast. Free rollers start at rest. Their smooth switches
-# raise the energy, so that some states pass joints by the million; the first DRIVEN do not.
-DRIVEN = 20
+# Under each law, two and a half times the time in which the first wheel reaches its joint. Free rollers start at rest.
+# Their smooth switches raise the energy, so that some states would pass joints by the million: there the bound of a
+# call ends the step, and its state is one that a motion can start from. Some motions leave the range of numbers.
 DRIVE = """
 #ifdef MOTION
-static omniroll_real size_of(omniroll_real x)
-{{
-    return x < 0 ? -x : x;
-}}
-
-static void drive(const omniroll_vehicle *vehicle, const omniroll_model *model, const omniroll_real *nu,
-                  const omniroll_real *chi)
+static void drive(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi)
 {{
     const int N = model->wheels, n = model->rollers_per_wheel;
-    const omniroll_real rate = vehicle->platform_radius/vehicle->wheel_radius
-        *(size_of(nu[0]) + size_of(nu[1]) + size_of(nu[2])/vehicle->yaw_scale);
-    const omniroll_real longest = rate > 0 ? 3*omniroll_joint(model)/rate : 0;
     omniroll_state state;
     {allocated}
     for (int law = OMNIROLL_SMOOTH; law <= OMNIROLL_IMPACT; law++) {{
-        int wheel;
+        int wheel, status;
         for (int k = 0; k < 3; k++) {{
             state.nu[k] = nu[k];
             state.pose[k] = 0;
@@ -111,8 +98,11 @@ static void drive(const omniroll_vehicle *vehicle, const omniroll_model *model, 
         {copied}
         if (omniroll_start(model, &state) != OMNIROLL_OK)
             exit(6);
-        const omniroll_real wait = omniroll_time_to_joint(model, &state, &wheel)*5/2;
-        omniroll_step(model, law, wait < longest ? wait : longest, &state);
+        status = omniroll_step(model, law, omniroll_time_to_joint(model, &state, &wheel)*5/2, &state);
+        if (status == OMNIROLL_BAD_NUMBER)
+            exit(7);
+        if (status != OMNIROLL_BAD_STATE && omniroll_start(model, &state) != OMNIROLL_OK)
+            exit(8);
     }}
     {freed}
 }}
@@ -214,7 +204,6 @@ def source(base: str) -> str:
     return DRIVER.format(
         motion=drive("momenta" in by_name),
         modes=", ".join(ROUNDINGS),
-        driven=DRIVEN,
         storage=lines([allocated(f"omniroll_{name}", name, count) for name, count in storage.items()], 4),
         buffers=lines([allocated("omniroll_real", name, count) for name, count in arrays.items()], 4),
         first=f"&vehicle.{vehicle[0]['name']}",

@@ -19,6 +19,7 @@ from hard.kernel_errors import (
     measurements,
     worst,
 )
+from hard.kernels import kept_states
 from hard.sampling import Sample, sample
 
 SECTION = "Number types and compilers"
@@ -26,6 +27,7 @@ PROMISE = f"at most {BOUND} ulp times the condition, {BULK_BOUND} for {BULK} % o
 AS_WRITTEN = naive_kernels.AS_WRITTEN
 FAST, FUSED = ("-O3", "-march=native", "-ffp-contract=off"), ("-O3", "-march=native", "-ffp-contract=fast")
 SLOW = ("-O0", "-ffp-contract=off")
+ONE_JOINT = "-DOMNIROLL_MOST_JOINTS(wheels,rollers_per_wheel)=1"  # in a call
 DTYPES = {"double": np.float64, "float": np.float32}
 
 
@@ -102,27 +104,34 @@ def directed_rounding(scale: Scale) -> list[Measurement]:
 
 
 def clean(scale: Scale) -> list[Measurement]:
-    """Runs of all functions, and of steps through joints, that a sanitizer or valgrind complains of."""
+    """Runs of all functions, and of steps through joints, that a sanitizer or valgrind complains of.
+
+    The sanitizers also see the states that were worst for some function. Valgrind is slow: a step ends behind its
+    second joint there.
+    """
     part = sample(45, scale.of(5, 300), 3, 5, closest_tip=1e-9)
+    usual = {set_name: [part] for set_name in SETS}
+    worst_too = {name: [part, *(state for of, _, state in kept_states() if of == name)] for name in SETS}
     checked = ("-O1", "-g", MOTION, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-    tools = {"address and undefined, gcc": (Build("gcc", checked), ())}
+    tools = {"address and undefined, gcc": (Build("gcc", checked), worst_too, ())}
     if scale is Scale.FULL:
-        tools["address and undefined, clang"] = (Build("clang", checked), ())
+        tools["address and undefined, clang"] = (Build("clang", checked), worst_too, ())
     if shutil.which("valgrind"):
         valgrind = ("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full")
-        tools["valgrind"] = (Build("gcc", ("-O1", "-g", MOTION)), valgrind)
+        tools["valgrind"] = (Build("gcc", ("-O1", "-g", MOTION, ONE_JOINT)), usual, valgrind)
     return [
-        Measurement("sets in which something is found", name, "double", "", complaints(build, part, under), 0)
-        for name, (build, under) in tools.items()
-        if build.is_there
+        Measurement("sets in which something is found", name, "double", "", complaints(*tool), 0)
+        for name, tool in tools.items()
+        if tool[0].is_there
     ]
 
 
-def complaints(build: Build, part: Sample, under: tuple[str, ...]) -> int:
+def complaints(build: Build, states: dict[str, list[Sample]], under: tuple[str, ...]) -> int:
     found = 0
     for set_name in SETS:
         try:
-            build.run(part, set_name, under=under)
+            for part in states[set_name]:
+                build.run(part, set_name, under=under)
         except RuntimeError as error:
             if "cannot find" in str(error):  # the compiler has no sanitizer libraries: nothing was measured
                 return float("nan")

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -88,14 +89,20 @@ def as_lists(state: Sample) -> dict:
     return size | {"vehicle": lists(state.vehicle), "state": lists(state.state)}
 
 
-def worst_states(scale: Scale) -> list[Measurement]:
-    """Each function on the state that was its worst when all were measured last."""
-    found = []
+def kept_states() -> Iterator[tuple[str, str, Sample]]:
+    """The worst state of each function when all were measured last: set, function, the one state."""
     for entry in json.loads(WORST.read_text(encoding="utf-8")):
         arrays = lambda part: {name: np.array(values) for name, values in part.items()}  # noqa: E731
         state = Sample(entry["wheels"], entry["rollers"], arrays(entry["vehicle"]), arrays(entry["state"]))
-        model = entry["set"].removesuffix("_sharp")
-        bench = Bench(state, model, [entry["function"]])
+        yield entry["set"], entry["function"], state
+
+
+def worst_states(scale: Scale) -> list[Measurement]:
+    """Each function on the state that was its worst when all were measured last."""
+    found = []
+    for set_name, function, state in kept_states():
+        model = set_name.removesuffix("_sharp")
+        bench = Bench(state, model, [function])
         written = [] if model == "massless" else bench.errors(naive_kernels.accelerations)
         naive = max((worst(e.vectors) for e in written), default=None)
         for on, outputs in (("compiled", compiled_kernels()), ("python", python_kernels)):

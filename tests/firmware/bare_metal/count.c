@@ -2,7 +2,7 @@
  * clock advances with the instructions that it executes (qemu -icount).
  *
  * Prints: instructions of a step and the joints that came; the same with more joints on the way, on average over the steps;
- * bytes of stack; nu, pose and chi after a thousand steps. */
+ * instructions of a call that comes to its bound; bytes of stack; nu, pose and chi after a thousand steps. */
 #include <stdint.h>
 #include <stdio.h>
 
@@ -75,20 +75,41 @@ static int __attribute__((noinline)) drive(int steps)
     return status;
 }
 
-/* Ticks of the clock for a number of steps from the start; the counter counts down and has 24 bits, so that steps are few. */
-static double ticks(int steps)
+/* The counter counts down and has 24 bits, so that steps are few. */
+static uint32_t clock_from(void)
 {
-    uint32_t from, to;
-    if (start() != OMNIROLL_OK)
-        return -1;
     SYSTICK_RELOAD = 0xFFFFFFu;
     SYSTICK_VALUE = 0;
     SYSTICK_CONTROL = 5;
-    from = SYSTICK_VALUE;
-    if (drive(steps) != OMNIROLL_OK)
+    return SYSTICK_VALUE;
+}
+
+static double ticks_since(uint32_t from)
+{
+    return (double)((from - SYSTICK_VALUE) & 0xFFFFFFu);
+}
+
+/* Ticks of the clock for a number of steps from the start. */
+static double ticks(int steps)
+{
+    uint32_t from;
+    if (start() != OMNIROLL_OK)
         return -1;
-    to = SYSTICK_VALUE;
-    return (double)((from - to) & 0xFFFFFFu);
+    from = clock_from();
+    return drive(steps) == OMNIROLL_OK ? ticks_since(from) : -1;
+}
+
+/* Ticks for a step of a second, in which more joints come than a call passes. */
+static double ticks_to_the_bound(void)
+{
+    uint32_t from;
+    int status = start();
+    if (status != OMNIROLL_OK)
+        return -1;
+    state.nu[2] = 50;
+    from = clock_from();
+    status = omniroll_step(&model, OMNIROLL_IMPACT, 1, &state);
+    return status == OMNIROLL_UNFINISHED ? ticks_since(from) : -1;
 }
 
 /* The bytes below the stack pointer that a thousand steps have written to. */
@@ -111,6 +132,7 @@ int main(void)
     const double most = ticks(400); /* joints come */
     printf("%.2f %d ", (more - few)/50*INSTRUCTIONS_PER_TICK, early);
     printf("%.2f %d ", (most - few)/390*INSTRUCTIONS_PER_TICK, joints);
+    printf("%.0f ", ticks_to_the_bound()*INSTRUCTIONS_PER_TICK);
     printf("%d", stack_of_steps());
     for (int k = 0; k < 3; k++)
         printf(" %.9g", (double)state.nu[k]);
