@@ -118,12 +118,12 @@ def nu_from_wheels(model, chi_dot):
         chi_dot_i = chi_dot[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
         s_am = s_am + chi_dot_i*arm_ratio
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
-        s_xm = s_xm + chi_dot_i*x
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
+        s_xm = s_xm + chi_dot_i*x_column
     first_a = inverse_arms*s_am
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
@@ -137,11 +137,11 @@ def nu_from_wheels(model, chi_dot):
         chi_dot_i = chi_dot[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
         beyond_a = chi_dot_i - first_a*arm_ratio
-        left_over = beyond_a - first_x*x
+        left_over = beyond_a - first_x*x_column
         s_rr = s_rr + rest*rest
         s_rm = s_rm + rest*left_over
     along_y = s_rm/s_rr
@@ -259,10 +259,10 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
     s_rr = 0
@@ -273,11 +273,11 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
         s_rr = s_rr + rest*rest
-        s_xr = s_xr + x*rest
+        s_xr = s_xr + x_column*rest
     torque_a = inverse_arms*asked_a
     asked_rest = asked_y - asked_x*tilt
     torque_rest = asked_rest/s_rr
@@ -288,10 +288,10 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
-        torques[i] = torque_a*arm_ratio + torque_x*x + torque_rest*rest
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
+        torques[i] = torque_a*arm_ratio + torque_x*x_column + torque_rest*rest
     return torques
 
 

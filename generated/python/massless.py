@@ -250,12 +250,12 @@ def nu_from_wheels(model, chi_dot):
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
         chi_dot_i = chi_dot[i]
-        x = bearing_sine - share_x
-        y = bearing_versine - share_y
+        x_column = bearing_sine - share_x
+        y_column = bearing_versine - share_y
         s_am = s_am + chi_dot_i
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
-        s_xm = s_xm + chi_dot_i*x
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
+        s_xm = s_xm + chi_dot_i*x_column
     first_a = inverse_wheels*s_am
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
@@ -266,11 +266,11 @@ def nu_from_wheels(model, chi_dot):
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
         chi_dot_i = chi_dot[i]
-        x = bearing_sine - share_x
-        y = bearing_versine - share_y
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x
+        y_column = bearing_versine - share_y
+        rest = y_column - tilt*x_column
         beyond_a = chi_dot_i - first_a
-        left_over = beyond_a - first_x*x
+        left_over = beyond_a - first_x*x_column
         s_rr = s_rr + rest*rest
         s_rm = s_rm + rest*left_over
     along_y = s_rm/s_rr
@@ -558,10 +558,10 @@ def wheel_torques(model, force):
     for i in range(model.wheels):
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
-        x = bearing_sine - share_x
-        y = bearing_versine - share_y
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
+        x_column = bearing_sine - share_x
+        y_column = bearing_versine - share_y
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
     s_rr = 0
@@ -569,11 +569,11 @@ def wheel_torques(model, force):
     for i in range(model.wheels):
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
-        x = bearing_sine - share_x
-        y = bearing_versine - share_y
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x
+        y_column = bearing_versine - share_y
+        rest = y_column - tilt*x_column
         s_rr = s_rr + rest*rest
-        s_xr = s_xr + x*rest
+        s_xr = s_xr + x_column*rest
     torque_a = inverse_wheels*asked_a
     asked_rest = asked_y - asked_x*tilt
     torque_rest = asked_rest/s_rr
@@ -581,10 +581,10 @@ def wheel_torques(model, force):
     for i in range(model.wheels):
         bearing_sine = model.bearing_sine[i]
         bearing_versine = model.bearing_versine[i]
-        x = bearing_sine - share_x
-        y = bearing_versine - share_y
-        rest = y - tilt*x
-        torques[i] = torque_a + torque_x*x + torque_rest*rest
+        x_column = bearing_sine - share_x
+        y_column = bearing_versine - share_y
+        rest = y_column - tilt*x_column
+        torques[i] = torque_a + torque_x*x_column + torque_rest*rest
     return torques
 
 

@@ -33,7 +33,7 @@ FORMULA = re.compile(r"(?:.*:)?(\w+)\Z")  # 7.1:m13 is about m13
 SIGN = re.compile(r"\\[A-Za-z]+|\S")
 NO_SIGN = re.compile(r"\\(?:text|mathrm)\{[^{}]*\}|\\(?:left|right|quad|boldsymbol)\b")
 BRACED = re.compile(r"\{\s*(\\[A-Za-z]+|[^\s{}\\])\s*\}")
-COUNTING = re.compile(r" _ (?:[ijkl]|\{(?: [ijkl1])+ \}) \Z")  # the index of a wheel or of a roller
+COUNTING = (r" _ [ijkl] ", r" _ \{(?: [ijkl1]){2} \} ")  # the index of a wheel; of a roller on a wheel
 NUMBERED = re.compile(r"\d+\.\d+\Z")  # of an equation
 QUOTED = re.compile(r'"[^"]*"')
 CHAPTER = re.compile(r'chapter\("([^"]*)", "([^"]*)"\)')
@@ -243,7 +243,7 @@ def _of_effect(effect: dict) -> Way:
 
 def _paper(name: str, symbol: str) -> list[Place]:
     """The formulas of the comparison that are about a symbol, those with a number first; or the entry of that name."""
-    about = [own for own, record in _formulas().items() if record["kind"] == "formula" and _is_about(own, symbol)]
+    about = [own for own, record in _formulas().items() if record["kind"] != "claim" and _is_about(own, symbol)]
     found = [name] * (name in _formulas()) + sorted(about, key=lambda own: not own[0].isdigit())
     return [_entry(_formulas()[own]) for own in dict.fromkeys(found)]
 
@@ -257,9 +257,11 @@ def _is_about(formula: str, symbol: str) -> bool:
 
 def _entry(record: dict) -> Place:
     """Where the comparison speaks of a formula or a claim."""
-    line, _ = _first(_generated("formulas"), "formulas.md", f"`{record['id']}`")
+    headed, named = (
+        _first(_generated("formulas"), "formulas.md", f"{mark}`{record['id']}`")[0] for mark in ("### ", "")
+    )
     printed = record["text"]["printed"] or record["text"]["title"]
-    return Place("generated/formulas/formulas.md", line, f"({record['id']}) {record['verdict']}: {printed}")
+    return Place("generated/formulas/formulas.md", headed or named, f"({record['id']}) {record['verdict']}: {printed}")
 
 
 def _first_in_the_paper(names: set[str]) -> list[Place]:
@@ -288,8 +290,10 @@ def _signs(latex: str) -> str:
 def _with_any_index(latex: str) -> re.Pattern:
     """A symbol's signs, whichever index counts its wheel or its roller."""
     signs = _signs(latex)
-    stem = COUNTING.sub("", signs)
-    return re.compile(re.escape(stem) + (COUNTING.pattern.removesuffix(r"\Z") if stem != signs else ""))
+    for one_or_two in COUNTING:
+        if index := re.search(rf"{one_or_two}\Z", signs):
+            return re.compile(re.escape(signs[: index.start()]) + one_or_two)
+    return re.compile(re.escape(signs))
 
 
 def _of_chapters(symbol: str, names: set[str]) -> list[Place]:
