@@ -280,7 +280,7 @@ def _printed_signs(record: dict) -> str:
 
 
 def _signs(latex: str) -> str:
-    """Each sign of LaTeX between two spaces; without words and fonts, and without braces around one sign."""
+    """Each sign of LaTeX between two spaces, without words and without braces around one sign."""
     text = NO_SIGN.sub(" ", latex)
     while text != (text := BRACED.sub(r" \1 ", text)):
         pass
