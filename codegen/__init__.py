@@ -1,7 +1,8 @@
 """From the derivation's data to source text: reads what Maxima derived, writes generated/.
 
-It knows no mechanics: every formula comes from the data. Two numerical methods are its own: the template of the C
-kernels has a Runge-Kutta step, and quadrature.py computes the tables of Gauss collocation for the compiled engine.
+Every formula of the mechanics comes from the data. What codegen adds by itself: the templates of the two files for a
+controller hold a Runge-Kutta step and the passing of the contact from one roller to the next, and quadrature.py
+computes the tables of Gauss collocation for the compiled engine.
 
 maxima.py       finds or installs Maxima and runs the derivation
 cache.py        the folder of what is kept between runs, and the lock under which it is made
@@ -15,10 +16,14 @@ sharing.py      shares subexpressions and hoists them out of loops
 operations.py   counts operations
 quadrature.py   tables of Gauss collocation
 infix.py c.py python.py latex.py   how an expression is printed in each language
+pair.py         the header and the source file that a controller takes
+engine_sets.py  what the compiled engine must know of a set of effects
 formulas.py     the comparison with the paper: records and page
 mathtext.py     the paper's LaTeX as plain text and as MathML
-rendering.py    the templates: every emitted file as bytes
+filling.py      how templates are filled, and what they use
+rendering.py    every emitted file as bytes
 on_demand.py    the kernel of one set of effects at run time, without Maxima
 what_if.py      what follows from a changed assumption
+interactive.py  Maxima by hand, with the derivation loaded
 __main__.py     `python -m codegen`: writes generated/, or compares with it
 """

@@ -155,7 +155,7 @@ class CFunction(Infix):
             value = self.reference(step.target) if step.target else self.constant(step.name)
         else:
             value = self.expression(step.expression)
-            if value.lstrip("-").isdigit():  # where the number type is no scalar, a bare number is none of its values
+            if value.lstrip("-").isdigit():  # a vector type cannot take a bare number
                 value = self.number(value)
         target = self.reference(step.target) if step.kind == "put" else self.symbol(step.name)
         before = {"load": f"const {self.real} ", "let": f"const {self.real} ", "var": f"{self.real} "}

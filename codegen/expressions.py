@@ -125,7 +125,7 @@ def negated(e: Expression) -> Expression:
 
 
 def natural(name: str) -> tuple:
-    """Sort key of a name: nu_2 before nu_10, upper and lower case apart but steady."""
+    """Sort key of a name: nu_2 before nu_10, upper and lower case differ, in a fixed order."""
     return tuple(
         (not part.isdigit(), int(part) if part.isdigit() else 0, part) for part in re.split(r"(\d+)", name) if part
     )

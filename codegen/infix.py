@@ -44,7 +44,7 @@ class Infix:
         return text
 
     def term(self, e: Expression) -> str:
-        """What is added to something else. A sum is added as a whole, so that it rounds like its mirror image."""
+        """What is added to something else; a sum in brackets, so that a motion and its mirror image round alike."""
         return f"({self.expression(e)})" if reads_as_sum(e) else self.expression(e)
 
     def product(self, e: Expression) -> str:

@@ -17,7 +17,7 @@ from .expressions import (
 )
 from .infix import has_negative_term, is_negative, reads_as_sum
 
-WIDEST = 75  # letters of a line; a fraction counts as its longer side
+WIDEST = 75  # letters of a line; a fraction is as wide as the longer of its two sides
 
 
 @dataclass

@@ -17,7 +17,7 @@ from .operations import called_functions
 from .programs import Array, EffectSet, Function, steps
 from .short_angles import LARGEST, short_angles
 
-CARRIED = {"roller_rates": "axial", "momenta_rates": "momenta"}  # function: what a set with it integrates besides
+CARRIED = {"roller_rates": "axial", "momenta_rates": "momenta"}  # function: the state that a set with it integrates
 NUMBER = re.compile(r"\w+(\[\d\])?\Z")  # a name in the code that is one number
 SIGNS = ("positive", "not_negative")  # of a constant by itself
 CONTENTS = {  # what a reader looks for, and the functions that do it; a set may lack some
@@ -48,7 +48,7 @@ class LanesFunction(CFunction):
 
     @cached_property
     def short(self) -> set[str]:
-        """The names of what is made of a wheel's angle alone."""
+        """The names of values that depend on a wheel's angle alone."""
         names = {"chi"}
         for step in steps(self.function.body):
             if step.kind == "let" and symbols(step.expression) and symbols(step.expression) <= names:
@@ -232,7 +232,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
 def _work(carried: str) -> str:
     """The numbers of work space of a state, as C text.
 
-    They are what the sums of a step lose, four vectors of what is integrated, and what its rates need.
+    They hold what the sums of a step have lost by rounding, four vectors of all that is integrated, and what the rates
+    need.
     """
     slots = "(wheels)*((rollers_per_wheel) - 1)"
     return {

@@ -141,7 +141,7 @@ def _live(body: tuple[Step | Loop, ...], after: set[str]) -> tuple[tuple[Step | 
     for node in reversed(body):
         if isinstance(node, Loop):
             inner, before = _live(node.body, needed)
-            while not before <= needed:  # what a turn of the loop needs, the turn before it must leave
+            while not before <= needed:  # a turn of the loop reads what the turn before it has written
                 needed |= before
                 inner, before = _live(node.body, needed)
             kept += [replace(node, body=inner)] if inner else []

@@ -1,8 +1,9 @@
 """python -m codegen.what_if: what follows from a changed assumption.
 
 Runs the derivation of maxima/ as it stands in the working tree. Proofs that fail do not stop it; they are listed with
-what is left of their claims. The equations that have changed are printed, old and new, and written as LaTeX. Nothing in
-generated/ changes.
+what is left of their claims, in the order of the derivation: the first ones say where the change comes in, the others
+follow. The equations that have changed are printed, old and new, and all equations are written as LaTeX; a text file
+beside that has what is too long for the terminal. Nothing in generated/ changes.
 """
 
 import argparse
@@ -20,7 +21,7 @@ from .latex import Latex
 from .maxima import Maxima, MaximaError
 from .rendering import template
 
-LONGEST = 300  # characters of a residual that are printed
+LONGEST = 300  # characters of a residual or an equation that are printed
 REPEATED = re.compile(r"(?<![\w^])(\w+(?:\(\w+\))?)(?:\*\1(?![\w(^]))+")  # R*R*R
 
 
@@ -68,10 +69,12 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     order = Order(found["symbols"])
     changes = compared(json.loads(options.old.read_text(encoding="utf-8"))["equations"], found["equations"], order)
-    say(report(found, changes))
+    say("\n".join(map(shortened, report(found, changes))))
     options.output.parent.mkdir(parents=True, exist_ok=True)
+    in_full = options.output.with_suffix(".txt")
+    in_full.write_text("\n".join([*report(found, changes), ""]), encoding="utf-8")
     options.output.write_text(latex_text(found["symbols"], changes), encoding="utf-8")
-    say(f"\nLaTeX, old and new: {options.output}")
+    say(f"\nthe same in full: {in_full}\nLaTeX, old and new: {options.output}")
     return 0
 
 
@@ -95,22 +98,22 @@ def compared(old: list[dict], new: list[dict], order: Order) -> list[Change]:
     return [change(name) for name in dict.fromkeys([*after, *before])]
 
 
-def report(found: dict, changes: list[Change]) -> str:
-    """What failed, and the equations that are not what they were."""
+def report(found: dict, changes: list[Change]) -> list[str]:
+    """Lines: what failed, and the equations that are not what they were."""
     failures, stopped = found["failures"], found["stopped"]
     lines = [f"{found['proofs']} proofs hold, {len(failures)} fail"]
     for failure in failures:
         lines += [
             f"  {failure['name']} ({failure['file']}): {failure['claim']}",
-            f"    leaves {shortened(failure['residual'])}",
+            f"    leaves {failure['residual']}",
         ]
     for stop in stopped:
-        lines += [f"{stop['file']} stopped before its end: {shortened(stop['error'])}"]
+        lines += [f"{stop['file']} stopped before its end: {stop['error']}"]
     changed = [change for change in changes if change.old != change.new]
     lines += ["", f"{len(changed)} of {len(changes)} equations change"]
     for change in changed:
         lines += [f"  {change.id}, {change.title}", f"    old {plain(change.old)}", f"    new {plain(change.new)}"]
-    return "\n".join(lines)
+    return lines
 
 
 def plain(e: Expression | None) -> str:

@@ -96,12 +96,12 @@ void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *c
         const omniroll_real chi_dot_i = chi_dot[i];
         const omniroll_real arm_ratio = inv_R_over_l*arm_over_l;
         const omniroll_real arm_beyond = arm_ratio - 1;
-        const omniroll_real x = bearing_sine - share_x*arm_ratio;
-        const omniroll_real y = bearing_versine - share_y*arm_ratio + arm_beyond;
+        const omniroll_real x_column = bearing_sine - share_x*arm_ratio;
+        const omniroll_real y_column = bearing_versine - share_y*arm_ratio + arm_beyond;
         s_am += chi_dot_i*arm_ratio;
-        s_xx += x*x;
-        s_xy += x*y;
-        s_xm += chi_dot_i*x;
+        s_xx += x_column*x_column;
+        s_xy += x_column*y_column;
+        s_xm += chi_dot_i*x_column;
     }
     const omniroll_real first_a = inverse_arms*s_am;
     const omniroll_real inv_s_xx = 1/s_xx;
@@ -116,11 +116,11 @@ void omniroll_nu_from_wheels(const omniroll_model *model, const omniroll_real *c
         const omniroll_real chi_dot_i = chi_dot[i];
         const omniroll_real arm_ratio = inv_R_over_l*arm_over_l;
         const omniroll_real arm_beyond = arm_ratio - 1;
-        const omniroll_real x = bearing_sine - share_x*arm_ratio;
-        const omniroll_real y = bearing_versine - share_y*arm_ratio + arm_beyond;
-        const omniroll_real rest = y - tilt*x;
+        const omniroll_real x_column = bearing_sine - share_x*arm_ratio;
+        const omniroll_real y_column = bearing_versine - share_y*arm_ratio + arm_beyond;
+        const omniroll_real rest = y_column - tilt*x_column;
         const omniroll_real beyond_a = chi_dot_i - first_a*arm_ratio;
-        const omniroll_real left_over = beyond_a - first_x*x;
+        const omniroll_real left_over = beyond_a - first_x*x_column;
         s_rr += rest*rest;
         s_rm += rest*left_over;
     }
@@ -228,10 +228,10 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
         const omniroll_real arm_over_l = model->wheel[i].arm_over_l;
         const omniroll_real arm_ratio = inv_R_over_l*arm_over_l;
         const omniroll_real arm_beyond = arm_ratio - 1;
-        const omniroll_real x = bearing_sine - share_x*arm_ratio;
-        const omniroll_real y = bearing_versine - share_y*arm_ratio + arm_beyond;
-        s_xx += x*x;
-        s_xy += x*y;
+        const omniroll_real x_column = bearing_sine - share_x*arm_ratio;
+        const omniroll_real y_column = bearing_versine - share_y*arm_ratio + arm_beyond;
+        s_xx += x_column*x_column;
+        s_xy += x_column*y_column;
     }
     const omniroll_real inv_s_xx = 1/s_xx;
     const omniroll_real tilt = s_xy*inv_s_xx;
@@ -243,11 +243,11 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
         const omniroll_real arm_over_l = model->wheel[i].arm_over_l;
         const omniroll_real arm_ratio = inv_R_over_l*arm_over_l;
         const omniroll_real arm_beyond = arm_ratio - 1;
-        const omniroll_real x = bearing_sine - share_x*arm_ratio;
-        const omniroll_real y = bearing_versine - share_y*arm_ratio + arm_beyond;
-        const omniroll_real rest = y - tilt*x;
+        const omniroll_real x_column = bearing_sine - share_x*arm_ratio;
+        const omniroll_real y_column = bearing_versine - share_y*arm_ratio + arm_beyond;
+        const omniroll_real rest = y_column - tilt*x_column;
         s_rr += rest*rest;
-        s_xr += x*rest;
+        s_xr += x_column*rest;
     }
     const omniroll_real torque_a = inverse_arms*asked_a;
     const omniroll_real asked_rest = asked_y - asked_x*tilt;
@@ -259,10 +259,10 @@ void omniroll_wheel_torques(const omniroll_model *model, const omniroll_real *fo
         const omniroll_real arm_over_l = model->wheel[i].arm_over_l;
         const omniroll_real arm_ratio = inv_R_over_l*arm_over_l;
         const omniroll_real arm_beyond = arm_ratio - 1;
-        const omniroll_real x = bearing_sine - share_x*arm_ratio;
-        const omniroll_real y = bearing_versine - share_y*arm_ratio + arm_beyond;
-        const omniroll_real rest = y - tilt*x;
-        torques[i] = torque_a*arm_ratio + torque_x*x + torque_rest*rest;
+        const omniroll_real x_column = bearing_sine - share_x*arm_ratio;
+        const omniroll_real y_column = bearing_versine - share_y*arm_ratio + arm_beyond;
+        const omniroll_real rest = y_column - tilt*x_column;
+        torques[i] = torque_a*arm_ratio + torque_x*x_column + torque_rest*rest;
     }
 }
 

@@ -59,12 +59,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       inverse_wheels [1]: 1/N.
       last_cosine [1]: cosine of the last wheel's direction.
       last_sine [1]: sine of the last wheel's direction.
-      share_x [1]: part of bearing_sine along the arms.
-      share_y [1]: part of arm/R - cos(bearing) along the arms.
+      share_x [1]: sum over the wheels of arm/R sin(bearing), over the sum of the squares of arm/R.
+      share_y [1]: sum over the wheels of arm/R (arm/R - cos(bearing)), over the sum of the squares of arm/R.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
-      bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
+      bearing_sine[N] [1]: sine of the bearing, the angle from the last wheel's axle to this one.
+      bearing_versine[N] [1]: 1 - cosine of the bearing.
     Operations: once 11 add, 35 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot
     4 add, 12 mul, 5 sincos. Intermediates: 64.
     """

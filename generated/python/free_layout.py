@@ -118,12 +118,12 @@ def nu_from_wheels(model, chi_dot):
         chi_dot_i = chi_dot[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
         s_am = s_am + chi_dot_i*arm_ratio
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
-        s_xm = s_xm + chi_dot_i*x
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
+        s_xm = s_xm + chi_dot_i*x_column
     first_a = inverse_arms*s_am
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
@@ -137,11 +137,11 @@ def nu_from_wheels(model, chi_dot):
         chi_dot_i = chi_dot[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
         beyond_a = chi_dot_i - first_a*arm_ratio
-        left_over = beyond_a - first_x*x
+        left_over = beyond_a - first_x*x_column
         s_rr = s_rr + rest*rest
         s_rm = s_rm + rest*left_over
     along_y = s_rm/s_rr
@@ -259,10 +259,10 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        s_xx = s_xx + x*x
-        s_xy = s_xy + x*y
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        s_xx = s_xx + x_column*x_column
+        s_xy = s_xy + x_column*y_column
     inv_s_xx = 1/s_xx
     tilt = s_xy*inv_s_xx
     s_rr = 0
@@ -273,11 +273,11 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
         s_rr = s_rr + rest*rest
-        s_xr = s_xr + x*rest
+        s_xr = s_xr + x_column*rest
     torque_a = inverse_arms*asked_a
     asked_rest = asked_y - asked_x*tilt
     torque_rest = asked_rest/s_rr
@@ -288,10 +288,10 @@ def wheel_torques(model, force):
         arm_over_l = model.arm_over_l[i]
         arm_ratio = inv_R_over_l*arm_over_l
         arm_beyond = arm_ratio - 1
-        x = bearing_sine - share_x*arm_ratio
-        y = bearing_versine - share_y*arm_ratio + arm_beyond
-        rest = y - tilt*x
-        torques[i] = torque_a*arm_ratio + torque_x*x + torque_rest*rest
+        x_column = bearing_sine - share_x*arm_ratio
+        y_column = bearing_versine - share_y*arm_ratio + arm_beyond
+        rest = y_column - tilt*x_column
+        torques[i] = torque_a*arm_ratio + torque_x*x_column + torque_rest*rest
     return torques
 
 
@@ -344,12 +344,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       inverse_wheels [1]: 1/N.
       last_cosine [1]: cosine of the last wheel's direction.
       last_sine [1]: sine of the last wheel's direction.
-      share_x [1]: part of bearing_sine along the arms.
-      share_y [1]: part of arm/R - cos(bearing) along the arms.
+      share_x [1]: sum over the wheels of arm/R sin(bearing), over the sum of the squares of arm/R.
+      share_y [1]: sum over the wheels of arm/R (arm/R - cos(bearing)), over the sum of the squares of arm/R.
       cos_alpha[N] [1]: cosine of the axle's direction.
       sin_alpha[N] [1]: sine of the axle's direction.
-      bearing_sine[N] [1]: sine of the axle's direction, from the last wheel's.
-      bearing_versine[N] [1]: 1 - cosine of the axle's direction, from the last wheel's.
+      bearing_sine[N] [1]: sine of the bearing, the angle from the last wheel's axle to this one.
+      bearing_versine[N] [1]: 1 - cosine of the bearing.
       inverse_arms [1]: 1 over the sum of (arm/R)^2.
       mean_short [1]: mean of place_short.
       mean_side [1]: mean of place_side.

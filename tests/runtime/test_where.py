@@ -55,6 +55,26 @@ def test_every_symbol_of_the_table(symbol):
         )
 
 
+# Read in the paper: the first formula that a symbol stands in, and the file that derives or introduces the symbol.
+FIRST = {
+    "rho": ("2.1", "paper/constraints.mac"), "chi_dot": ("2.2", "paper/constraints.mac"),
+    "nu_2": ("2:pose", "paper/constraints.mac"), "theta": ("2:q", "paper/constraints.mac"),
+    "kappa": ("3.2", "paper/geometry.mac"), "I_S": ("3.2", "paper/parts.mac"),
+    "m33": ("7.1:m33", "paper/kinetic_energy.mac"), "x": ("2:q", "paper/constraints.mac"),
+    "p_phi": ("3.3:P1", "paper/momenta.mac"), "f3": ("3.1", "paper/equations.mac"),
+    "chi_kl": ("section3:chi_kl", "paper/parts.mac"), "sigma": ("7:sigma", "programs/notation.mac"),
+    "arm": (None, "paper/geometry.mac"), "omega": (None, "paper/free_rollers.mac"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("symbol", FIRST)
+def test_a_way_begins_with_the_paper_and_the_line_that_introduces_the_symbol(symbol):
+    formula, file = FIRST[symbol]
+    stations = way(symbol).stations
+    assert [place.text.partition(")")[0] for place in stations["paper"][:1]] == ([f"({formula}"] if formula else [])
+    assert stations["derivation"][0].file == f"maxima/{file}"
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_function(name):
     assert {"derivation", "code"} <= check(name)

@@ -29,6 +29,8 @@ def run(arguments: Namespace) -> int:
         print()
         return 0
     print(f"{found.name}{': ' + found.meaning if found.meaning else ''}")
+    if not found.stations["paper"]:
+        print("No equation of the paper is known to have it.")
     hops = [(station, places) for station, places in found.stations.items() if places]
     for number, (station, places) in enumerate(hops, 1):
         print(f"\n{number}. {station}")

@@ -2,7 +2,8 @@
 
 A way has five stations at most, each a list of places:
 
-    paper        the equation, as the comparison with the paper has it
+    paper        the equations, as the comparison with the paper has them: those of the symbol itself, else the first
+                 that the symbol stands in, or those of the file that derives it
     derivation   the line of maxima/ that derives it, and what was proved of the steps that compute it
     data         the groups of steps in generated/data/programs.json, and the functions that are made of them
     code         the lines of generated C and Python
@@ -13,6 +14,7 @@ maxima/; its files are then named without lines.
 """
 
 import difflib
+import itertools
 import json
 import re
 from collections import Counter
@@ -28,6 +30,13 @@ from omniroll.errors import InvalidValueError
 STATIONS = ("paper", "derivation", "data", "code", "engine")
 MOST_PLACES = 12  # at one station; the rest is counted
 FORMULA = re.compile(r"(?:.*:)?(\w+)\Z")  # 7.1:m13 is about m13
+SIGN = re.compile(r"\\[A-Za-z]+|\S")
+NO_SIGN = re.compile(r"\\(?:text|mathrm)\{[^{}]*\}|\\(?:left|right|quad|boldsymbol)\b")
+BRACED = re.compile(r"\{\s*(\\[A-Za-z]+|[^\s{}\\])\s*\}")
+COUNTING = (r" _ [ijkl] ", r" _ \{(?: [ijkl1]){2} \} ")  # the index of a wheel; of a roller on a wheel
+NUMBERED = re.compile(r"\d+\.\d+\Z")  # of an equation
+QUOTED = re.compile(r'"[^"]*"')
+CHAPTER = re.compile(r'chapter\("([^"]*)", "([^"]*)"\)')
 INDEXED = re.compile(r"[\[({].*")  # nu[0] is about nu, Mstar[1, 3] about Mstar
 
 
@@ -61,7 +70,7 @@ def way(name: str) -> Way:
     """
     plain = name.removeprefix("omniroll_").removeprefix("lanes_")
     effects = {effect["name"]: effect for effect in generated_data.load("effects")["effects"]}
-    if plain in effects:
+    if plain in effects and plain not in _functions():
         return _of_effect(effects[plain])
     if plain in _functions():
         return _of_function(plain)
@@ -133,12 +142,17 @@ def _functions_with(groups: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
+def _all_symbols() -> set[str]:
+    """Every name in the programs, and every symbol of the paper."""
+    return {*_in_programs(), *generated_data.load("symbols")["symbols"]}
+
+
 @cache
-def _all_symbols() -> frozenset[str]:
-    """Every name that a step defines, every symbol of the paper with its name in the code, every field and argument."""
+def _in_programs() -> frozenset[str]:
+    """Every name that a step defines, every name in the code of a symbol of the paper, every field and argument."""
     names = {own for steps in _programs()["steps"].values() for _, own in _defined(steps["body"])}
-    for symbol, entry in generated_data.load("symbols")["symbols"].items():
-        names |= {symbol, INDEXED.sub("", entry["code"])} - {""}
+    for entry in generated_data.load("symbols")["symbols"].values():
+        names |= {INDEXED.sub("", entry["code"])} - {""}
     for base in _programs()["bases"]:
         names |= {field["name"] for field in base["model"]}
     for forms in _functions().values():
@@ -167,10 +181,10 @@ def _of_symbol(name: str, symbol: str, names: set[str]) -> Way:
     found = Way(name, meaning)
     groups = tuple(dict.fromkeys(group for own in sorted(names) for group in _groups_of(own)))
     functions = _functions_with(groups) or _functions_that_read(names)
-    found.stations["paper"] = _paper(name, symbol)
+    found.stations["paper"] = _paper(name, symbol) or _first_in_the_paper(names) or _of_chapters(symbol, names)
     found.stations["derivation"] = [*_derived(symbol, names), *_proved(groups)]
     found.stations["data"] = _data(groups, functions)
-    found.stations["code"] = _code(names)
+    found.stations["code"] = _code(names & _in_programs())
     found.stations["engine"] = _engine(functions)
     return found
 
@@ -228,37 +242,83 @@ def _of_effect(effect: dict) -> Way:
 
 
 def _paper(name: str, symbol: str) -> list[Place]:
-    """The entries of the comparison that are about a symbol, or the one of that name."""
-    records = [_formulas()[name]] if name in _formulas() else []
-    for own, record in _formulas().items():
-        about = FORMULA.match(own)
-        if about and about[1] == symbol and record not in records:
-            records.append(record)
-    if not records and re.fullmatch(r"\d+\.\d+", symbol):
-        records = [record for own, record in _formulas().items() if own.startswith(f"{symbol}:")]
-    return [
-        Place("generated/formulas/formulas.md", *_first(_generated("formulas"), "formulas.md", record["id"]))
-        if not record["text"]["printed"]
-        else Place(
-            "generated/formulas/formulas.md",
-            _first(_generated("formulas"), "formulas.md", record["id"])[0],
-            f"({record['id']}) {record['verdict']}: {record['text']['printed']}",
-        )
-        for record in records
-    ]
+    """The formulas of the comparison that are about a symbol, those with a number first; or the entry of that name."""
+    about = [own for own, record in _formulas().items() if record["kind"] != "claim" and _is_about(own, symbol)]
+    found = [name] * (name in _formulas()) + sorted(about, key=lambda own: not own[0].isdigit())
+    return [_entry(_formulas()[own]) for own in dict.fromkeys(found)]
+
+
+def _is_about(formula: str, symbol: str) -> bool:
+    """7.1:m13 is about m13, and all that begins with 7.1: is about (7.1)."""
+    subject = FORMULA.match(formula)
+    of_number = NUMBERED.match(symbol) and formula.partition(":")[0] == symbol
+    return bool(of_number or subject and subject[1] == symbol)
+
+
+def _entry(record: dict) -> Place:
+    """Where the comparison speaks of a formula or a claim."""
+    headed, named = (
+        _first(_generated("formulas"), "formulas.md", f"{mark}`{record['id']}`")[0] for mark in ("### ", "")
+    )
+    printed = record["text"]["printed"] or record["text"]["title"]
+    return Place("generated/formulas/formulas.md", headed or named, f"({record['id']}) {record['verdict']}: {printed}")
+
+
+def _first_in_the_paper(names: set[str]) -> list[Place]:
+    """The first formula that a symbol stands in, in the paper's order; its definition, where that is one."""
+    symbols = generated_data.load("symbols")["symbols"]
+    wanted = [_with_any_index(symbols[name]["latex"]) for name in sorted(names & symbols.keys())]
+    in_order = sorted(_formulas().values(), key=lambda record: record["section"])
+    holding = (record for record in in_order if any(signs.search(_printed_signs(record)) for signs in wanted))
+    return [_entry(record) for record in itertools.islice(holding, 1)]
+
+
+def _printed_signs(record: dict) -> str:
+    """The signs of a formula; of a claim in words those of the formulas in it."""
+    printed = record["printed"]
+    return _signs(printed if record["kind"] == "formula" else " ".join(re.findall(r"\$([^$]*)\$", printed)))
+
+
+def _signs(latex: str) -> str:
+    """Each sign of LaTeX between two spaces, without words and without braces around one sign."""
+    text = NO_SIGN.sub(" ", latex)
+    while text != (text := BRACED.sub(r" \1 ", text)):
+        pass
+    return f" {' '.join(SIGN.findall(text))} "
+
+
+def _with_any_index(latex: str) -> re.Pattern:
+    """A symbol's signs, whichever index counts its wheel or its roller."""
+    signs = _signs(latex)
+    for one_or_two in COUNTING:
+        if index := re.search(rf"{one_or_two}\Z", signs):
+            return re.compile(re.escape(signs[: index.start()]) + one_or_two)
+    return re.compile(re.escape(signs))
+
+
+def _of_chapters(symbol: str, names: set[str]) -> list[Place]:
+    """The equations of the files in maxima/paper that derive a symbol."""
+    files = {place.file.removeprefix("maxima/") for place in _derived(symbol, names)}
+    chapters = [CHAPTER.match(place.text) for place in _lines(_maxima("paper"), CHAPTER.pattern)]
+    numbers = [number for found in chapters if found and found[1] in files for number in found[2].split()]
+    return [place for number in numbers if NUMBERED.match(number) for place in _paper(number, number)]
 
 
 def _derived(symbol: str, names: set[str]) -> list[Place]:
-    """The lines of maxima/ that give a symbol its value; of one that is given from outside, the first uses."""
+    """The lines of maxima/ that give a symbol its value; of one that paper/ takes as given, its first use there."""
     symbols = generated_data.load("symbols")["symbols"]
-    own_names = (symbols[own].get("maxima", own) for own in names & symbols.keys())
-    wanted = names | {INDEXED.sub("", own) for own in own_names}
-    pattern = "|".join(map(re.escape, sorted(wanted)))
+    own_names = {INDEXED.sub("", symbols[own].get("maxima", own)) for own in names & symbols.keys()}
+    steps = {name for name in names if _groups_of(name)}
+    pattern = "|".join(map(re.escape, sorted(own_names | steps or names)))
     defined = rf"^(?:{pattern})(?:_of_\w+)?(?:\(.*?\))?\s*:=?|'(?:let|var|add|update), (?:{pattern}),"
-    rooms = _maxima("paper", "forms", "effects", "programs")
-    used = rf"\b(?:{pattern})\b"
-    found = _lines(rooms, defined) or _first_in_each_file(_lines(rooms, used))
-    return found or _first_in_each_file(_lines(_maxima("comparison"), used))
+    own = rf"\b(?:{'|'.join(map(re.escape, sorted(own_names or names)))})\b"
+    found = _lines(_maxima("paper", "forms", "effects", "programs"), defined)
+    if not any(place.file.startswith("maxima/paper/") for place in found):
+        given = (place for place in _lines(_maxima("paper"), own) if re.search(own, QUOTED.sub("", place.text)))
+        found = [*itertools.islice(given, 1), *found]
+    return found or _first_in_each_file(
+        _lines(_maxima("forms", "effects", "programs"), own) or _lines(_maxima("comparison"), own)
+    )
 
 
 def _first_in_each_file(places: list[Place]) -> list[Place]:
@@ -302,6 +362,8 @@ def _data(groups: tuple[str, ...], functions: tuple[str, ...]) -> list[Place]:
 
 def _code(names: set[str]) -> list[Place]:
     """The lines of C and Python that give one of the names a value, else those that read it."""
+    if not names:
+        return []
     pattern = "|".join(map(re.escape, sorted(names)))
     places = []
     for folder in ("c", "python"):
@@ -334,9 +396,10 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
     if not functions:
         return []
     pattern = "|".join(map(re.escape, functions))
-    solved = r"|^\s*core_rates\(" if "forward_dynamics" in functions else ""  # a set's header calls it by this name
+    solved = _lines(_package_folder("omniroll.csrc"), r"^\s*core_rates\(") if "forward_dynamics" in functions else []
     return [
-        *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\({solved}"),
+        *(replace(place, text=f"{place.text}   (core_rates calls forward_dynamics)") for place in solved),
+        *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\("),
         *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|call\(\"(?:{pattern})\""),
     ]
 
@@ -386,17 +449,34 @@ def _text(file: Path) -> tuple[str, ...]:
 
 
 def _lines(folders: Path | list[Path], pattern: str) -> list[Place]:
-    """The lines that match, in the order of the files' names."""
+    """The lines that match, in the order in which one reads the files."""
     wanted = re.compile(pattern)
     places = []
     for folder in folders if isinstance(folders, list) else [folders]:
         if not folder.is_dir():
             continue
-        for file in sorted(path for path in folder.iterdir() if path.suffix in (".c", ".h", ".py", ".mac")):
+        for file in sorted(filter(_is_source, folder.iterdir()), key=_reading_order):
             for number, text in enumerate(_text(file), 1):
                 if wanted.search(text):
                     places.append(Place(_shown(file), number, text.strip()))
     return places
+
+
+def _is_source(file: Path) -> bool:
+    return file.suffix in (".c", ".h", ".py", ".mac")
+
+
+def _reading_order(file: Path) -> tuple[int, str]:
+    """The derivation's files as derive.mac lists them; of the generated ones, those with few effects first."""
+    if file.suffix == ".mac":
+        return _steps_of_the_derivation().get(f"{file.parent.name}/{file.stem}", 0), file.name
+    return file.stem.count("_"), file.name
+
+
+@cache
+def _steps_of_the_derivation() -> dict[str, int]:
+    names = re.findall(r'^ +"(\w+/\w+)"', "\n".join(_text(_maxima_folder() / "derive.mac")), re.MULTILINE)
+    return {name: place for place, name in enumerate(names)}
 
 
 def _first(folder: Path, file: str, text: str) -> tuple[int, str]:
