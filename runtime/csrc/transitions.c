@@ -177,12 +177,18 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
 }
 
+/* Whether the run is at its end. A pause is none: a later call goes on as if it had not been. */
+static int is_over(const omniroll_run_t *run)
+{
+    return run->elapsed >= run->duration && !run->pauses;
+}
+
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is
  * closer in time than tau (rule 5), be it to a switch or to another event. Returns how many. */
 static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     lanes_t nu[3], chi_dot[MOST_WHEELS], chi_ddot[MOST_WHEELS];
-    const int at_end = (run->elapsed >= run->duration || run->at_event) && phase_length > 0;
+    const int at_end = (is_over(run) || run->at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, resting = 0, count = 0;
     for (int k = 0; k < 3; k++)

@@ -11,11 +11,11 @@ N is the number of wheels, n of rollers per wheel, K the number of rows of a tab
 import math
 import textwrap
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from omniroll import generated_data
-from omniroll.kinds import Choice, Numbers, Whole
+from omniroll.kinds import Choice, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
@@ -54,7 +54,7 @@ class Entry:
     """
 
     name: str
-    kind: Choice | Numbers | Whole
+    kind: Choice | Numbers | Whole | Word
     unit: str
     meaning: str
     default: str = ""
@@ -277,6 +277,13 @@ CONTROLLER = (
         optional=True,
         note="Between them target is linear",
     ),
+)
+FUNCTION_CONTROLLER = (
+    Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
+    replace(
+        by_name(CONTROLLER)["sample_time"], meaning="time from one call to the next", note="The first is at the start"
+    ),
+    by_name(CONTROLLER)["output"],
 )
 BEARINGS = (
     derived("wheel_viscous", bounded("axle_damping", EACH), argument="axle_damping", default="none", optional=True),

@@ -24,6 +24,7 @@ import numpy as np
 
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -97,6 +98,7 @@ class Motors:
     """Motors that make torque and damping of voltages; limit is inf where the currents have none.
 
     wheel_rows  (N, 3) the wheels' speeds for each of nu
+    modes       (N,) int64, 0 or the sign of the limit that the current is at; the engine keeps them here
     """
 
     volt_torque: float
@@ -105,10 +107,17 @@ class Motors:
     limit: float
     limit_torque: float
     wheel_rows: np.ndarray
+    modes: np.ndarray
 
 
 class Process:
-    """An effect in one run. Times are counted from the start of the run."""
+    """An effect in one run. Times are counted from the start of the run.
+
+    remembers  names of the attributes that change during a run, so that a session can save and restore them; None
+               where the process does not say
+    """
+
+    remembers: ClassVar[tuple[str, ...] | None] = None
 
     def compiled(self) -> "tuple[Table | Sampler | Motors, ...] | None":
         """The same for the compiled engine, before the run starts; None where that must ask this process."""
@@ -119,7 +128,10 @@ class Process:
         return np.inf
 
     def pass_time(self, state: State) -> None:
-        """The time next_time() has come, in this state. After the call next_time() must be later."""
+        """The time next_time() has come, in this state. After the call next_time() must be later.
+
+        Of the state nu, chi, pose and contact are known; the compiled engine gives no axial speeds.
+        """
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         """What it does in the phase that starts now.
@@ -131,6 +143,34 @@ class Process:
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of the last influence, (m,) bool, have ended the phase."""
+
+    # What a session asks besides
+
+    def held(self) -> Mapping[str, np.ndarray]:
+        """Values by name that hold until the caller of a session writes others into these arrays.
+
+        torque and voltage, signals, act from then on; others where the process next reads them.
+        """
+        return {}
+
+    def readings(self, nu: np.ndarray, signals: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """What can be read of it beside the state, by name.
+
+        nu       (3,) in 1/s
+        signals  the inputs of all processes at this instant, (N,) by name
+        """
+        return {}
+
+    def saved(self) -> dict[str, Any]:
+        """What it remembers; a session pickles it at once. Raises InvalidValueError where it does not say."""
+        if self.remembers is None and type(self) is not Process:
+            raise InvalidValueError("effects", self, "cannot be saved: its class does not say what it remembers")
+        return {name: getattr(self, name) for name in self.remembers or ()}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Take back what `saved` gave."""
+        for name, value in saved.items():
+            setattr(self, name, value)
 
 
 class Effect:

@@ -119,11 +119,13 @@ class Motor(Drive):
 class Driving(Following):
     """The motors in one run: the mode of each."""
 
+    remembers: ClassVar[tuple[str, ...] | None] = ("knot", "mode", "leads_to")
+
     def __init__(self, motor: Motor, kernel: Kernel, voltage: Curve):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
-        self.mode = np.full(kernel.wheels, LINEAR)
+        self.mode = np.full(kernel.wheels, LINEAR, np.int64)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
         self.laws = {mode: Law(*kernel.motor_laws(np.full(kernel.wheels, mode))) for mode in MODES.values()}
 
@@ -136,19 +138,26 @@ class Driving(Following):
             limit=np.inf if self.motor.current_limit is None else self.motor.current_limit,
             limit_torque=limited.torque_at_zero[0],
             wheel_rows=self.wheel_speed_per_nu,
+            modes=self.mode,
         )
         return Table("voltage", self.curve), motors
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        voltage = Signal(*self.curve.after(elapsed))
-        if "voltage" in given:
-            voltage = voltage + given["voltage"]
+        own = Signal(*self.curve.after(elapsed))
+        voltage = own + given["voltage"] if "voltage" in given else own
         torque = Signal(
             self._own("torque_at_zero") + self._own("torque_per_volt") * voltage.value,
             self._own("torque_per_volt") * voltage.slope,
         )
         damping = Signal.constant(self._own("torque_lost_per_rate"))
-        return Influence({"torque": torque, "damping": damping}, self._guards(voltage))
+        return Influence({"torque": torque, "damping": damping, "voltage": own}, self._guards(voltage))
+
+    def readings(self, nu: np.ndarray, signals: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """currents (N,) in A: what the winding says below the limit, the limit at it."""
+        linear, limit = self.laws[LINEAR], self.motor.current_limit or 0.0
+        per_volt, per_rate = linear.margins_per_volt[:, 0], linear.margins_per_rate[:, 0]  # of the current itself
+        free = per_volt * signals["voltage"] + per_rate * (self.wheel_speed_per_nu @ nu)
+        return {"currents": np.where(self.mode == LINEAR, free, self.mode * limit)}
 
     def _own(self, part: str) -> np.ndarray:
         """(N,) a part of the torque, of each motor in its mode."""

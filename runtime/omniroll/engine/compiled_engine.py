@@ -4,7 +4,6 @@ A call runs until a buffer is full; then progress is reported and the rows are c
 motors act within a call. An effect of another kind is asked at each event, between two calls.
 """
 
-from dataclasses import replace
 from functools import lru_cache
 from math import comb
 from typing import Any
@@ -19,6 +18,7 @@ from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.state import State
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
@@ -67,7 +67,14 @@ def names_of(kernel: Kernel, kind: str) -> list[str]:
 
 
 class CompiledRun:
-    """One simulation with one tolerance."""
+    """One simulation with one tolerance.
+
+    capacity     rows of a buffer
+    keeps_steps  whether the polynomials of the steps are wanted
+    """
+
+    capacity = ROWS
+    keeps_steps = True
 
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
@@ -108,7 +115,8 @@ class CompiledRun:
     def _answer(self) -> None:
         """A time has come, or guards are passed: the effects say what acts from now on."""
         if self.run.elapsed >= self.acting.next_time():
-            state = replace(self.task.state, nu=self.nu.copy(), chi=self.chi.copy(), pose=self.pose.copy())
+            nu, chi, pose, contact = (array.copy() for array in (self.nu, self.chi, self.pose, self.contact))
+            state = State(nu, chi, pose, contact)
             self.acting.pass_time(self.run.elapsed, state)
         else:
             self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
@@ -146,9 +154,9 @@ class CompiledRun:
             own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
             self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
         for form in by_kind[Motors]:
-            self.modes = np.zeros(self.wheels, np.int64)
             own = {name: value for name, value in vars(form).items() if name != "wheel_rows"}
-            own["modes"] = self.module.ffi.from_buffer("long long[]", self.modes)
+            own["modes"] = self.module.ffi.from_buffer("long long[]", form.modes)
+            self.kept.append(form.modes)
             self._put("motors", own | self._pointers({"wheel_rows": form.wheel_rows}))
         for name, entries in self.described.items():
             kind = name if name == "motors" else name.removesuffix("s")
@@ -161,8 +169,8 @@ class CompiledRun:
         self.described.setdefault(kind, []).append(entry)
 
     def _pointers(self, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
-        """Pointers to contiguous arrays, which live as long as this run."""
-        made = {name: np.array(array, float, order="C") for name, array in arrays.items()}
+        """Pointers to the arrays, made contiguous, which live as long as this run."""
+        made = {name: np.ascontiguousarray(array, float) for name, array in arrays.items()}
         self.kept += made.values()
         return {name: self._pointer(array) for name, array in made.items()}
 
@@ -179,11 +187,12 @@ class CompiledRun:
 
     def _allocate(self) -> None:
         wheels, places, columns = self.wheels, self.places, self.columns
-        self.rows = np.empty((ROWS, columns.width))
-        self.steps = np.empty((ROWS, 2 + NODES * (6 + wheels + columns.added)))
-        self.switches = np.empty((ROWS, 2 + wheels))
+        rows = self.capacity
+        self.rows = np.empty((rows, columns.width))
+        self.steps = np.empty((rows, 2 + NODES * (6 + wheels + columns.added))) if self.keeps_steps else None
+        self.switches = np.empty((rows, 2 + wheels))
         has_spins = self.kernel.has_spins
-        self.switch_axial = np.empty((ROWS, wheels, places) if has_spins else (1, 1, 1))
+        self.switch_axial = np.empty((rows, wheels, places) if has_spins else (1, 1, 1))
         state = self.task.state
         self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
         self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
@@ -208,7 +217,7 @@ class CompiledRun:
         run.tolerance = step
         run.sweep_tolerance = max(SWEEP * self.tolerance / self._phases_expected(), FINEST_SWEEP)
         run.patience = SWITCHES_WITHOUT_PROGRESS * self.wheels
-        run.row_capacity = run.switch_capacity = ROWS
+        run.row_capacity = run.switch_capacity = self.capacity
         run.speed, run.next_time = speed_scale(task), np.inf
         for name in (
             "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
@@ -222,8 +231,8 @@ class CompiledRun:
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
         return 1 + float(speeds) * self.task.duration / (2 * self.run.joint)
 
-    def _pointer(self, array: np.ndarray):
-        return self.module.ffi.from_buffer("double[]", array)
+    def _pointer(self, array: np.ndarray | None):
+        return self.module.ffi.NULL if array is None else self.module.ffi.from_buffer("double[]", array)
 
     # What a call left
 
@@ -256,9 +265,10 @@ class CompiledRun:
         iterations = self.run.sweep_error if self.kernel.effects else self.run.step_count * self.run.sweep_tolerance
         return self.run.step_error / 10 + iterations
 
-    def _stopped(self, status: int, result: Trajectory) -> SimulationStopped:
+    def _stopped(self, status: int, result: Trajectory | None = None) -> SimulationStopped:
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
-        wheel = int(result.switches.wheel[-1]) if status == STUCK and len(result.switches) else None
+        stuck = status == STUCK and result is not None and len(result.switches) > 0
+        wheel = int(result.switches.wheel[-1]) if stuck else None
         time = self.task.start_time + self.run.elapsed
         reason = REASONS[status]
         if status == NO_STEP:
