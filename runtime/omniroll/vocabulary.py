@@ -11,7 +11,7 @@ N is the number of wheels, n of rollers per wheel, K the number of rows of a tab
 import math
 import textwrap
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from omniroll import generated_data
@@ -280,9 +280,7 @@ CONTROLLER = (
 )
 FUNCTION_CONTROLLER = (
     Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
-    replace(
-        by_name(CONTROLLER)["sample_time"], meaning="time from one call to the next", note="The first is at the start"
-    ),
+    by_name(CONTROLLER)["sample_time"],
     by_name(CONTROLLER)["output"],
 )
 BEARINGS = (

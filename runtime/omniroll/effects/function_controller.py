@@ -130,6 +130,7 @@ class FunctionController(Drive):
         return Calling(self, kernel, start_time, self._callable)
 
     def as_dict(self) -> dict[str, Any]:
+        """Kind and fields, in plain Python types. Raises InvalidValueError for a function that has no name."""
         if self._is_unnamed:
             bound = "has no name that a file could keep; register it with omniroll.register_controller"
             raise InvalidValueError("function", self._shown, bound)

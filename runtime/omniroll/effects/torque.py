@@ -78,9 +78,11 @@ class Torque(Drive):
         return Following("torque", Curve.constant(spread("torque", self.torque, kernel.wheels)))
 
 
-def with_torque(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+def with_torque(effects: Sequence[Effect]) -> Sequence[Effect]:
     """The effects with a constant torque among them: one of 0 where there is none, for a session to replace."""
-    return (*effects, *(() if any(isinstance(effect, Torque) for effect in effects) else (Torque(0.0),)))
+    if not isinstance(effects, Sequence) or any(isinstance(effect, Torque) for effect in effects):
+        return effects
+    return (*effects, Torque(0.0))
 
 
 @documented(ROW_TIMES, replace(TORQUE, kind=ROWS), INTERPOLATION)

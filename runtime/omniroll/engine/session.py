@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Process
 from omniroll.effects.torque import with_torque
-from omniroll.engine.compiled_engine import ASK, DONE, FULL, RATES, CompiledRun, can_run
+from omniroll.engine.compiled_engine import ASK, DONE, FULL, MOST_WHEELS, RATES, CompiledRun, can_run
 from omniroll.engine.runs import Task, speed_scale
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.snapshot import Memory
@@ -171,7 +171,10 @@ class Session:
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
         if not can_run(self._task):
-            raise KernelsMissingError("a session needs the compiled engine, which cannot run this vehicle here")
+            raise KernelsMissingError(
+                f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
+                "effects whose kernels were not built beforehand"
+            )
         self._run = SteppedRun(self._task, self._task.accuracy)
         self._elapsed, self._rest = 0.0, 0.0
         self._nu, self._chi, self._pose, self._contact = map(

@@ -113,8 +113,8 @@ SCENE = (
     ),
     Table(
         "function_controller",
-        "A controller that is a Python function, registered under a name with `omniroll.register_controller` before the "
-        "scene is read. Its output is held between its calls, and is added to that of `[controller]`.",
+        "A controller that is a Python function, registered under a name with `omniroll.register_controller` before "
+        "the scene is read. Its output is held between its calls, and is added to that of `[controller]`.",
         vocabulary.FUNCTION_CONTROLLER,
     ),
     Table(
