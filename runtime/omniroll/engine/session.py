@@ -227,14 +227,12 @@ class Session:
             raise InvalidValueError(name, given, bound)
         (held,) = there
         acts = name in self._run.names
-        if not isinstance(given, np.ndarray) or given.dtype != float or given.shape != held.shape:
-            given = _spread(name, given, held.shape, acts)
-        numbers = given.tolist()  # on few numbers lists are faster than arrays
+        numbers = _plain(given)  # on few numbers lists are faster than arrays
+        if numbers is None or len(numbers) != len(held) or not all(map(math.isfinite, numbers)):
+            numbers = _spread(name, given, held.shape, acts).tolist()
         if numbers == held.tolist():
             return
-        if not all(map(math.isfinite, numbers)):
-            raise InvalidValueError(name, numbers, "must be finite")
-        held[...] = given
+        held[:] = numbers
         if acts:
             self._run.change_what_acts()
 
@@ -386,6 +384,13 @@ def _asked(subject: Vehicle | Described, options: dict[str, Any]) -> tuple[Vehic
         raise InvalidValueError("subject", subject, "must be a Vehicle or a scene")
     given = {name: value for name, value in subject.options.items() if name not in NOT_IN_SESSIONS}
     return subject.vehicle, given | options
+
+
+def _plain(given: ArrayLike) -> list[float] | None:
+    """What is given as a list where it is a row of floats, which needs no further check but that of its length."""
+    if type(given) is np.ndarray:
+        return given.tolist() if given.dtype == float and given.ndim == 1 else None
+    return list(given) if type(given) in (list, tuple) and set(map(type, given)) == {float} else None
 
 
 def _spread(name: str, given: ArrayLike, shape: tuple[int, ...], one_for_all: bool) -> np.ndarray:
