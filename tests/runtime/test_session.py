@@ -23,7 +23,7 @@ from omniroll import (
     simulate,
     tau,
 )
-from omniroll.effects.effect import Process
+from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.torque import Drive
 from omniroll.kernels.kernel import kernel
 from omniroll.scenes import load_scene
@@ -452,6 +452,22 @@ def test_currents_make_the_torques():
     assert 0 < limited < 60
 
 
+def test_outputs_are_of_the_effects_that_are_there():
+    motor = Motor(1.0, 0.02, 1.5)
+    ramp = FunctionController(braking, 0.1)
+    named = {
+        (): set(),
+        (Torque(1),): {"torque", "drive_work"},
+        (motor,): {"torque", "damping", "voltage", "currents", "drive_work"},
+        (motor, ramp): {"torque", "damping", "voltage", "currents", "drive_work"},
+        (Bearings(wheel_viscous=1e-3),): {"axle_loss"},
+    }
+    for effects, names in named.items():
+        session = Session(PAPER, nu=(1, 0, 0), effects=list(effects), driven=False)
+        session.step(0.1)
+        assert set(session.outputs) == names
+
+
 def test_a_session_of_a_scene():
     scene = load_scene("scenes/driven.toml")
     session = Session(scene)
@@ -466,13 +482,36 @@ def test_a_session_of_a_scene():
 # Errors
 
 
-class Unsaid(Process):
-    pass
+class Switching(Process):
+    """A torque that changes its sign at a time of its own; it does not say what it remembers."""
+
+    sign = 1
+
+    def next_time(self):
+        return 0.1 if self.sign == 1 else np.inf
+
+    def pass_time(self, state):
+        self.sign = -1
+
+    def influence(self, elapsed, given):
+        return Influence({"torque": Signal.constant(np.array([0.02, 0, -0.01]) * self.sign)})
 
 
-class Forgetful(Drive):
+class Alternating(Drive):
     def process(self, kernel, start_time):
-        return Unsaid()
+        return Switching()
+
+
+def test_an_effect_of_another_kind():
+    """It acts and is reset; only save() refuses it."""
+    session = Session(PAPER, nu=START["nu"], effects=[Alternating()], accuracy=ACCURACY)
+    run = simulate(PAPER, nu=START["nu"], duration=1.0, effects=[Alternating()], accuracy=ACCURACY, control=False)
+    for _ in range(2):
+        for length in random_steps(np.random.default_rng(8), 1.0):
+            session.step(length)
+        go_to(session, 1.0)
+        assert distance_to(run, session) < 10 * ACCURACY
+        session.reset()
 
 
 MOTOR_TABLE = Motor(((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), 0.02, 1.5, times=(0, 1))
@@ -524,7 +563,7 @@ def test_wrong_steps_are_refused_and_change_nothing(field, options, step):
         ("saved", lambda: Session(PAPER).restore(Session(PAPER, effects=[Torque(1)]).save())),
         ("saved", lambda: Session(PAPER).restore(Session(PAPER, roller_model="locked").save())),
         ("saved", lambda: Session(PAPER).restore(Session(PAPER, accuracy=1e-5).save())),
-        ("effects", lambda: Session(PAPER, effects=[Forgetful()]).save()),
+        ("effects", lambda: Session(PAPER, effects=[Alternating()]).save()),
     ],
 )
 def test_wrong_sessions_are_refused(field, make):

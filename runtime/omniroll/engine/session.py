@@ -8,7 +8,7 @@ known then. A torque or a voltage that differs from the one before is an event, 
 import math
 import pickle
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -16,18 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.effect import Process
 from omniroll.effects.torque import with_torque
-from omniroll.engine.compiled_engine import ASK, DONE, FULL, MOST_WHEELS, RATES, CompiledRun, can_run
-from omniroll.engine.runs import Task, speed_scale
+from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
 from omniroll.engine.simulate import checked_task
-from omniroll.engine.snapshot import Memory
+from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 1  # of what save() gives
-STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
-CAPACITY = 16  # rows of the engine's buffer, which nobody reads
 START = ("nu", "chi", "spins", "pose")
 NOT_IN_SESSIONS = ("duration", "engine", "progress", "control")  # arguments of simulate
 
@@ -53,95 +49,6 @@ class Saved:
     memory: bytes
     clock: tuple[float, float]
     effects: bytes
-
-
-class SteppedRun(CompiledRun):
-    """A run that pauses where its duration is over, and keeps neither rows nor steps."""
-
-    capacity = CAPACITY
-    keeps_steps = False
-
-    def __init__(self, task: Task, tolerance: float):
-        super().__init__(task, tolerance)
-        self.run.pauses = 1
-        self.names = (*self.columns.inputs, "voltage")  # of the signals
-        self.held: dict[str, list[np.ndarray]] = {}
-        for process in self.acting.processes:
-            for name, values in process.held().items():
-                self.held.setdefault(name, []).append(values)
-        self.memory = Memory(self.module.ffi, self._structs(), self._arrays())
-        self.call: Callable = self.module.lib.omniroll_run
-        self.model = self.kernel.model_for(self.module.ffi)
-
-    def _phases_expected(self) -> float:
-        return STEPS_EXPECTED
-
-    def _structs(self) -> list:
-        return [self.struct, *(kept for kept in self.kept if not isinstance(kept, np.ndarray))]
-
-    def _arrays(self) -> list[np.ndarray]:
-        """All that the engine or a step writes."""
-        own = [
-            self.nu, self.chi, self.pose, self.axial, self.contact, self.work, self.core, self.core_before,
-            self.accounts, self.inputs, self.guards, self.passed, self.leads_to, self.signals,
-        ]  # fmt: skip
-        kept = [array for array in self.kept if isinstance(array, np.ndarray)]
-        return [*own, *kept, *(values for arrays in self.held.values() for values in arrays)]
-
-    def advance(self, elapsed: float) -> None:
-        """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
-        run, status = self.run, FULL
-        run.duration = elapsed
-        while status == FULL:
-            run.row_count = run.switch_count = 0
-            status = self.call(self.struct, self.model)
-            while status == ASK:
-                self._answer()
-                status = self.call(self.struct, self.model)
-        if status != DONE:
-            raise self._stopped(status)
-
-    @property
-    def asked(self) -> list[Process]:
-        """The processes that the engine asks at their events; it knows those of other runs by itself."""
-        return self.acting.processes if self.run.asks else []
-
-    def change_what_acts(self) -> None:
-        """What acts has been written into: this instant is an event, at which the signals are made anew."""
-        self.passed[:] = 0
-        self.run.next_time, self.run.at_event = self.run.elapsed, 1
-
-    def start(self, task: Task) -> None:
-        """Put the state at the start of a task in the place of this one's."""
-        self.nu[:], self.chi[:], self.pose[:] = task.state.nu, task.state.chi, task.state.pose
-        if self.kernel.has_spins:
-            self.axial[...] = task.state.free_axial()
-        self.run.speed = speed_scale(task)
-
-    # What can be read
-
-    def signals_now(self) -> dict[str, np.ndarray]:
-        """(N,) each input and the voltages of the motors, as they act before this instant's events."""
-        since = self.run.elapsed - self.run.inputs_elapsed
-        if self.run.asks:
-            return {name: signal.at(since) for name, signal in self.acting.signals.items()}
-        values = self.signals[0] + self.signals[1] * since
-        return dict(zip(self.names, values, strict=True))
-
-    def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
-        """What the effects integrate, by name, where the rest of the core is `core`."""
-        accounts = sum(name in RATES for name in self.columns.states)
-        ends = self.columns.added - accounts
-        numbers = np.concatenate([self.nu, self.chi, self.pose, core[:ends], self.accounts[:accounts]])
-        return self.columns.state_vector.views(self.columns.state(numbers))
-
-    def axial_now(self) -> np.ndarray:
-        """Axial speeds (N, n-1) of the free rollers: those at axial_elapsed, and what has become of them."""
-        if not self.task.effects:
-            return self.axial
-        before, after = self.integrated(self.core_before), self.integrated(self.core)
-        since = np.array(self.run.elapsed - self.run.axial_elapsed)
-        return self.task.effects.axial_later(self.kernel, self.axial, before, after, since)
 
 
 class Session:
@@ -180,7 +87,7 @@ class Session:
         self._nu, self._chi, self._pose, self._contact = map(
             _read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
         )
-        self._start = self.save()
+        self._made_for = self._what_must_agree()
 
     # Going on
 
@@ -247,7 +154,8 @@ class Session:
         if unknown:
             raise InvalidValueError("start", min(unknown), f"must be one of {', '.join(START)}")
         task = checked_task(self.vehicle, **self._options | start, duration=0) if start else None
-        self.restore(self._start)
+        self._run.go_to_start()
+        self._elapsed, self._rest = 0.0, 0.0
         if task is not None:
             self._run.start(task)
 
@@ -258,7 +166,7 @@ class Session:
         where that cannot be kept.
         """
         effects = pickle.dumps([process.saved() for process in self._run.asked])
-        return Saved(self._made_for(), self._run.memory.read(), (self._elapsed, self._rest), effects)
+        return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects)
 
     def restore(self, saved: Saved) -> None:
         """Go back, or forth, to what `save` gave: all that follows is the same to the bit.
@@ -270,18 +178,14 @@ class Session:
         """
         if not isinstance(saved, Saved):
             raise InvalidValueError("saved", saved, "must be what save() gave")
-        for name, value in self._made_for().items():
+        for name, value in self._made_for.items():
             other = saved.made_for.get(name)
             if other != value:
                 raise InvalidValueError("saved", other, f"was saved by a session whose {name} is not {value}")
-        self._run.memory.write(saved.memory)
+        self._run.go_back(saved.memory, pickle.loads(saved.effects))
         self._elapsed, self._rest = saved.clock
-        for process, own in zip(self._run.asked, pickle.loads(saved.effects), strict=True):
-            process.restore(own)
-        if self._run.asked:
-            self._run.acting.begin_phase(self._run.run.inputs_elapsed)
 
-    def _made_for(self) -> dict[str, str]:
+    def _what_must_agree(self) -> dict[str, str]:
         """What two sessions must agree in so that one can go on where the other was."""
         task = self._task
         return {
@@ -355,9 +259,9 @@ class Session:
     def outputs(self) -> dict[str, np.ndarray]:
         """What the effects give, by name: a new dict.
 
-        torque in N m, damping in N m s, voltage in V, (N,) each: what acts before this instant's events, and so 0
-        before the first step. currents (N,) in A of motors. What the effects integrate: drive_work, axle_loss,
-        roller_loss in J, and others as Trajectory.quantity has them.
+        Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, (N,) each: as they act
+        before this instant's events, and so 0 before the first step. What the effects integrate: drive_work,
+        axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
         """
         signals = self._run.signals_now()
         found = signals | self._run.integrated(self._run.core)
