@@ -12,6 +12,8 @@ A kind of effect is one file of this folder with two classes.
     again, and for each phase the inputs that it gives and the guards that end the phase.
  5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
     of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
+ 6. For sessions a process says which of its values may be replaced (`held`), what can be read of it (`readings`) and
+    what it remembers.
 
 What an effect does not name costs nothing: no state, no call.
 """
