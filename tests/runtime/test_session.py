@@ -547,6 +547,16 @@ def test_wrong_steps_are_refused_and_change_nothing(field, options, step):
     assert bits(session) == before and session.elapsed == 0.1
 
 
+def test_a_step_of_which_one_value_is_wrong_holds_none():
+    session = Session(PAPER, nu=(1, 0, 1), effects=[Controller((0, 0, 0), 0.01, 0.1)])
+    with pytest.raises(InvalidValueError, match="target"):
+        session.step(0.1, torque=1.0, target=(0.0, np.nan, 0.0))
+    session.step(0.05)
+    other = Session(PAPER, nu=(1, 0, 1), effects=[Controller((0, 0, 0), 0.01, 0.1)])
+    other.step(0.05)
+    assert bits(session) == bits(other)
+
+
 @pytest.mark.parametrize(
     ("field", "make"),
     [

@@ -110,12 +110,10 @@ class Session:
         """
         if not (type(duration) is float and 0 <= duration <= validation.LARGEST):
             duration = validation.not_negative("duration", duration)
-        if torque is not None:
-            self._hold("torque", torque)
-        if voltage is not None:
-            self._hold("voltage", voltage)
-        if target is not None:
-            self._hold("target", target)
+        given = (("torque", torque), ("voltage", voltage), ("target", target))
+        wanted = [(name, self._checked(name, value)) for name, value in given if value is not None]
+        for name, numbers in wanted:
+            self._hold(name, numbers)
         before, added = self._elapsed, duration + self._rest
         elapsed = before + added
         try:
@@ -126,22 +124,25 @@ class Session:
         part = elapsed - before
         self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)
 
-    def _hold(self, name: str, given: ArrayLike) -> None:
-        """Hold a value from now on. The same one again is no event."""
+    def _checked(self, name: str, given: ArrayLike) -> list[float]:
+        """What is given for a value that one effect holds. Raises InvalidValueError."""
         there = self._run.held.get(name, ())
         if len(there) != 1:
             bound = "is taken by no effect of this session" if not there else "is taken by more than one effect"
             raise InvalidValueError(name, given, bound)
-        (held,) = there
-        acts = name in self._run.names
+        shape = there[0].shape
         numbers = _plain(given)  # on few numbers lists are faster than arrays
-        if numbers is None or len(numbers) != len(held) or not all(map(math.isfinite, numbers)):
-            numbers = _spread(name, given, held.shape, acts).tolist()
-        if numbers == held.tolist():
-            return
-        held[:] = numbers
-        if acts:
-            self._run.change_what_acts()
+        if numbers is None or len(numbers) != shape[0] or not all(map(math.isfinite, numbers)):
+            numbers = _spread(name, given, shape, name in self._run.names).tolist()
+        return numbers
+
+    def _hold(self, name: str, numbers: list[float]) -> None:
+        """Hold a value from now on. The same one again is no event."""
+        (held,) = self._run.held[name]
+        if numbers != held.tolist():
+            held[:] = numbers
+            if name in self._run.names:
+                self._run.change_what_acts()
 
     def reset(self, **start: ArrayLike) -> None:
         """Go back to the start, to the bit.
