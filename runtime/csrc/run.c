@@ -10,6 +10,7 @@
 #include "engine_set.h"
 
 #define MOST_GUARDS (2*MOST_WHEELS)
+#define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 
 #include "collocation.c"
 #include "events.c"
@@ -99,8 +100,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     }
     if (!(s->h > 1e-3*most))
         s->h = 1e-3*most;
-    /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. */
-    const double part = run->rise_over > 0 ? s->h/run->rise_over : 0;
+    /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
+     * step that was far shorter is little but rounding. */
+    const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
             s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
@@ -172,7 +174,8 @@ static int hardest_part(const omniroll_run_t *run, const step_t *s)
 ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     const double rest = limit_of_step(run) - run->elapsed - run->carry;
-    double most = run->step > 0 && run->step < rest ? run->step : rest;
+    const double meant = run->step;
+    double most = meant > 0 && meant < rest ? meant : rest;
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
@@ -213,6 +216,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
          * try that is too long costs more than a step that is too short. */
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
+        else if (run->pauses && s->h >= rest)
+            run->step = fmax(run->step, meant);
         return OMNIROLL_RUN_DONE;
     }
     run->hardest_part = hardest_part(run, s);
@@ -278,7 +283,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     run->rise_over = s->h;
     run->step_count++;
 #if SET_IS_ACTED_ON
-    run->at_event = run->elapsed >= limit || s->landing >= wheels;
+    run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
     take_what_acts(run, s, work, wheels);
 #endif
     (void)work;

@@ -177,6 +177,12 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
 }
 
+/* Whether the run is at its end. A pause is none: a later call goes on as if it had not been. */
+static int is_over(const omniroll_run_t *run)
+{
+    return run->elapsed >= run->duration && !run->pauses;
+}
+
 /* The speed of each wheel, or where it rests at its joint its acceleration. It rests where its speed would carry it over
  * less than the rounding of its angle: without this an impact that sends a wheel back again and again, in less and less
  * time, would have no last one. */
@@ -207,7 +213,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
 static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     double rates[MOST_WHEELS];
-    const int at_end = (run->elapsed >= run->duration || run->at_event) && phase_length > 0;
+    const int at_end = (is_over(run) || run->at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
     speeds_or_accelerations(run, work, rates);

@@ -1,5 +1,7 @@
 from .effects.bearings import Bearings as Bearings
 from .effects.controller import Controller as Controller
+from .effects.function_controller import FunctionController as FunctionController
+from .effects.function_controller import register_controller as register_controller
 from .effects.motor import Motor as Motor
 from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
@@ -7,6 +9,7 @@ from .effects.torque import TorqueTable as TorqueTable
 from .engine.batch import Batch as Batch
 from .engine.many import Many as Many
 from .engine.many import simulate_many as simulate_many
+from .engine.session import Session as Session
 from .engine.simulate import simulate as simulate
 from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning

@@ -20,6 +20,10 @@ def parser() -> argparse.ArgumentParser:
     """The parser of the command line, with every command that omniroll.commands has."""
     top = argparse.ArgumentParser(prog="omniroll", description=omniroll.__doc__.splitlines()[0])
     top.add_argument("--version", action="version", version=f"omniroll {omniroll.__version__}")
+    top.add_argument(
+        "--import", dest="modules", action="append", default=[], metavar="MODULE",
+        help="import a Python module first, for instance one that registers controllers for scenes; may be repeated",
+    )  # fmt: skip
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for entry in sorted(pkgutil.iter_modules(commands.__path__), key=lambda module: module.name):
         module = importlib.import_module(f"omniroll.commands.{entry.name}")
@@ -34,6 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; its exit code."""
     given = parser().parse_args(arguments)
     try:
+        _import(given.modules)
         return given.run(given)
     except SceneError as error:  # each of its lines begins with the file's name
         print(error, file=sys.stderr)
@@ -44,6 +49,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("omniroll: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _import(modules: Sequence[str]) -> None:
+    """Import modules by name, also those of the working folder. Raises OmnirollError where one is not found."""
+    if modules:
+        sys.path.insert(0, "")  # as python -m does
+    for name in modules:
+        try:
+            importlib.import_module(name)
+        except ImportError as error:
+            raise OmnirollError(f"--import {name}: {error}") from error
 
 
 if __name__ == "__main__":

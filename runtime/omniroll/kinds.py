@@ -1,4 +1,5 @@
-"""Kinds of values that a user gives: one of some words, a whole number, or real numbers in some shape with bounds.
+"""Kinds of values that a user gives: one of some words, a text, a whole number, or real numbers in some shape with
+bounds.
 
 A kind has
     expected(sizes)            what it accepts, in words
@@ -45,6 +46,28 @@ class Choice:
 
     def in_python(self) -> str:
         return " or ".join(f'"{name}"' for name in self.names)
+
+
+@dataclass(frozen=True)
+class Word:
+    """A text that is not empty, such as a name."""
+
+    def expected(self, sizes: Sizes) -> str:
+        return "must be a text that is not empty"
+
+    def complaint(self, value: Any, sizes: Sizes) -> str | None:
+        return None if isinstance(value, str) and value else self.expected(sizes)
+
+    def checked(self, field: str, value: Any) -> str:
+        if complaint := self.complaint(value, {}):
+            raise InvalidValueError(field, value, complaint)
+        return value
+
+    def shown(self) -> str:
+        return "text"
+
+    def in_python(self) -> str:
+        return "str"
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from omniroll import generated_data
-from omniroll.kinds import Choice, Numbers, Whole
+from omniroll.kinds import Choice, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
@@ -54,7 +54,7 @@ class Entry:
     """
 
     name: str
-    kind: Choice | Numbers | Whole
+    kind: Choice | Numbers | Whole | Word
     unit: str
     meaning: str
     default: str = ""
@@ -277,6 +277,11 @@ CONTROLLER = (
         optional=True,
         note="Between them target is linear",
     ),
+)
+FUNCTION_CONTROLLER = (
+    Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
+    by_name(CONTROLLER)["sample_time"],
+    by_name(CONTROLLER)["output"],
 )
 BEARINGS = (
     derived("wheel_viscous", bounded("axle_damping", EACH), argument="axle_damping", default="none", optional=True),

@@ -6,7 +6,19 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import (
+    Bearings,
+    Controller,
+    FunctionController,
+    InvalidValueError,
+    Motor,
+    Slope,
+    Torque,
+    TorqueTable,
+    Vehicle,
+    register_controller,
+    simulate,
+)
 from omniroll.effects import KINDS
 from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.effect_set import EffectSet
@@ -15,6 +27,13 @@ from omniroll.effects.torque import Drive
 from omniroll.kernels import sets
 
 PAPER = Vehicle.paper()
+
+
+@register_controller("tests: nothing")
+def nothing(time, state):
+    return 0.0
+
+
 MOTOR = {"voltage": 1.0, "torque_constant": 0.01, "resistance": 2.0}
 EXAMPLES = (
     Torque(0.01),
@@ -23,6 +42,7 @@ EXAMPLES = (
     Controller((1, 0, 0), 0.1, 0.01),
     Bearings(wheel_viscous=(1e-3, 0, 2e-3), roller_coulomb=1e-4, roller_speed=0.1),
     Slope(0.1),
+    FunctionController("tests: nothing", 0.1, "voltage"),
 )
 
 
@@ -49,6 +69,13 @@ EXAMPLES = (
         ("sample_time", lambda: Controller((1, 0, 0), 0.1, 0)),
         ("output", lambda: Controller((1, 0, 0), 0.1, 0.01, output="current")),
         ("limit", lambda: Controller((1, 0, 0), 0.1, 0.01, limit=-1)),
+        ("function", lambda: FunctionController("nobody", 0.1)),
+        ("function", lambda: FunctionController("", 0.1)),
+        ("function", lambda: FunctionController(3, 0.1)),
+        ("sample_time", lambda: FunctionController(nothing, 0)),
+        ("output", lambda: FunctionController(nothing, 0.1, "current")),
+        ("name", lambda: register_controller("")),
+        ("name", lambda: register_controller("tests: nothing")(lambda time, state: 1.0)),
         ("wheel_viscous", lambda: Bearings()),
         ("wheel_viscous", lambda: Bearings(wheel_viscous=-1)),
         ("wheel_speed", lambda: Bearings(wheel_coulomb=1)),
@@ -76,6 +103,10 @@ def test_wrong_numbers_are_refused(field, make):
         ("proportional", [Controller((1, 0, 0), (0.1, 0.2), 0.01)]),
         ("roller_viscous", [Bearings(roller_viscous=(1e-3, 1e-3))]),
         ("output", [Controller((1, 0, 0), 0.1, 0.01, output="voltage")]),
+        ("output", [FunctionController(nothing, 0.1, "voltage")]),
+        ("function", [FunctionController(lambda time, state: (0.0, 1.0), 0.1)]),
+        ("function", [FunctionController(lambda time, state: np.nan, 0.1)]),
+        ("function", [FunctionController(lambda time, state: None, 0.1)]),
         ("effects", [Slope(0.1), Slope(0.2)]),
         ("effects", [Bearings(wheel_viscous=1), Bearings(wheel_viscous=1)]),
         ("effects", ["slope"]),

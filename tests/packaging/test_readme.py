@@ -1,17 +1,22 @@
-"""What README.md promises is so: its commands, its example, its links."""
+"""What README.md and the page of sessions promise is so: commands, examples, links."""
 
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def blocks(language: str) -> list[str]:
+SESSIONS = (ROOT / "docs/sessions.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str, page: str = README) -> list[str]:
     """The fenced code blocks of one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README, flags=re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
 
 
 def test_the_first_commands_are_make_and_make_test():
@@ -27,12 +32,13 @@ def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):
     assert done.stdout.rstrip("\n") == blocks("text")[0].rstrip("\n")
 
 
-def test_the_examples_one_after_the_other_run_as_printed(tmp_path):
+@pytest.mark.parametrize("page", [README, SESSIONS], ids=["README", "sessions"])
+def test_the_examples_one_after_the_other_run_as_printed(tmp_path, page):
     done = subprocess.run(
-        [sys.executable, "-c", "".join(blocks("python"))], cwd=tmp_path, capture_output=True, text=True
+        [sys.executable, "-c", "".join(blocks("python", page))], cwd=tmp_path, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout == "".join(blocks("text"))
+    assert done.stdout == "".join(blocks("text", page))
 
 
 def test_links_and_pictures_lead_to_files():

@@ -11,14 +11,14 @@ import pytest
 import omniroll
 from omniroll import InvalidValueError, vocabulary
 from omniroll.kernels import sets
-from omniroll.kinds import Choice, Numbers, Whole
+from omniroll.kinds import Choice, Numbers, Whole, Word
 from omniroll.scenes.schema import SCENE, keys
 from omniroll.vocabulary import Entry
 
 ROOT = Path(__file__).parents[2]
 CLASSES = (
     omniroll.Vehicle, omniroll.Torque, omniroll.TorqueTable, omniroll.Motor, omniroll.Controller, omniroll.Bearings,
-    omniroll.Slope,
+    omniroll.Slope, omniroll.FunctionController,
 )  # fmt: skip
 FUNCTIONS = (omniroll.simulate, omniroll.simulate_many, omniroll.reactions, omniroll.Vehicle.from_parts)
 TABLES = {
@@ -112,7 +112,7 @@ def test_the_c_headers_say_what_the_table_says():
 @pytest.mark.parametrize("table", TABLES)
 def test_entries_are_whole(table):
     for entry in TABLES[table]:
-        assert isinstance(entry.kind, (Choice, Numbers, Whole)) and entry.meaning
+        assert isinstance(entry.kind, (Choice, Numbers, Whole, Word)) and entry.meaning
         assert bool(entry.unit) == isinstance(entry.kind, Numbers)
         assert not (entry.needed and entry.default)
 

@@ -3,10 +3,12 @@
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect
+from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.motor import Motor
 from omniroll.effects.slope import Slope
 from omniroll.effects.torque import Torque, TorqueTable
 
-KINDS = {kind.__name__: kind for kind in (Torque, TorqueTable, Motor, Controller, Bearings, Slope)}
+EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, Bearings, Slope)
+KINDS = {kind.__name__: kind for kind in EFFECTS}
 
 __all__ = ["KINDS", "Effect", *KINDS]

@@ -7,6 +7,7 @@ the next sample. A sample at which the output of a wheel is cut off at its limit
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,6 +95,8 @@ class Controller(Drive):
 class Sampling(Process):
     """The controller in one run: its samples, its integral and the output that it holds."""
 
+    remembers: ClassVar[tuple[str, ...] | None] = ("samples", "sum", "output")
+
     def __init__(self, controller: Controller, kernel: Kernel, target: Curve):
         self.controller, self.kernel, self.target = controller, kernel, target
         self.proportional = spread("proportional", controller.proportional, kernel.wheels)
@@ -129,3 +132,6 @@ class Sampling(Process):
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         return Influence({self.controller.output: Signal.constant(self.output)})
+
+    def held(self) -> Mapping[str, np.ndarray]:
+        return {"target": self.target.values[0]} if self.target.is_constant else {}

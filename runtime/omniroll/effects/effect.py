@@ -12,6 +12,8 @@ A kind of effect is one file of this folder with two classes.
     again, and for each phase the inputs that it gives and the guards that end the phase.
  5. Inputs and outputs meet by name: torque and damping are inputs of the kernel; voltage is an input of a motor. Inputs
     of one name add up. An effect that reads an input says so in `needs`, and is asked after those that give it.
+ 6. For sessions a process says which of its values may be replaced (`held`), what can be read of it (`readings`) and
+    what it remembers.
 
 What an effect does not name costs nothing: no state, no call.
 """
@@ -26,6 +28,7 @@ from omniroll.effects import registry
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -89,16 +92,24 @@ class Modal:
     laws         (modes, N, 1 + E, 3) the torque and the E event functions: without signal at rest, per signal, per rate
     transitions  (T, 3) int: mode, event, mode that follows where the event's function becomes positive
     wheel_rows   (N, 3) the wheels' speeds for each of nu
+    modes        (N,) int64, the mode of each wheel; the engine keeps them here
     """
 
     signal: str
     laws: np.ndarray
     transitions: np.ndarray
     wheel_rows: np.ndarray
+    modes: np.ndarray
 
 
 class Process:
-    """An effect in one run. Times are counted from the start of the run."""
+    """An effect in one run. Times are counted from the start of the run.
+
+    remembers  names of the attributes that change during a run, so that a session can save and restore them; None
+               where the process does not say
+    """
+
+    remembers: ClassVar[tuple[str, ...] | None] = None
 
     def compiled(self) -> "tuple[Table | Sampler | Modal, ...] | None":
         """The same for the compiled engine, before the run starts; None where that must ask this process."""
@@ -109,7 +120,10 @@ class Process:
         return np.inf
 
     def pass_time(self, state: State) -> None:
-        """The time next_time() has come, in this state. After the call next_time() must be later."""
+        """The time next_time() has come, in this state. After the call next_time() must be later.
+
+        Of the state nu, chi, pose and contact are known; the compiled engine gives no axial speeds.
+        """
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         """What it does in the phase that starts now.
@@ -121,6 +135,34 @@ class Process:
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of the last influence, (m,) bool, have ended the phase."""
+
+    # What a session asks besides
+
+    def held(self) -> Mapping[str, np.ndarray]:
+        """Values by name that hold until the caller of a session writes others into these arrays.
+
+        torque and voltage, signals, act from then on; others where the process next reads them.
+        """
+        return {}
+
+    def readings(self, nu: np.ndarray, signals: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """What can be read of it beside the state, by name.
+
+        nu       (3,) in 1/s
+        signals  the inputs of all processes at this instant, (N,) by name
+        """
+        return {}
+
+    def saved(self) -> dict[str, Any]:
+        """What it remembers; a session pickles it at once. Raises InvalidValueError where it does not say."""
+        if self.remembers is None and type(self) is not Process:
+            raise InvalidValueError("effects", self, "cannot be saved: its class does not say what it remembers")
+        return {name: getattr(self, name) for name in self.remembers or ()}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Take back what `saved` gave."""
+        for name, value in saved.items():
+            setattr(self, name, value)
 
 
 class Effect:

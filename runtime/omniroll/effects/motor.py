@@ -117,26 +117,35 @@ class Motor(Drive):
 class Driving(Following):
     """The motors in one run: the mode of each."""
 
+    remembers: ClassVar[tuple[str, ...] | None] = ("knot", "mode", "leads_to")
+
     def __init__(self, motor: Motor, kernel: Kernel, voltage: Curve):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
         self.laws = np.array([laws(kernel, mode) for mode in MODES])
         self.transitions = TRANSITIONS if motor.current_limit is not None else TRANSITIONS[:0]
-        self.mode = np.full(kernel.wheels, LINEAR)
+        self.mode = np.full(kernel.wheels, LINEAR, np.int64)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
 
     def compiled(self) -> tuple[Table, Modal]:
-        return Table("voltage", self.curve), Modal("voltage", self.laws, self.transitions, self.wheel_speed_per_nu)
+        modal = Modal("voltage", self.laws, self.transitions, self.wheel_speed_per_nu, self.mode)
+        return Table("voltage", self.curve), modal
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
-        voltage = Signal(*self.curve.after(elapsed))
-        if "voltage" in given:
-            voltage = voltage + given["voltage"]
+        own = Signal(*self.curve.after(elapsed))
+        voltage = own + given["voltage"] if "voltage" in given else own
         at_zero, per_volt, per_rate = self.laws[self.mode, np.arange(len(self.mode)), 0].T
         torque = Signal(at_zero + per_volt * voltage.value, per_volt * voltage.slope)
         damping = Signal.constant(-per_rate)
-        return Influence({"torque": torque, "damping": damping}, tuple(self._guards(voltage)))
+        return Influence({"torque": torque, "damping": damping, "voltage": own}, tuple(self._guards(voltage)))
+
+    def readings(self, nu: np.ndarray, signals: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+        """currents (N,) in A: what the winding says below the limit, the limit at it."""
+        _, per_volt, per_rate = self.laws[LINEAR, :, 1].T  # of the current itself, less the limit
+        free = per_volt * signals["voltage"] + per_rate * (self.wheel_speed_per_nu @ nu)
+        limited = np.array(MODES)[self.mode] * (self.motor.current_limit or 0.0)
+        return {"currents": np.where(self.mode == LINEAR, free, limited)}
 
     def _guards(self, voltage: Signal) -> Iterator[Guard]:
         """Where an event function becomes positive, a wheel's mode changes."""

@@ -63,7 +63,11 @@ class Curve:
 
     @classmethod
     def constant(cls, values: np.ndarray) -> "Curve":
-        return cls(np.array([-math.inf]), np.asarray(values, float)[None], "hold")
+        return cls(np.array([-math.inf]), np.array(values, float)[None], "hold")
+
+    @property
+    def is_constant(self) -> bool:
+        return len(self.knots) == 1
 
     def after(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         """Value and slope from `elapsed` to the next knot."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,8 @@ class Drive(Effect):
 class Following(Process):
     """Follows a curve (K, N) over time as an input of the given name."""
 
+    remembers: ClassVar[tuple[str, ...] | None] = ("knot",)
+
     def __init__(self, name: str, curve: Curve):
         self.name, self.curve = name, curve
         self.knot = curve.next_knot(0.0)
@@ -40,6 +43,9 @@ class Following(Process):
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         return Influence({self.name: Signal(*self.curve.after(elapsed))})
+
+    def held(self) -> Mapping[str, np.ndarray]:
+        return {self.name: self.curve.values[0]} if self.curve.is_constant else {}
 
 
 @documented(replace(TORQUE, kind=ONE_OR_PER_WHEEL))
@@ -62,6 +68,13 @@ class Torque(Drive):
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
         return Following("torque", Curve.constant(spread("torque", self.torque, kernel.wheels)))
+
+
+def with_torque(effects: Sequence[Effect]) -> Sequence[Effect]:
+    """The effects with a constant torque among them: one of 0 where there is none, for a session to replace."""
+    if not isinstance(effects, Sequence) or any(isinstance(effect, Torque) for effect in effects):
+        return effects
+    return (*effects, Torque(0.0))
 
 
 @documented(ROW_TIMES, replace(TORQUE, kind=ROWS), INTERPOLATION)

@@ -4,7 +4,6 @@ A call runs until a buffer is full; then progress is reported and the rows are c
 drives with modes act within a call. An effect of another kind is asked at each event, between two calls.
 """
 
-from dataclasses import replace
 from functools import lru_cache
 from math import comb
 from typing import Any
@@ -20,6 +19,7 @@ from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.state import State
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
@@ -66,7 +66,14 @@ def names_of(kernel: Kernel, kind: str) -> list[str]:
 
 
 class CompiledRun:
-    """One simulation with one tolerance."""
+    """One simulation with one tolerance.
+
+    capacity     rows of a buffer
+    keeps_steps  whether the polynomials of the steps are wanted
+    """
+
+    capacity = ROWS
+    keeps_steps = True
 
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
@@ -107,7 +114,8 @@ class CompiledRun:
     def _answer(self) -> None:
         """A time has come, or guards are passed: the effects say what acts from now on."""
         if self.run.elapsed >= self.acting.next_time():
-            state = replace(self.task.state, nu=self.nu.copy(), chi=self.chi.copy(), pose=self.pose.copy())
+            nu, chi, pose, contact = (array.copy() for array in (self.nu, self.chi, self.pose, self.contact))
+            state = State(nu, chi, pose, contact)
             self.acting.pass_time(self.run.elapsed, state)
         else:
             self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
@@ -146,10 +154,9 @@ class CompiledRun:
             own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
             self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
         for form in by_kind[Modal]:
-            self.modes = np.zeros(self.wheels, np.int64)
             own = {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
             own |= {"transition_count": len(form.transitions)} | self._pointers({"wheel_rows": form.wheel_rows})
-            own["modes"] = self._places(self.modes)
+            own["modes"] = self._places(form.modes)
             own["transitions"] = self._places(form.transitions)
             own["laws"] = self.module.ffi.cast("omniroll_affine_t *", self._pointers({"": form.laws})[""])
             self._put("modal", own)
@@ -164,8 +171,8 @@ class CompiledRun:
         self.described.setdefault(kind, []).append(entry)
 
     def _pointers(self, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
-        """Pointers to contiguous arrays, which live as long as this run."""
-        made = {name: np.array(array, float, order="C") for name, array in arrays.items()}
+        """Pointers to the arrays, made contiguous, which live as long as this run."""
+        made = {name: np.ascontiguousarray(array, float) for name, array in arrays.items()}
         self.kept += made.values()
         return {name: self._pointer(array) for name, array in made.items()}
 
@@ -187,11 +194,12 @@ class CompiledRun:
 
     def _allocate(self) -> None:
         wheels, places, columns = self.wheels, self.places, self.columns
-        self.rows = np.empty((ROWS, columns.width))
-        self.steps = np.empty((ROWS, 2 + NODES * (6 + wheels + columns.added)))
-        self.switches = np.empty((ROWS, 2 + wheels))
+        rows = self.capacity
+        self.rows = np.empty((rows, columns.width))
+        self.steps = np.empty((rows, 2 + NODES * (6 + wheels + columns.added))) if self.keeps_steps else None
+        self.switches = np.empty((rows, 2 + wheels))
         has_spins = self.kernel.has_spins
-        self.switch_axial = np.empty((ROWS, wheels, places) if has_spins else (1, 1, 1))
+        self.switch_axial = np.empty((rows, wheels, places) if has_spins else (1, 1, 1))
         state = self.task.state
         self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
         self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
@@ -216,7 +224,7 @@ class CompiledRun:
         run.tolerance = step
         run.sweep_tolerance = max(SWEEP * self.tolerance / self._phases_expected(), FINEST_SWEEP)
         run.patience = SWITCHES_WITHOUT_PROGRESS * self.wheels
-        run.row_capacity = run.switch_capacity = ROWS
+        run.row_capacity = run.switch_capacity = self.capacity
         run.speed, run.next_time = least_speed(task, step), np.inf
         for name in (
             "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
@@ -230,8 +238,8 @@ class CompiledRun:
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
         return 1 + float(speeds) * self.task.duration / (2 * self.run.joint)
 
-    def _pointer(self, array: np.ndarray):
-        return self.module.ffi.from_buffer("double[]", array)
+    def _pointer(self, array: np.ndarray | None):
+        return self.module.ffi.NULL if array is None else self.module.ffi.from_buffer("double[]", array)
 
     # What a call left
 
@@ -264,9 +272,10 @@ class CompiledRun:
         iterations = self.run.sweep_error if self.kernel.effects else self.run.step_count * self.run.sweep_tolerance
         return self.run.step_error / 10 + iterations
 
-    def _stopped(self, status: int, result: Trajectory) -> SimulationStopped:
+    def _stopped(self, status: int, result: Trajectory | None = None) -> SimulationStopped:
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
-        wheel = int(result.switches.wheel[-1]) if status == STUCK and len(result.switches) else None
+        stuck = status == STUCK and result is not None and len(result.switches) > 0
+        wheel = int(result.switches.wheel[-1]) if stuck else None
         time = self.task.start_time + self.run.elapsed
         reason = REASONS[status]
         if status == NO_STEP:
@@ -287,7 +296,7 @@ class Columns:
     """Where a row's numbers stand: time, nu, chi, pose, what the set adds, contact, inputs.
 
     inputs  names of the kernel's inputs
-    added   how many numbers the set integrates beside nu, chi and the pose
+    added   how many numbers the set integrates beside nu, chi and the pose; `accounts` of them, at the end, are accounts
     order   of these in the trajectory, as places in the row of the engine
     """
 
@@ -305,6 +314,7 @@ class Columns:
         ]
         self.order = np.concatenate([np.zeros(0, int), *places]).astype(int)
         self.added = sum(self.sizes)
+        self.accounts = sum(quantity.account != 0 for quantity in of_set)
         self.end = 7 + kernel.wheels + self.added
         self.width = self.end + kernel.wheels * (1 + len(self.inputs))
 

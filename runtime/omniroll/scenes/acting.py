@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from omniroll.effects import Bearings, Controller, Effect, Motor, Slope, Torque, TorqueTable
+from omniroll.effects import Bearings, Controller, Effect, FunctionController, Motor, Slope, Torque, TorqueTable
 from omniroll.errors import InvalidValueError
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
@@ -92,6 +92,7 @@ def _drive(keys: dict[str, Any]) -> Effect:
 MAKERS: dict[str, Callable[[dict[str, Any]], Effect]] = {
     "drive": _drive,
     "controller": lambda keys: Controller(**keys),
+    "function_controller": lambda keys: FunctionController(**keys),
     "bearings": lambda keys: Bearings(**keys),
     "slope": lambda keys: Slope(**keys),
 }

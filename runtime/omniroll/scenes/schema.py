@@ -112,6 +112,12 @@ SCENE = (
         vocabulary.CONTROLLER,
     ),
     Table(
+        "function_controller",
+        "A controller that is a Python function, registered under a name with `omniroll.register_controller` before "
+        "the scene is read. Its output is held between its calls, and is added to that of `[controller]`.",
+        vocabulary.FUNCTION_CONTROLLER,
+    ),
+    Table(
         "bearings",
         "Friction in the axles of wheels and rollers. Coulomb's is torque * speed/sqrt(speed^2 + named speed^2): it "
         "does not stick, and a small named speed is stiff.",

@@ -1,0 +1,312 @@
+"""A session: a run of the compiled engine that goes on step by step, so that a loop can be closed from outside.
+
+A step ends in a pause, which changes nothing: the motion is that of one run, whatever the steps. What happens at the
+instant of a pause, such as a controller's sample, happens at the start of the next step; what that step is given is
+known then. A torque or a voltage that differs from the one before is an event, as a knot of a table is.
+"""
+
+import math
+import pickle
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.effects.torque import with_torque
+from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
+from omniroll.engine.simulate import checked_task
+from omniroll.engine.stepped_run import SteppedRun
+from omniroll.errors import InvalidValueError, KernelsMissingError
+from omniroll.vehicles.vehicle import Vehicle
+
+FORMAT = 1  # of what save() gives
+START = ("nu", "chi", "spins", "pose")
+NOT_IN_SESSIONS = ("duration", "engine", "progress", "control")  # arguments of simulate
+
+
+class Described(Protocol):
+    """A scene: a vehicle, and the other arguments of omniroll.simulate."""
+
+    vehicle: Vehicle
+    options: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A session at one instant, which pickle can keep.
+
+    made_for  what must be the same in a session that restores it, in words
+    memory    the engine's memory, as bytes
+    clock     the time since the start in s, and what its rounding has left over
+    effects   what the effects remember, where the engine asks them, as bytes that pickle reads
+    """
+
+    made_for: Mapping[str, str]
+    memory: bytes
+    clock: tuple[float, float]
+    effects: bytes
+
+
+class Session:
+    """A vehicle that is moved step by step.
+
+    subject  Vehicle, or a scene as omniroll.load_scene gives it
+    driven   bool: whether steps may give torques. The vehicle then has a drive whose torque is 0 at first. Without one
+             among the effects, False leaves it out
+    options  arguments of omniroll.simulate, which stand before those of a scene: nu (at rest where it is not given),
+             chi, spins, pose, start_time, roller_model, switching, effects, and accuracy, to which a step is made
+
+    A step takes a torque, a voltage or a target and holds it until another is given. A torque replaces that of a
+    Torque; a voltage needs a Motor whose voltage is constant, a target a Controller whose target is constant, and each
+    takes the place of that.
+
+    Raises InvalidValueError as simulate does, KernelsMissingError where the compiled engine cannot run the vehicle with
+    these effects. Warns as simulate does of effects that look wrong. A session belongs to one thread.
+    """
+
+    def __init__(self, subject: Vehicle | Described, *, driven: bool = True, **options: Any):
+        vehicle, options = _asked(subject, options)
+        if driven:
+            options["effects"] = with_torque(options.get("effects", ()))
+        self._options = options
+        self.vehicle = vehicle
+        self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
+        for doubt in self._task.effects.doubts(vehicle):
+            warnings.warn(doubt, stacklevel=2)
+        if not can_run(self._task):
+            raise KernelsMissingError(
+                f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
+                "effects whose kernels were not built beforehand"
+            )
+        self._run = SteppedRun(self._task, self._task.accuracy)
+        self._elapsed, self._rest = 0.0, 0.0
+        self._nu, self._chi, self._pose, self._contact = map(
+            _read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
+        )
+        self._made_for = self._what_must_agree()
+
+    # Going on
+
+    def step(
+        self,
+        duration: float,
+        torque: ArrayLike | None = None,
+        voltage: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+    ) -> None:
+        """Go on for a time.
+
+        duration  in s, not negative
+        torque    in N m at the axles, one number or (N,), from now on; None: as before
+        voltage   in V of the motors, one number or (N,), from now on; None: as before
+        target    (3,) nu that a controller tracks from its next sample on; None: as before
+
+        Raises InvalidValueError for numbers that make no sense, and where nothing takes what is given;
+        SimulationStopped where the motion cannot go on: the session is then at the instant where it stopped.
+        """
+        if not (type(duration) is float and 0 <= duration <= validation.LARGEST):
+            duration = validation.not_negative("duration", duration)
+        given = (("torque", torque), ("voltage", voltage), ("target", target))
+        wanted = [(name, self._checked(name, value)) for name, value in given if value is not None]
+        for name, numbers in wanted:
+            self._hold(name, numbers)
+        before, added = self._elapsed, duration + self._rest
+        elapsed = before + added
+        try:
+            self._run.advance(elapsed)
+        except BaseException:
+            self._elapsed, self._rest = self._run.run.elapsed, 0.0
+            raise
+        part = elapsed - before
+        self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)
+
+    def _checked(self, name: str, given: ArrayLike) -> list[float]:
+        """What is given for a value that one effect holds. Raises InvalidValueError."""
+        there = self._run.held.get(name, ())
+        if len(there) != 1:
+            bound = "is taken by no effect of this session" if not there else "is taken by more than one effect"
+            raise InvalidValueError(name, given, bound)
+        shape = there[0].shape
+        numbers = _plain(given)  # on few numbers lists are faster than arrays
+        if numbers is None or len(numbers) != shape[0] or not all(map(math.isfinite, numbers)):
+            numbers = _spread(name, given, shape, name in self._run.names).tolist()
+        return numbers
+
+    def _hold(self, name: str, numbers: list[float]) -> None:
+        """Hold a value from now on. The same one again is no event."""
+        (held,) = self._run.held[name]
+        if numbers != held.tolist():
+            held[:] = numbers
+            if name in self._run.names:
+                self._run.change_what_acts()
+
+    def reset(self, **start: ArrayLike) -> None:
+        """Go back to the start, to the bit.
+
+        start  nu, chi, spins and pose, as simulate takes them, in the place of those of the start
+
+        Raises InvalidValueError for what is no such state.
+        """
+        unknown = set(start) - set(START)
+        if unknown:
+            raise InvalidValueError("start", min(unknown), f"must be one of {', '.join(START)}")
+        task = checked_task(self.vehicle, **self._options | start, duration=0) if start else None
+        self._run.go_to_start()
+        self._elapsed, self._rest = 0.0, 0.0
+        if task is not None:
+            self._run.start(task)
+
+    def save(self) -> Saved:
+        """The session as it is now, for `restore`; pickle can keep it.
+
+        Raises InvalidValueError where an effect does not say what it remembers, TypeError or another error of pickle
+        where that cannot be kept.
+        """
+        effects = pickle.dumps([process.saved() for process in self._run.asked])
+        return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects)
+
+    def restore(self, saved: Saved) -> None:
+        """Go back, or forth, to what `save` gave: all that follows is the same to the bit.
+
+        saved  Saved, of this session or of one with the same vehicle, effects and options. Like all that pickle reads
+               it must come from somebody whom you trust
+
+        Raises InvalidValueError for what another session has saved.
+        """
+        if not isinstance(saved, Saved):
+            raise InvalidValueError("saved", saved, "must be what save() gave")
+        for name, value in self._made_for.items():
+            other = saved.made_for.get(name)
+            if other != value:
+                raise InvalidValueError("saved", other, f"was saved by a session whose {name} is not {value}")
+        self._run.go_back(saved.memory, pickle.loads(saved.effects))
+        self._elapsed, self._rest = saved.clock
+
+    def _what_must_agree(self) -> dict[str, str]:
+        """What two sessions must agree in so that one can go on where the other was."""
+        task = self._task
+        return {
+            "format": str(FORMAT),
+            "vehicle": repr(task.vehicle),
+            "roller_model": task.kernel.roller_model,
+            "switching": task.switching,
+            "accuracy": repr(task.accuracy),
+            "start_time": repr(task.start_time),
+            "effects": repr(task.effects.effects),
+            "memory": f"{self._run.memory.size} bytes",
+        }
+
+    # The state: views of the engine's own memory, which follow the motion
+
+    @property
+    def time(self) -> float:
+        """Time in s on the session's clock."""
+        return self._task.start_time + self._elapsed
+
+    @property
+    def elapsed(self) -> float:
+        """Time in s since the start: the sum of the steps, rounded once."""
+        return self._elapsed
+
+    @property
+    def nu(self) -> np.ndarray:
+        """(3,) in 1/s. This view and the next three cannot be written; the next step changes what they show."""
+        return self._nu
+
+    @property
+    def chi(self) -> np.ndarray:
+        """(N,) in rad, |chi| <= pi/n."""
+        return self._chi
+
+    @property
+    def pose(self) -> np.ndarray:
+        """(3,) x, y in m, theta in rad."""
+        return self._pose
+
+    @property
+    def contact(self) -> np.ndarray:
+        """(N,) int, the physical roller in contact, 0..n-1."""
+        return self._contact
+
+    # Outputs: computed when they are read
+
+    @property
+    def wheel_speeds(self) -> np.ndarray:
+        """(N,) in rad/s, the rates of chi, (2.2)."""
+        return self._task.kernel.wheel_speeds(self._nu)
+
+    @property
+    def contact_spin(self) -> np.ndarray:
+        """(N,) in rad/s, the spins of the rollers in contact, (2.1)."""
+        return self._task.kernel.wheel_rates(self._nu, self._chi)[1]
+
+    @property
+    def spins(self) -> np.ndarray | None:
+        """(N, n-1) in rad/s, of the free rollers j = 2..n relative to their disks; None but for "free" rollers."""
+        bound = self._task.kernel
+        return bound.spins_from_axial(self._nu, self._chi, self._run.axial_now()) if bound.has_spins else None
+
+    @property
+    def energy(self) -> float:
+        """Kinetic energy in J, (3.2)."""
+        bound = self._task.kernel
+        return float(bound.energy(self._nu, self._chi, *bound.spins_or_nothing(self.spins)))
+
+    @property
+    def outputs(self) -> dict[str, np.ndarray]:
+        """What the effects give, by name: a new dict.
+
+        Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, (N,) each: as they act
+        before this instant's events, and so 0 before the first step. What the effects integrate: drive_work,
+        axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
+        """
+        signals = self._run.signals_now()
+        found = signals | self._run.integrated(self._run.core)
+        for process in self._run.acting.processes:
+            found |= process.readings(self._nu, signals)
+        return found
+
+    def __repr__(self) -> str:
+        bound = self._task.kernel
+        return (
+            f"<Session: {bound.roller_model}, {self._task.switching}, N={bound.wheels}, n={bound.rollers_per_wheel}, "
+            f"t = {self.time:g}>"
+        )
+
+
+def _asked(subject: Vehicle | Described, options: dict[str, Any]) -> tuple[Vehicle, dict[str, Any]]:
+    """The vehicle and the arguments of simulate that a session has."""
+    for name in options:
+        if name in NOT_IN_SESSIONS:
+            raise InvalidValueError(name, options[name], "is not for a session")
+    if isinstance(subject, Vehicle):
+        return subject, {"nu": (0, 0, 0)} | options
+    if not isinstance(getattr(subject, "vehicle", None), Vehicle) or not hasattr(subject, "options"):
+        raise InvalidValueError("subject", subject, "must be a Vehicle or a scene")
+    given = {name: value for name, value in subject.options.items() if name not in NOT_IN_SESSIONS}
+    return subject.vehicle, given | options
+
+
+def _plain(given: ArrayLike) -> list[float] | None:
+    """What is given as a list where it is a row of floats, which needs no further check but that of its length."""
+    if type(given) is np.ndarray:
+        return given.tolist() if given.dtype == float and given.ndim == 1 else None
+    return list(given) if type(given) in (list, tuple) and set(map(type, given)) == {float} else None
+
+
+def _spread(name: str, given: ArrayLike, shape: tuple[int, ...], one_for_all: bool) -> np.ndarray:
+    """What is given as an array of this shape; `one_for_all`: one number may stand for all of them."""
+    values = validation.real_array(name, given)
+    if values.shape != shape and (values.ndim or not one_for_all):
+        raise InvalidValueError(name, given, f"must have the shape {shape}" + " or be one number" * one_for_all)
+    return np.broadcast_to(values, shape)
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

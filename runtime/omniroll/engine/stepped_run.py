@@ -1,0 +1,132 @@
+"""A run of the compiled engine that goes on call by call: what a session works on.
+
+A step ends in a pause, which the engine does not take for an event. Values that steps give are written where the
+processes and the engine read them; all that changes is known as memory, which can be read and written back.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from omniroll.effects.effect import Process
+from omniroll.effects.effect_set import EffectRun
+from omniroll.engine.compiled_engine import ASK, DONE, FULL, CompiledRun
+from omniroll.engine.runs import Task, least_speed
+from omniroll.engine.snapshot import Memory
+
+STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
+CAPACITY = 16  # rows of the engine's buffer, which nobody reads
+
+
+class SteppedRun(CompiledRun):
+    """A run that pauses where its duration is over, and keeps neither rows nor steps."""
+
+    capacity = CAPACITY
+    keeps_steps = False
+
+    def __init__(self, task: Task, tolerance: float):
+        super().__init__(task, tolerance)
+        self.run.pauses = 1
+        self.names = (*self.columns.inputs, "voltage")  # of the signals
+        self.call: Callable = self.module.lib.omniroll_run
+        self.model = self.kernel.model_for(self.module.ffi)
+        self._find_memory()
+        self.at_start = self.memory.read()
+
+    def _find_memory(self) -> None:
+        """Where the values stand that steps give, and all that changes."""
+        self.held: dict[str, list[np.ndarray]] = {}
+        for process in self.acting.processes:
+            for name, values in process.held().items():
+                self.held.setdefault(name, []).append(values)
+        self.memory = Memory(self.module.ffi, self._structs(), self._arrays())
+
+    def _phases_expected(self) -> float:
+        return STEPS_EXPECTED
+
+    def _structs(self) -> list:
+        return [self.struct, *(kept for kept in self.kept if not isinstance(kept, np.ndarray))]
+
+    def _arrays(self) -> list[np.ndarray]:
+        """All that the engine or a step writes."""
+        own = [
+            self.nu, self.chi, self.pose, self.axial, self.contact, self.work, self.core, self.core_before,
+            self.accounts, self.inputs, self.guards, self.passed, self.leads_to, self.signals,
+        ]  # fmt: skip
+        kept = [array for array in self.kept if isinstance(array, np.ndarray)]
+        return [*own, *kept, *(values for arrays in self.held.values() for values in arrays)]
+
+    def advance(self, elapsed: float) -> None:
+        """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
+        run, status = self.run, FULL
+        run.duration = elapsed
+        while status == FULL:
+            run.row_count = run.switch_count = 0
+            status = self.call(self.struct, self.model)
+            while status == ASK:
+                self._answer()
+                status = self.call(self.struct, self.model)
+        if status != DONE:
+            raise self._stopped(status)
+
+    @property
+    def asked(self) -> list[Process]:
+        """The processes that the engine asks at their events; none where it does by itself what they say."""
+        return self.acting.processes if self.run.asks else []
+
+    def change_what_acts(self) -> None:
+        """What acts has been written into: this instant is an event, at which the signals are made anew."""
+        self.passed[:] = 0
+        self.run.next_time, self.run.at_event = self.run.elapsed, 1
+
+    def go_back(self, memory: bytes, remembered: list[Mapping[str, Any]]) -> None:
+        """Go back to where this memory was read, and the processes that the engine asks to what they gave then."""
+        for process, own in zip(self.asked, remembered, strict=True):
+            process.restore(own)
+        self._write(memory)
+
+    def go_to_start(self) -> None:
+        """Go back to the start. Processes that the engine asks are made anew: not each of them can be saved."""
+        if self.asked:
+            self.acting = EffectRun(self.task.effects, self.kernel, self.task.start_time)
+            self._find_memory()
+        self._write(self.at_start)
+
+    def _write(self, memory: bytes) -> None:
+        self.memory.write(memory)
+        if self.asked:
+            self.acting.begin_phase(self.run.inputs_elapsed, self.run.inputs_carry)
+
+    def start(self, task: Task) -> None:
+        """Put the state at the start of a task in the place of this one's."""
+        self.nu[:], self.chi[:], self.pose[:] = task.state.nu, task.state.chi, task.state.pose
+        if self.kernel.has_spins:
+            self.axial[...] = task.state.free_axial()
+        self.run.speed = least_speed(task, self.run.tolerance)
+
+    # What can be read
+
+    def signals_now(self) -> dict[str, np.ndarray]:
+        """(N,) each input and the voltages of the motors, as they act before this instant's events."""
+        since = (self.run.elapsed - self.run.inputs_elapsed) + (self.run.carry - self.run.inputs_carry)
+        if self.run.asks:
+            return {name: signal.at(since) for name, signal in self.acting.signals.items()}
+        values = self.signals[0] + self.signals[1] * since
+        names = self.names if self.run.modal_count else self.columns.inputs
+        return dict(zip(names, values, strict=False))
+
+    def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
+        """What the effects integrate, by name, where the rest of the core is `core`."""
+        accounts = self.columns.accounts
+        ends = self.columns.added - accounts
+        numbers = np.concatenate([self.nu, self.chi, self.pose, core[:ends], self.accounts[:accounts]])
+        return self.columns.state_vector.views(self.columns.state(numbers))
+
+    def axial_now(self) -> np.ndarray:
+        """Axial speeds (N, n-1) of the free rollers: those at axial_elapsed, and what has become of them."""
+        if not self.task.effects:
+            return self.axial
+        before, after = self.integrated(self.core_before), self.integrated(self.core)
+        since = np.array(self.run.elapsed - self.run.axial_elapsed)
+        return self.task.effects.axial_later(self.kernel, self.axial, before, after, since)

@@ -1,0 +1,101 @@
+"""A motion in steps, as a session makes it: pauses 1 ulp before, at and after each event."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from hard.case import Case, Measurement, Scale
+from hard.setting import PAPER, Setting, settings
+from omniroll import Controller, Motor, Session, Torque, TorqueTable, Trajectory
+from omniroll.engine.switching import tau
+
+SECTION = "Switches"
+ACCURACY = 1e-13
+BOUND = 1e-10
+DRIVEN = (
+    Motor(((4, -3, -2), (-4, 2, 3), (1, 1, 0)), 0.02, 1.5, gear_ratio=3, current_limit=0.7, times=(0.2, 0.7, 1.1)),
+    Controller(((0.5, 0, 0.5), (0, 1, 0)), 1.0, 0.07, 0.5, "voltage", times=(0.3, 1.2)),
+    TorqueTable((0.4, 0.9), ((0.01, 0, 0), (0, -0.01, 0)), "hold"),
+    Torque(0.0),
+)
+
+
+def distance(one: Trajectory, nu: np.ndarray, pose: np.ndarray) -> float:
+    return float(max(np.abs(one.nu[-1] - nu).max(), np.abs(one.pose[-1] - pose).max()))
+
+
+def stepped(setting: Setting, start: dict[str, Any], pauses: Iterable[float], duration: float) -> Session:
+    """The motion in steps that end at the pauses."""
+    options = setting.options(**start)
+    options.pop("engine")
+    session = Session(PAPER, **options, accuracy=ACCURACY)
+    for pause in [*pauses, duration]:
+        session.step(max(0.0, float(pause - session.elapsed)))
+    return session
+
+
+def restarted(setting: Setting, start: dict[str, Any], pauses: Iterable[float], duration: float) -> Trajectory:
+    """What a user without sessions does: each step is a run from the state at the end of the one before."""
+    time, run = 0.0, None
+    for pause in [*pauses, duration]:
+        run = setting.run(**start | {"duration": pause - time}, accuracy=ACCURACY)
+        spins = {} if run.spins is None else {"spins": run.spins[-1]}
+        start = start | {"nu": run.nu[-1], "chi": run.chi[-1], "pose": run.pose[-1], "start_time": pause} | spins
+        time = pause
+    return run
+
+
+def around(events: np.ndarray) -> np.ndarray:
+    """1 ulp before each event, at it, and 1 ulp after it."""
+    return np.unique([np.nextafter(events, -np.inf), events, np.nextafter(events, np.inf)])
+
+
+def around_every_event(scale: Scale) -> list[Measurement]:
+    """Motors that reach their limits, a controller, tables: switches, limits, samples and knots."""
+    duration, found = 1.5, []
+    for setting in settings(engines=("compiled",)):
+        worst = 0.0
+        random = np.random.default_rng(11)
+        for _ in range(scale.of(1, 10)):
+            nu, chi, spins = random.normal(size=3), random.uniform(-0.6, 0.6, 3), random.normal(size=(3, 4))
+            start = {"nu": nu, "chi": chi, "spins": spins, "effects": DRIVEN}
+            run = setting.run(**start, duration=duration, accuracy=ACCURACY)
+            events = np.unique(run.elapsed[1:][np.diff(run.elapsed) == 0])
+            session = stepped(setting, start, around(events[(events > 0) & (events < duration)]), duration)
+            worst = max(worst, distance(run, session.nu, session.pose))
+        found.append(setting.measurement("all events: distance from one run", worst, BOUND))
+    return found
+
+
+def before_two_switches(scale: Scale) -> list[Measurement]:
+    """Two wheels 0.95 tau apart switch together in one run; a step ends 1 ulp, ... , 0.9 tau before the first."""
+    found, duration = [], 1.0
+    for setting in settings(models=("locked", "free"), laws=("impact",), engines=("compiled",)):
+        start = {"nu": (1.0, 0.0, 0.0), "chi": np.array([0.0, 0.1, -0.1]), "effects": (Torque(0.0),)}
+        first = setting.run(**start, duration=duration, accuracy=ACCURACY)
+        time, late = first.switches.t[0], first.switches.wheel[1]
+        together, row = tau(time, time), np.searchsorted(first.t, time)
+        rate = first.kernel.wheel_speeds(first.nu[row])[late]
+        start["chi"][late] -= 0.95 * together * rate
+        run = setting.run(**start, duration=duration, accuracy=ACCURACY)
+        worst, theirs = 0.0, 0.0
+        for before in np.linspace(np.spacing(time), 0.9 * together, scale.of(4, 40)):
+            session = stepped(setting, start, [time - before], duration)
+            worst = max(worst, distance(run, session.nu, session.pose))
+            naive = restarted(setting, start, [time - before], duration)
+            theirs = max(theirs, distance(run, naive.nu[-1], naive.pose[-1]))
+        found.append(setting.measurement("two wheels in tau: distance from one run", worst, BOUND, theirs))
+    return found
+
+
+CASES = [
+    Case(
+        name="session-steps",
+        section=SECTION,
+        title="Steps of a session that end 1 ulp before, at and after switches, limits, samples and knots",
+        naive="makes a run of its own of each step: wheels closer than tau switch at its end, where tau begins anew",
+        promise="the motion is that of one run",
+        run=lambda scale: around_every_event(scale) + before_two_switches(scale),
+    ),
+]
