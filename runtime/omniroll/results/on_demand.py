@@ -41,6 +41,14 @@ class Stats(dict):
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or name in self.made
 
+    def make_on_demand(self, name: str, maker: Maker) -> None:
+        """The figure `name` is what `maker` gives when it is first read."""
+        self.pop(name, None)
+        self.made[name] = maker
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name] if name in self else default
+
     def complete(self) -> dict[str, Any]:
         """All figures, as a plain dict."""
         for name in list(self.made):
