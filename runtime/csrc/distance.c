@@ -1,4 +1,6 @@
 /* How far two runs of one motion are apart, from the rows and polynomials that they left. */
+#define ROWS_OF_INSTANT 8           /* so many rows back a step may stand that ended just before            */
+#define FURTHEST 1.01               /* so many lengths of a step its polynomials are asked                  */
 
 /* nu and the pose at x, in lengths of the step, behind the row `k`. */
 static void state_in_step(const omniroll_course_t *course, long long k, double x, double *state)
@@ -23,57 +25,71 @@ static void state_in_step(const omniroll_course_t *course, long long k, double x
     }
 }
 
-/* nu and the pose at the time `elapsed`, after what happens there; `row` goes on to the last row at or before it. */
-static void state_of_course(const omniroll_course_t *course, double elapsed, long long *row, double *state)
+static const double *row_of(const omniroll_course_t *course, long long k)
 {
-    while (*row + 1 < course->count && course->rows[(*row + 1)*course->row_size] <= elapsed)
-        ++*row;
-    const double *here = course->rows + *row*course->row_size;
-    const double h = course->steps[*row*course->step_size];
-    if (here[0] < elapsed && *row + 1 < course->count && h > 0) {
-        state_in_step(course, *row, (elapsed - here[0])/h, state);
-        return;
-    }
-    for (int c = 0; c < 6; c++)
-        state[c] = here[1 + (c < 3 ? c : c + course->wheels)];
+    return course->rows + k*course->row_size;
 }
 
-/* Speeds jump at switches, whose times differ a little between two runs: they are compared where both have the same
- * rollers in contact. */
-static int same_contacts(const omniroll_course_t *one, long long row, const omniroll_course_t *other, long long second)
+static int starts_step(const omniroll_course_t *course, long long k)
 {
-    const double *a = one->rows + row*one->row_size + one->contact;
-    const double *b = other->rows + second*other->row_size + other->contact;
-    for (int i = 0; i < one->wheels; i++)
-        if (a[i] != b[i])
+    return k + 1 < course->count && course->steps[k*course->step_size] > 0;
+}
+
+static int same_contacts(const omniroll_course_t *course, const double *row, const double *other)
+{
+    for (int i = course->contact; i < course->contact + course->wheels; i++)
+        if (row[i] != other[i])
             return 0;
     return 1;
 }
 
-/* The largest distance of ((x, y)/radius, theta, nu/speed) in the middle of each step of `fine` and at its end. */
+/* nu and the pose at the time `elapsed`, with the rollers in contact that they have in the row `wanted`: where the run
+ * has passed to others just before, its last step is continued by that little. `row` goes on to the last row at or
+ * before that time. Returns whether there are such rollers; else the state is that with others. */
+static int state_of_course(const omniroll_course_t *course, double elapsed, const double *wanted, long long *row,
+                           double *state)
+{
+    while (*row + 1 < course->count && row_of(course, *row + 1)[0] <= elapsed)
+        ++*row;
+    const double *here = row_of(course, *row);
+    const int alike = same_contacts(course, here, wanted);
+    long long from = *row;
+    for (int back = 0; !alike && back < ROWS_OF_INSTANT && from > 0; back++) {
+        from--;
+        const double *before = row_of(course, from);
+        const double h = course->steps[from*course->step_size];
+        if (starts_step(course, from) && same_contacts(course, before, wanted)) {
+            if (elapsed - before[0] > FURTHEST*h)
+                break;
+            state_in_step(course, from, (elapsed - before[0])/h, state);
+            return 1;
+        }
+    }
+    if (here[0] < elapsed && starts_step(course, *row))
+        state_in_step(course, *row, (elapsed - here[0])/course->steps[*row*course->step_size], state);
+    else
+        for (int c = 0; c < 6; c++)
+            state[c] = here[1 + (c < 3 ? c : c + course->wheels)];
+    return alike;
+}
+
+/* The largest distance of ((x, y)/radius, theta, nu/speed) at the ends of the coarse run's steps. There collocation is
+ * far better than inside the steps, where each run knows its error. Speeds jump at switches, whose times differ a
+ * little: they are compared with the same rollers in contact. */
 double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_t *fine, double radius, double speed)
 {
     const double sizes[6] = {speed, speed, speed, radius, radius, 1};
-    const double coarse_end = coarse->rows[(coarse->count - 1)*coarse->row_size];
-    const double fine_end = fine->rows[(fine->count - 1)*fine->row_size];
-    long long row = 0, other = 0;
+    const double end = row_of(fine, fine->count - 1)[0];
+    long long row = 0;
     double most = 0;
-    for (long long k = 0; k < fine->count; k++) {
-        const double *here = fine->rows + k*fine->row_size;
-        const int last = k + 1 == fine->count;
-        if (!last && !(fine->steps[k*fine->step_size] > 0))
+    for (long long k = 0; k + 1 < coarse->count; k++) {
+        const double *reached = row_of(coarse, k + 1);
+        if (!starts_step(coarse, k) || reached[0] > end)
             continue;
-        const double elapsed = last ? fmin(fine_end, coarse_end) : here[0] + (here[fine->row_size] - here[0])/2;
-        if (elapsed > coarse_end)
-            continue;
-        double a[6], b[6];
-        if (last)
-            row = 0;                                /* where the coarse run ended early */
-        state_of_course(fine, elapsed, &row, a);
-        state_of_course(coarse, elapsed, &other, b);
-        const int alike = same_contacts(fine, row, coarse, other);
+        double state[6];
+        const int alike = state_of_course(fine, reached[0], reached, &row, state);
         for (int c = alike ? 0 : 3; c < 6; c++) {
-            const double apart = fabs(a[c] - b[c])/sizes[c];
+            const double apart = fabs(state[c] - reached[1 + (c < 3 ? c : c + coarse->wheels)])/sizes[c];
             most = apart <= most ? most : apart;    /* also one that is not a number */
         }
     }

@@ -116,8 +116,8 @@ typedef struct {
     const double *rows, *steps;
 } omniroll_course_t;
 
-/* How far two runs are apart: the largest distance of ((x, y)/radius, theta, nu/speed) in the middle of each step of
- * the fine one and at its end, as long as both last. */
+/* How far two runs are apart: the largest distance of ((x, y)/radius, theta, nu/speed) at the ends of the coarse one's
+ * steps, as long as both last. */
 double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_t *fine, double radius, double speed);
 
 /* Doubles that run->work needs. */

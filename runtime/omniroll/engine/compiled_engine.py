@@ -128,7 +128,7 @@ class CompiledRun:
         return self.status == DONE
 
     def distance_from(self, coarse: "CompiledRun") -> float:
-        """How far a coarser run of the same motion is from this one, as `omniroll.results.comparison.difference`."""
+        """How far a coarser run of the same motion is from this one, at the ends of its steps, in the norm of `accuracy`."""
         return self.module.lib.omniroll_distance(
             coarse._course(), self._course(), self.task.vehicle.platform_radius, self._speed()
         )

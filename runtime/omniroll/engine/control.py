@@ -164,8 +164,9 @@ class _Floor:
             return rounding
         if EPS * self.most <= 0.1 * self.task.accuracy:
             return EPS * self.most
-        sensitivity = self.sensitivity()
-        return max(rounding, EPS * sensitivity) if sensitivity is not None else math.inf
+        if self.measured is None:
+            self.measured = sensitivity(self.task, run)
+        return max(rounding, EPS * self.measured) if self.measured is not None else math.inf
 
     def sensitivity(self) -> float | None:
         """How much larger a small error of the start becomes, at least 1; None where a run for it has stopped."""
@@ -174,16 +175,21 @@ class _Floor:
         return self.measured
 
 
-def sensitivity(task: Task) -> float | None:
+def sensitivity(task: Task, base: AnyRun | None = None) -> float | None:
     """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
+
+    base  a finished run of this task, which serves where it is fine enough
 
     Both runs are fine, on the compiled engine where it can: the sensitivity is the motion's, not the engine's.
     """
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
-    base, companion = made(task, tolerance), made(moved(task, MOVED), tolerance)
-    found = max(1.0, base.distance_from(companion) / MOVED) if base.done and companion.done else None
-    base.release()
+    if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine == "compiled"):
+        base = made(task, tolerance)
+    companion = made(moved(task, MOVED), base.tolerance)
+    if not (base.done and companion.done):
+        return None
+    found = max(1.0, base.distance_from(companion) / MOVED)
     companion.release()
     return found
 

@@ -115,21 +115,30 @@ def checked_task(
 
 
 def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:
+    plain = states.plain_state(bound.vehicle, bound.roller_model, nu, chi, spins)
+    nu, chi, *spins = _checked_state(bound, nu, chi, spins) if plain is None else plain
+    axial = None
+    if spins:
+        axial = np.zeros((bound.wheels, bound.rollers_per_wheel))
+        axial[:, 1:] = bound.axial_speeds(nu, chi, *spins)  # contact is 0, so that j and the physical number agree
+    pose = validation.real_array("pose", pose, (3,))
+    return State(nu, chi, pose, np.zeros(bound.wheels, int), axial)
+
+
+def _checked_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike) -> tuple[np.ndarray, ...]:
+    """nu, chi and for free rollers spins. Raises InvalidValueError."""
     vehicle = bound.vehicle
     nu = states.speeds(validation.real_array("nu", nu, (3,)))
     chi = states.wheel_angles_in_contact(chi, vehicle)
     if chi.ndim != 1:
         raise InvalidValueError("chi", chi.tolist(), f"must have the shape ({vehicle.wheels},)")
     spins = states.free_spins(spins, vehicle, bound.roller_model)
-    if spins is not None and spins.ndim != 2:
+    if spins is None:
+        return nu, chi
+    if spins.ndim != 2:
         shape = (vehicle.wheels, vehicle.rollers_per_wheel - 1)
         raise InvalidValueError("spins", spins.tolist(), f"must have the shape {shape}")
-    axial = None
-    if spins is not None:
-        free = bound.axial_speeds(nu, chi, spins)
-        axial = np.pad(free, ((0, 0), (1, 0)))  # contact is 0, so that j and the physical number agree
-    pose = validation.real_array("pose", pose, (3,))
-    return State(nu, chi, pose, np.zeros(vehicle.wheels, int), axial)
+    return nu, chi, spins
 
 
 def _check_range(task: Task) -> None:
@@ -139,14 +148,28 @@ def _check_range(task: Task) -> None:
     with np.errstate(all="ignore"):
         spins = () if free is None else (bound.spins_from_axial(state.nu, state.chi, free),)
         energy = bound.energy(state.nu, state.chi, *spins)
-        acting = EffectRun(task.effects, bound, task.start_time)
-        acting.pass_time(0.0, state)
-        flow, _ = acting.phase(0.0, free)
-        y = np.zeros(acting.state_vector.size)
-        acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-        acting.state_vector.put(y, task.effects.initial(bound, free))
-        rates = flow(0.0, y)
-        way = rates[: acting.state_vector.plain] * task.duration
-    states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
-    if np.abs(way).max() > validation.LARGEST:
+        rates = _rates_with_effects(task) if task.effects else _rates(bound, state, free)
+        way = rates[: 6 + bound.wheels] * task.duration
+    if not states.all_finite(rates, energy, *spins):
+        states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
+    if not max(map(abs, way.tolist())) <= validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
+
+
+def _rates(bound: Kernel, state: State, free: np.ndarray | None) -> np.ndarray:
+    """Of nu, chi and the pose at the start."""
+    momenta = () if free is None else (bound.momenta(free),)
+    nu_dot = bound.forward_dynamics(state.nu, state.chi, *momenta)
+    return np.concatenate([nu_dot, bound.wheel_speeds(state.nu), bound.pose_rates(state.nu, state.pose[2])])
+
+
+def _rates_with_effects(task: Task) -> np.ndarray:
+    """Of these, and of what the effects integrate."""
+    state, bound = task.state, task.kernel
+    acting = EffectRun(task.effects, bound, task.start_time)
+    acting.pass_time(0.0, state)
+    flow, _ = acting.phase(0.0, state.free_axial())
+    y = np.zeros(acting.state_vector.size)
+    acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+    acting.state_vector.put(y, task.effects.initial(bound, state.free_axial()))
+    return flow(0.0, y)

@@ -17,6 +17,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,10 +128,12 @@ def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> 
     wanted = [argument.name for argument in signature.inputs]
     if not set(wanted) <= set(given):
         raise TypeError(f"constants {sorted(given)}; these effects need {wanted}")
-    return [
-        np.array(np.broadcast_to(np.asarray(given[argument.name], float), argument.shape), order="C")
-        for argument in signature.inputs
-    ]
+    return [_constant(given[argument.name], argument.shape) for argument in signature.inputs]
+
+
+def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    array = np.array(value, float)
+    return array if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
 
 
 def _wheel_places(vehicle: Vehicle) -> ArrayLike:
@@ -472,7 +475,6 @@ class CompiledKernel(Kernel):
 
     def _prepare(self) -> None:
         ffi = self._ffi
-        has_roller = "omniroll_roller" in ffi.list_types()[0]
         vehicle = ffi.new("omniroll_vehicle *")
         vehicle.wheels, vehicle.rollers_per_wheel = self.wheels, self.rollers_per_wheel
         arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
@@ -482,7 +484,7 @@ class CompiledKernel(Kernel):
         self._model = ffi.new("omniroll_model *")
         storage = [ffi.new("omniroll_wheel[]", self.wheels)]
         kinds = ["omniroll_vehicle", "omniroll_wheel"]
-        if has_roller:
+        if self.has_spins:
             storage.append(ffi.new("omniroll_roller[]", self.rollers_per_wheel - 1))
             kinds.append("omniroll_roller")
         self._storage = storage  # the model points to it
@@ -567,26 +569,27 @@ class _Bound:
         self.function, self.model = function, model
         self.in_shapes = tuple(argument.shape for argument in signature.inputs)
         self.out_shapes = tuple(argument.shape for argument in signature.outputs)
+        ends = list(accumulate(math.prod(shape) for shape in self.in_shapes + self.out_shapes))
+        places = [slice(start, end) for start, end in pairwise([0, *ends])]
+        count = len(self.in_shapes)
+        self.size, self.in_places, self.out_places = ends[-1], places[:count], places[count:]
 
     def one_state(self, values: Sequence[ArrayLike], dtype: type, pointer: Callable):
         """The outputs for one state; None where the values are not one state of these shapes."""
         if len(values) != len(self.in_shapes):
             return None
-        arguments, kept = [], []
-        for value, shape in zip(values, self.in_shapes, strict=True):
-            array = np.ascontiguousarray(value, dtype)
-            if not shape:
-                if np.ndim(value):
-                    return None
-                arguments.append(pointer(array)[0])
-            elif array.shape == shape:
-                arguments.append(pointer(array))
-            else:
+        memory = np.empty(self.size, dtype)  # of all inputs and outputs, so that there is one pointer to make
+        first, arguments = pointer(memory), []
+        for value, shape, place in zip(values, self.in_shapes, self.in_places, strict=True):
+            array = np.asarray(value, dtype)
+            if array.shape != shape:
                 return None
-            kept.append(array)  # its pointer does not keep a view's owner
-        outputs = tuple(np.empty(shape, dtype) for shape in self.out_shapes)
-        self.function(self.model, *arguments, *map(pointer, outputs))
-        return outputs if len(outputs) > 1 else outputs[0]
+            memory[place] = array.ravel()
+            # A scalar input goes by value, everything else by pointer.
+            arguments.append(first + place.start if shape else first[place.start])
+        self.function(self.model, *arguments, *[first + place.start for place in self.out_places])
+        outputs = [memory[place].reshape(s) for place, s in zip(self.out_places, self.out_shapes, strict=True)]
+        return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 
 @cache

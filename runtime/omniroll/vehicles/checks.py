@@ -54,6 +54,48 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
     return validation.magnitude("spins", validation.trailing("spins", spins, shape), axes=2)
 
 
+def plain_state(
+    vehicle: Vehicle, roller_model: str, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike | None
+) -> tuple[np.ndarray, ...] | None:
+    """nu (3,), chi (N,) and for free rollers spins (N, n-1), checked; None where they need a closer look.
+
+    The checks are those of the functions above, for one state. On so few numbers plain Python is faster than NumPy.
+    """
+    free = roller_model == "free"
+    if not (free or spins is None or (type(spins) in (int, float) and spins == 0)):
+        return None
+    states = [_plain(nu, (3,)), _one_or_all(chi, (vehicle.wheels,))]
+    if free:
+        states.append(_one_or_all(0.0 if spins is None else spins, (vehicle.wheels, vehicle.rollers_per_wheel - 1)))
+    if any(state is None for state in states):
+        return None
+    speed, angle, *spin = [max(map(abs, state.ravel().tolist())) for state in states]
+    if not angle <= joint_angle(vehicle.rollers_per_wheel):
+        return None
+    if not all(size == 0 or validation.SMALLEST <= size <= validation.LARGEST for size in (speed, *spin)):
+        return None
+    return tuple(states) if all_finite(*states) else None
+
+
+def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Real numbers of this shape, or None."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        return None
+    return array.astype(float) if array.shape == shape and array.dtype.kind in "iuf" else None
+
+
+def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Likewise; a number by itself stands for all."""
+    return np.full(shape, float(value)) if type(value) in (int, float) else _plain(value, shape)
+
+
+def all_finite(*arrays: np.ndarray) -> bool:
+    """Whether all of a few numbers are finite."""
+    return all(math.isfinite(number) for array in arrays for number in array.ravel().tolist())
+
+
 def refuse_unless_finite(what: str, nu: np.ndarray, *results: np.ndarray) -> None:
     """Raise InvalidValueError where speeds inside the bounds give results that leave the number range."""
     if not all(np.isfinite(result).all() for result in results):
