@@ -92,11 +92,11 @@ def test_a_bar(capsys):
 def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
     """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
     order, ready = [], threading.Event()
-    copied = compiled_engine.CompiledRun._copied
+    recorded = compiled_engine.CompiledRun.recorded
 
     def watched(run):
         order.append("the engine is done")
-        return copied(run)
+        return recorded(run)
 
     def work():
         run = compiled_engine.CompiledRun(task, 1e-9)
@@ -104,7 +104,7 @@ def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
         run.trajectory()
 
     monkeypatch.setattr(compiled_engine, "ROWS", 100_000)
-    monkeypatch.setattr(compiled_engine.CompiledRun, "_copied", watched)
+    monkeypatch.setattr(compiled_engine.CompiledRun, "recorded", watched)
     task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e3)

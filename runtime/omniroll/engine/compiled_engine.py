@@ -115,12 +115,28 @@ class CompiledRun:
         """The result of a run, which is simulated now if it has not been. Raises SimulationStopped."""
         if self.status is None:
             self.advance()
-        result = assembled(self.task, Recorded(self), self.stats())
-        stopped = None if self.done else self._stopped(result)
+        stopped = self.stop
+        result = self.recorded()
         self.release()
-        if stopped is not None:
-            raise stopped
-        return result
+        if stopped is None:
+            return result
+        stopped.trajectory = result
+        raise stopped
+
+    def recorded(self) -> Trajectory:
+        """The trajectory up to where the run has come; its buffers are free then."""
+        return assembled(self.task, Recorded(self), self.stats())
+
+    def end(self) -> dict[str, Any]:
+        """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come."""
+        names = ("nu", "chi", "contact", "pose")
+        state = {name: getattr(self, name).copy() for name in names}
+        return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
+
+    def _end_axial(self) -> np.ndarray | None:
+        if not self.kernel.has_spins:
+            return None
+        return Recorded(self).axial[-1] if self.task.effects else self.axial.copy()
 
     @property
     def done(self) -> bool:
@@ -289,16 +305,21 @@ class CompiledRun:
         iterations = self.run.sweep_error if self.kernel.effects else self.run.step_count * self.run.sweep_tolerance
         return self.run.step_error / 10 + iterations
 
-    def _stopped(self, result: Trajectory) -> SimulationStopped:
+    @property
+    def stop(self) -> SimulationStopped | None:
+        """Why the run could not go on; without its trajectory."""
+        if self.done:
+            return None
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
-        wheel = int(result.switches.wheel[-1]) if self.status == STUCK and len(result.switches) else None
-        time = self.task.start_time + self.run.elapsed
+        wheel, count = None, self.run.switch_count
+        if self.status == STUCK and count:
+            wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
         reason = REASONS[self.status]
         if self.status == NO_STEP:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
-        return SimulationStopped(reason, t=time, wheel=wheel, state=state, trajectory=result)
+        return SimulationStopped(reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=state)
 
 
 def aligned(size: int) -> np.ndarray:
@@ -374,7 +395,9 @@ class Workspace:
 
 
 @lru_cache(maxsize=16)
-def workspaces(base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int) -> list[Workspace]:
+def workspaces(
+    base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int
+) -> list[Workspace]:
     """Those that no run has at present."""
     return []
 

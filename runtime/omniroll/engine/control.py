@@ -8,6 +8,8 @@ leaves and what the motion makes of a small error. Numbers are rounded to eps: t
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +34,7 @@ FINEST = EPS  # the tightest tolerance that is tried: rounding is as large
 # The sensitivity is measured by two runs, one of whose starts is moved a little.
 MOVED = 1e-7  # how far the start is moved, relative to each quantity's size
 MOVED_NU = np.array([0.48, -0.64, 0.6])  # the direction in which nu is moved; of length 1, along no axis of the vehicle
+HEADING = np.array([0.0, 0.0, 1.0])
 FINE = 1e-3  # the tolerance of the runs is FINE * MOVED, so that their errors are small against the distance
 
 
@@ -43,19 +46,27 @@ class ReferenceRun:
 
     def advance(self) -> "ReferenceRun":
         try:
-            self.found, self.stopped = self.engine.trajectory(), None
+            self.found, self.stop = self.engine.trajectory(), None
         except SimulationStopped as stopped:
-            self.found, self.stopped = stopped.trajectory, stopped
+            self.found, self.stop = stopped.trajectory, stopped
         return self
 
     @property
     def done(self) -> bool:
-        return self.stopped is None
+        return self.stop is None
 
     def trajectory(self) -> Trajectory:
-        if self.stopped is not None:
-            raise self.stopped
+        if self.stop is not None:
+            raise self.stop
         return self.found
+
+    def recorded(self) -> Trajectory:
+        return self.found
+
+    def end(self) -> dict[str, Any]:
+        found, axial = self.found, self.engine.rows.axial[-1]
+        end = {name: getattr(found, name)[-1] for name in ("t", "nu", "chi", "contact", "pose")}
+        return end | {"axial": axial if found.roller_model == "free" else None}
 
     def stats(self) -> dict:
         return self.found.stats
@@ -199,11 +210,16 @@ def moved(task: Task, by: float) -> Task:
     if by == 0:
         return task
     state, joint = task.state, states.joint_angle(task.kernel.rollers_per_wheel)
-    uneven = np.cos(2.0 * np.arange(task.kernel.wheels) + 1.0)  # no symmetry of the wheels survives this
-    chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * uneven, state.chi)
+    chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * _uneven(len(state.chi)), state.chi)
     nu = state.nu + by * math.sqrt(state.nu @ state.nu) * MOVED_NU
-    pose = state.pose + np.array([0.0, 0.0, by])
+    pose = state.pose + by * HEADING
     return replace(task, state=State(nu, chi, pose, state.contact, state.axial))
+
+
+@cache
+def _uneven(wheels: int) -> np.ndarray:
+    """(N,) no symmetry of the wheels survives this."""
+    return np.cos(2.0 * np.arange(wheels) + 1.0)
 
 
 def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:

@@ -1,5 +1,6 @@
 """What the engines share: the task of one run, and the trajectory that its rows make."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -66,7 +67,7 @@ def speed_scale(task: Task) -> float:
     least = 1 / task.duration if task.duration > 0 else 1.0
     for speeds in (task.state.nu, task.state.axial):
         if speeds is not None and speeds.any():
-            norm = float(np.linalg.norm(speeds))
+            norm = math.hypot(*speeds.ravel().tolist())
             return max(norm, least) if task.effects else norm
     return least
 

@@ -16,7 +16,7 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from itertools import accumulate, pairwise
 
 import numpy as np
@@ -65,6 +65,18 @@ class Signature:
 
     inputs: tuple[Argument, ...]
     outputs: tuple[Argument, ...]
+
+    @cached_property
+    def shapes(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
+        """Of the inputs and of the outputs."""
+        return tuple(a.shape for a in self.inputs), tuple(a.shape for a in self.outputs)
+
+    @cached_property
+    def places(self) -> tuple[list[slice], list[slice]]:
+        """Of the inputs and of the outputs, one after the other in one array of numbers."""
+        ends = accumulate(math.prod(argument.shape) for argument in self.inputs + self.outputs)
+        places = [slice(start, end) for start, end in pairwise([0, *ends])]
+        return places[: len(self.inputs)], places[len(self.inputs) :]
 
 
 @cache
@@ -567,12 +579,9 @@ class _Bound:
 
     def __init__(self, function: Callable, signature: Signature, model):
         self.function, self.model = function, model
-        self.in_shapes = tuple(argument.shape for argument in signature.inputs)
-        self.out_shapes = tuple(argument.shape for argument in signature.outputs)
-        ends = list(accumulate(math.prod(shape) for shape in self.in_shapes + self.out_shapes))
-        places = [slice(start, end) for start, end in pairwise([0, *ends])]
-        count = len(self.in_shapes)
-        self.size, self.in_places, self.out_places = ends[-1], places[:count], places[count:]
+        self.in_shapes, self.out_shapes = signature.shapes
+        self.in_places, self.out_places = signature.places
+        self.size = self.out_places[-1].stop
 
     def one_state(self, values: Sequence[ArrayLike], dtype: type, pointer: Callable):
         """The outputs for one state; None where the values are not one state of these shapes."""

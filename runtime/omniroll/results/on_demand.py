@@ -27,6 +27,17 @@ class OnDemand:
         return value
 
 
+class MadeOnDemand:
+    """A base for dataclasses with such fields."""
+
+    made: Mapping[str, Maker]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: with the values of all fields in the place of the functions that make them."""
+        values = {name: getattr(self, name) for name in self.made}
+        return vars(self) | values | {"made": {}}
+
+
 class Stats(dict):
     """Figures of a run by name; those in `made` are computed when they are first read."""
 

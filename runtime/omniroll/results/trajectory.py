@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from os import PathLike
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +17,7 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
-from omniroll.results.on_demand import Maker, OnDemand, Stats
+from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -52,7 +51,7 @@ class Samples:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(MadeOnDemand):
     """A motion of a vehicle with N wheels of n rollers; T rows.
 
     t             (T,) time; never decreasing. A switch has two rows of one time, before and after
@@ -102,11 +101,6 @@ class Trajectory:
     step_rows = OnDemand()
     added = OnDemand()
     drive = OnDemand()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """For pickle: with the values of all fields in the place of the functions that make them."""
-        values = {name: getattr(self, name) for name in self.made}
-        return vars(self) | values | {"made": {}}
 
     def __len__(self) -> int:
         return len(self.t)

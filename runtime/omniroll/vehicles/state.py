@@ -32,6 +32,8 @@ class State:
         """The axial speeds of the rollers j = 2..n, (N, n-1)."""
         if self.axial is None:
             return None
+        if not self.contact.any():
+            return self.axial[:, 1:]
         rollers = self.axial.shape[1]
         places = (self.contact[:, None] + np.arange(1, rollers)) % rollers
         return self.axial[np.arange(len(places))[:, None], places]
