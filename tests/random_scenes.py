@@ -68,7 +68,7 @@ SCENES = {
 
 
 def random_scene(name, model, seed):
-    """A vehicle and the arguments of a run of 2 s, without its accuracy. A vehicle with a layout of its own every second time."""
+    """A vehicle, with a layout of its own every second time, and the arguments of a run of 2 s without its accuracy."""
     rng = np.random.default_rng([seed, MODELS.index(model), list(SCENES).index(name)])
     vehicle = PAPER.replace(wheel_places=PLACES, center_of_mass=(0.005, -0.01)) if seed % 2 else PAPER
     task = {

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-
 from random_scenes import MODELS, PAPER, SCENES, random_scene
 
 from omniroll import Controller, Motor, TorqueTable, simulate

@@ -144,7 +144,10 @@ class CompiledRun:
         return self.status == DONE
 
     def distance_from(self, coarse: "CompiledRun") -> float:
-        """How far a coarser run of the same motion is from this one, at the ends of its steps, in the norm of `accuracy`."""
+        """How far a coarser run of the same motion is from this one, in the norm of `accuracy`.
+
+        It is taken at the ends of the coarse run's steps.
+        """
         return self.module.lib.omniroll_distance(
             coarse._course(), self._course(), self.task.vehicle.platform_radius, self._speed()
         )
@@ -330,7 +333,8 @@ def aligned(size: int) -> np.ndarray:
 
 
 STATE_ARRAYS = (
-    "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards", "signals",
+    "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
+    "signals",
 )  # fmt: skip
 RECORDS = ("rows", "steps", "switches", "switch_axial")
 WHOLE_ARRAYS = ("contact", "passed", "leads_to")

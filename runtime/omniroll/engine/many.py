@@ -321,8 +321,9 @@ class _Sweep:
         try:
             self._collect(futures, report, keep)
         except BaseException:
-            for future in futures:
-                future.cancel()
+            for future, places in futures.items():
+                if not future.cancel() and future.done():
+                    keep(places, future)
             raise
 
     def _chunks(self, workers: int) -> list[range]:
@@ -396,25 +397,13 @@ def _nothing(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
 def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
     found = [{"reason": NOT_RUN} if one is None else one for one in sweep.found]
 
-    def stacked(values: Iterable[Any], kind: Any = float) -> np.ndarray | None:
-        """(..., ...) of one array from each run; None where no run has one."""
-        values = list(values)
-        sizes = [np.shape(value) for value in values if value is not None]
-        if not sizes:
-            return None
-        return np.array([_nothing(sizes[0], kind) if value is None else value for value in values], kind).reshape(
-            shape + sizes[0]
-        )
-
     def of(name: str, kind: Any = float, default: Any = None) -> np.ndarray:
-        return stacked((one.get(name, default) for one in found), kind)
+        return _stacked(shape, [one.get(name, default) for one in found], kind)
 
     samples = None
     if sweep.times is not None:
         parts = [one.get("samples") or {} for one in found]
-        samples = Samples(
-            **{name: stacked([p.get(name) for p in parts], int if name == "contact" else float) for name in SAMPLED}
-        )
+        samples = Samples(**{name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED})
     states = _States(shape, sweep.runs, found)
     wheels = sweep.runs[0]["vehicle"].wheels
     missing = {"t": np.nan, "nu": np.full(3, np.nan), "pose": np.full(3, np.nan), "chi": np.full(wheels, np.nan)}
@@ -440,6 +429,19 @@ def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
     )
 
 
+def _stacked(shape: tuple[int, ...], values: list[Any], kind: type = float) -> np.ndarray | None:
+    """(..., ...) of one array from each run, nan or -1 where a run has none; None where no run has one."""
+    sizes = {np.shape(value) for value in values if value is not None}
+    if not sizes:
+        return None
+    (size,) = sizes
+    return np.array([_nothing(size, kind) if value is None else value for value in values], kind).reshape(shape + size)
+
+
+def _kind(name: str) -> type:
+    return int if name == "contact" else float
+
+
 def _number(value: float | None) -> float:
     return np.nan if value is None else value
 
@@ -462,12 +464,7 @@ class _States:
             spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
             for k, value in zip(places, _each(function(bound, nu, chi, spins), len(places)), strict=True):
                 values[k] = value
-        sizes = [np.shape(value) for value in values if value is not None]
-        if not sizes:
-            return None
-        return np.array([_nothing(sizes[0], float) if value is None else value for value in values]).reshape(
-            self.shape + sizes[0]
-        )
+        return _stacked(self.shape, values)
 
     def _of(self, name: str, places: list[int], start: bool) -> np.ndarray | None:
         if not start:
@@ -477,7 +474,10 @@ class _States:
         else:
             values = [self.runs[k][name] for k in places]
         if start and name == "chi":
-            values = [checks.wheel_angles_in_contact(chi, self.runs[k]["vehicle"]) for k, chi in zip(places, values)]
+            values = [
+                checks.wheel_angles_in_contact(chi, self.runs[k]["vehicle"])
+                for k, chi in zip(places, values, strict=True)
+            ]
         return None if values[0] is None else np.array(values, float)
 
     def _by_kernel(self) -> Iterator[tuple[Kernel, list[int]]]:
