@@ -77,6 +77,13 @@ def test_the_promise_costs_less_than_another_run(counted):
     assert np.mean(prices < 3) >= 0.95
 
 
+def test_a_step_that_becomes_stiff_settles_before_it_is_taken():
+    """The first stiff sweep has no ratio of changes yet. Such a step once ended with errors of 4e-6."""
+    vehicle, arguments = random_scene("viscous friction", "free", 0)
+    task = checked_task(vehicle, **arguments | {"duration": 15.0}, accuracy=1e-8)
+    assert difference(made(task, 1e-8).trajectory(), made(task, 1e-14).trajectory()) < 1e-8
+
+
 def test_the_distance_of_two_runs_is_that_of_their_trajectories():
     """Of runs whose distance is that of their starts, so that it hardly matters where it is taken."""
     for name in ("motors", "all with viscous friction", "slope"):
