@@ -70,9 +70,7 @@ def answer() -> Answer:
         headings=["run", "of the cores", "by the clock", "error"],
         rows=rows,
         targets=[
-            Target(
-                "a sweep: core-time for a simulated second <= 3x that of one run", f"{ratio:.2f}x", ratio <= 3
-            ),
+            Target("a sweep: core-time for a simulated second <= 3x that of one run", f"{ratio:.2f}x", ratio <= 3),
             Target("a sweep: >= 1.8x faster on two cores", f"{faster:.2f}x", faster >= 1.8),
         ],
     )

@@ -166,7 +166,7 @@ def _check_range(task: Task) -> None:
         energy = bound.energy(state.nu, state.chi, *spins)
         rates = _rates_with_effects(task) if task.effects else _rates(bound, state, free)
         way = rates[: 6 + bound.wheels] * task.duration
-    if not states.all_finite(rates, energy, *spins):
+    if not states.seem_finite(rates, energy, *spins):
         states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
     if not max(map(abs, way.tolist())) <= validation.LARGEST:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")

@@ -593,7 +593,7 @@ class _Bound:
             array = np.asarray(value, dtype)
             if array.shape != shape:
                 return None
-            memory[place] = array.ravel()
+            memory[place] = array if len(shape) == 1 else array.ravel()
             # A scalar input goes by value, everything else by pointer.
             arguments.append(first + place.start if shape else first[place.start])
         self.function(self.model, *arguments, *[first + place.start for place in self.out_places])

@@ -69,21 +69,25 @@ def plain_state(
         states.append(_one_or_all(0.0 if spins is None else spins, (vehicle.wheels, vehicle.rollers_per_wheel - 1)))
     if any(state is None for state in states):
         return None
+    if not seem_finite(*states):
+        return None
     speed, angle, *spin = [max(map(abs, state.ravel().tolist())) for state in states]
     if not angle <= joint_angle(vehicle.rollers_per_wheel):
         return None
     if not all(size == 0 or validation.SMALLEST <= size <= validation.LARGEST for size in (speed, *spin)):
         return None
-    return tuple(states) if all_finite(*states) else None
+    return tuple(states)
 
 
 def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
     """Real numbers of this shape, or None."""
     try:
-        array = np.asarray(value)
+        array = np.array(value)
     except ValueError:
         return None
-    return array.astype(float) if array.shape == shape and array.dtype.kind in "iuf" else None
+    if array.shape != shape or array.dtype.kind not in "iuf":
+        return None
+    return array if array.dtype == float else array.astype(float)
 
 
 def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
@@ -91,9 +95,9 @@ def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
     return np.full(shape, float(value)) if type(value) in (int, float) else _plain(value, shape)
 
 
-def all_finite(*arrays: np.ndarray) -> bool:
-    """Whether all of a few numbers are finite."""
-    return all(math.isfinite(number) for array in arrays for number in array.ravel().tolist())
+def seem_finite(*arrays: np.ndarray) -> bool:
+    """Whether the sums of a few numbers are finite; if not, a closer look must say which of them are not."""
+    return all(math.isfinite(sum(array.ravel().tolist())) for array in arrays)
 
 
 def refuse_unless_finite(what: str, nu: np.ndarray, *results: np.ndarray) -> None:
