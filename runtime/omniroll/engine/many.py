@@ -72,6 +72,7 @@ class Many(MadeOnDemand):
     reasons         {index: message} of these runs
     samples         Samples at `times`, shapes (..., T, ...), or None; nan, or -1 for contact, beyond the end of
                     a stopped run
+    made            how energy_start and sensitivity are computed when they are first read
     """
 
     end: Ends

@@ -125,7 +125,7 @@ def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLik
         axial = np.zeros((bound.wheels, bound.rollers_per_wheel))
         axial[:, 1:] = bound.axial_speeds(nu, chi, *spins)  # contact is 0, so that j and the physical number agree
     pose = validation.real_array("pose", pose, (3,))
-    return State(nu, chi, pose, np.zeros(bound.wheels, int), axial)
+    return State(nu.copy(), chi.copy(), pose, np.zeros(bound.wheels, int), axial)
 
 
 def _checked_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike) -> tuple[np.ndarray, ...]:

@@ -597,7 +597,10 @@ class _Bound:
             # A scalar input goes by value, everything else by pointer.
             arguments.append(first + place.start if shape else first[place.start])
         self.function(self.model, *arguments, *[first + place.start for place in self.out_places])
-        outputs = [memory[place].reshape(s) for place, s in zip(self.out_places, self.out_shapes, strict=True)]
+        outputs = [
+            memory[place] if len(shape) == 1 else memory[place].reshape(shape)
+            for place, shape in zip(self.out_places, self.out_shapes, strict=True)
+        ]
         return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 

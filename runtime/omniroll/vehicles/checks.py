@@ -9,6 +9,8 @@ from omniroll import validation
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
 
+FLOAT = np.dtype(float)
+
 
 def joint_angle(rollers_per_wheel: int) -> float:
     """pi/n in rad: the largest |chi| that a roller has in contact."""
@@ -67,27 +69,27 @@ def plain_state(
     states = [_plain(nu, (3,)), _one_or_all(chi, (vehicle.wheels,))]
     if free:
         states.append(_one_or_all(0.0 if spins is None else spins, (vehicle.wheels, vehicle.rollers_per_wheel - 1)))
-    if any(state is None for state in states):
-        return None
-    if not seem_finite(*states):
-        return None
-    speed, angle, *spin = [max(map(abs, state.ravel().tolist())) for state in states]
-    if not angle <= joint_angle(vehicle.rollers_per_wheel):
-        return None
-    if not all(size == 0 or validation.SMALLEST <= size <= validation.LARGEST for size in (speed, *spin)):
-        return None
+    largest = validation.LARGEST, joint_angle(vehicle.rollers_per_wheel), validation.LARGEST
+    smallest = validation.SMALLEST, 0.0, validation.SMALLEST
+    for state, least, most in zip(states, smallest, largest, strict=False):
+        if state is None:
+            return None
+        numbers = state.ravel().tolist()
+        size = max(map(abs, numbers))
+        if not (size == 0 or least <= size <= most) or not math.isfinite(sum(numbers)):
+            return None
     return tuple(states)
 
 
 def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
     """Real numbers of this shape, or None."""
     try:
-        array = np.array(value)
+        array = np.asarray(value)
     except ValueError:
         return None
     if array.shape != shape or array.dtype.kind not in "iuf":
         return None
-    return array if array.dtype == float else array.astype(float)
+    return array if array.dtype is FLOAT else array.astype(float)
 
 
 def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
@@ -97,7 +99,7 @@ def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
 
 def seem_finite(*arrays: np.ndarray) -> bool:
     """Whether the sums of a few numbers are finite; if not, a closer look must say which of them are not."""
-    return all(math.isfinite(sum(array.ravel().tolist())) for array in arrays)
+    return math.isfinite(sum(sum(array.ravel().tolist()) for array in arrays))
 
 
 def refuse_unless_finite(what: str, nu: np.ndarray, *results: np.ndarray) -> None:
