@@ -49,7 +49,7 @@ typedef struct {
     double duration;
     int pauses;                 /* whether the duration is no end but a pause, which changes nothing    */
     double tolerance;           /* of a step: error inside it over |nu|                                 */
-    double sweep_tolerance;     /* of the iteration at the nodes                                        */
+    double sweep_tolerance;     /* of the iteration at the nodes: of each step; of all where there are effects  */
     double joint;               /* pi/n                                                                 */
     long long patience;         /* switches without progress in time before the run is stopped           */
 
@@ -115,6 +115,17 @@ enum {
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model);
+
+/* The rows and steps that runs have left. contact: its first column in a row. */
+typedef struct {
+    int wheels, contact;
+    long long count, row_size, step_size;
+    const double *rows, *steps;
+} omniroll_course_t;
+
+/* How far two runs are apart: the largest distance of ((x, y)/radius, theta, nu/speed) at the ends of the coarse one's
+ * steps, as long as both last. */
+double omniroll_distance(const omniroll_course_t *coarse, const omniroll_course_t *fine, double radius, double speed);
 
 /* Doubles that run->work needs. */
 long long omniroll_run_work_size(int wheels, int rollers_per_wheel);

@@ -91,8 +91,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             continue;
         }
 #endif
-        /* What the next sweeps would still change, as a geometric series. */
-        const double rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
+        /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. */
+        const double rest = last < INFINITY && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif

@@ -4,19 +4,22 @@
  * events.c       where it ends
  * rows.c         what the caller gets
  * transitions.c  what happens there
- * inputs.c       what acts on the vehicle between two events */
+ * inputs.c       what acts on the vehicle between two events
+ * distance.c     how far two runs are apart */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
 
 #define MOST_GUARDS (2*MOST_WHEELS)
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
+#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
 
 #include "collocation.c"
 #include "events.c"
 #include "rows.c"
 #include "transitions.c"
 #include "inputs.c"
+#include "distance.c"
 
 /* A step as it begins: the state, and what acts. */
 ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
@@ -170,6 +173,19 @@ static int hardest_part(const omniroll_run_t *run, const step_t *s)
     return hardest;
 }
 
+/* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
+ * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
+ * what the run may leave that it is of the duration. A run that pauses has no duration that is known. */
+ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
+{
+#if SET_IS_ACTED_ON
+    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*(h/run->duration), FINEST_SWEEP);
+#else
+    (void)h;
+    return run->sweep_tolerance;
+#endif
+}
+
 /* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
 ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
@@ -181,7 +197,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, most, run, work);
-        const int found = settle(s, wheels, most, size*run->tolerance, size*run->sweep_tolerance, reach);
+        const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
+                                 reach);
 #if SET_CORE_PARTS
         s->stiff = s->stiff && !(found == SETTLED && s->steepest < STIFF);
 #endif

@@ -18,6 +18,7 @@ from .errors import KernelsMissingError as KernelsMissingError
 from .errors import OmnirollError as OmnirollError
 from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
+from .errors import SweepInterrupted as SweepInterrupted
 from .errors import UnstableControllerWarning as UnstableControllerWarning
 from .kernels.dynamics import accelerations as accelerations
 from .kernels.kernel import Kernel as Kernel

@@ -44,6 +44,18 @@ class SimulationStopped(OmnirollError, RuntimeError):
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
 
 
+class SweepInterrupted(OmnirollError, KeyboardInterrupt):
+    """simulate_many was interrupted.
+
+    many  Many with what was done until then; the other runs count as stopped
+    """
+
+    def __init__(self, many: Any):
+        done = many.stopped.size - sum(reason.startswith("interrupted") for reason in many.reasons.values())
+        super().__init__(f"{done} of {many.stopped.size} runs are done")
+        self.many = many
+
+
 class RollingWarning(UserWarning):
     """Rolling without slip could not have held: a force beyond friction, or a load that would have to pull."""
 

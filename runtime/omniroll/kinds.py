@@ -140,6 +140,8 @@ class Numbers:
 
     def checked(self, field: str, value: Any) -> Any:
         """A float, or numbers as nested tuples. The size that a name in a shape stands for is not checked."""
+        if type(value) in (int, float) and self.shapes == ((),) and self._is_plain(value):
+            return float(value)
         array = validation.real_array(field, value, self._only_shape)
         if self._only_shape is None and not any(_matches(array.shape, shape) for shape in self.shapes):
             raise InvalidValueError(field, value, self.expected({}))
@@ -152,6 +154,11 @@ class Numbers:
         if self.increasing and (np.diff(array) <= 0).any():
             raise InvalidValueError(field, value, "must increase from each number to the next")
         return _nested(array.tolist())
+
+    def _is_plain(self, number: float) -> bool:
+        """Whether a number is within the bounds and far from the ends of the number range."""
+        inside = self.above < number < self.below and self.least <= number <= self.most
+        return inside and (number == 0 or SMALLEST <= abs(number) <= LARGEST)
 
     def shown(self) -> str:
         shapes = " or ".join("number" if not shape else " x ".join(map(str, shape)) for shape in self.shapes)

@@ -92,11 +92,11 @@ def test_a_bar(capsys):
 def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
     """Threads are not made to take turns here: this one goes on only while the other has given the lock away."""
     order, ready = [], threading.Event()
-    copied = compiled_engine.CompiledRun._copied
+    recorded = compiled_engine.CompiledRun.recorded
 
     def watched(run):
         order.append("the engine is done")
-        return copied(run)
+        return recorded(run)
 
     def work():
         run = compiled_engine.CompiledRun(task, 1e-9)
@@ -104,7 +104,7 @@ def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
         run.trajectory()
 
     monkeypatch.setattr(compiled_engine, "ROWS", 100_000)
-    monkeypatch.setattr(compiled_engine.CompiledRun, "_copied", watched)
+    monkeypatch.setattr(compiled_engine.CompiledRun, "recorded", watched)
     task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e3)
@@ -135,6 +135,81 @@ def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
     assert np.isnan(many.samples.nu[0, 1]).all() and (many.samples.contact[0, 1] == -1).all()
     assert np.isfinite(many.samples.nu[1]).all() and np.isnan(many.error_estimate).all()
     assert many.end.t[0] < 4 == many.end.t[1]
+
+
+def test_effects_vary_by_member():
+    torques = [[omniroll.Torque((k, 0, -k))] for k in (0.001, 0.002)]
+    many = simulate_many(PAPER, nu=(1, 0, 1), duration=0.5, effects=torques)
+    for k, effects in enumerate(torques):
+        alone = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects)
+        assert (many.end.nu[k] == alone.nu[-1]).all() and (many.end.energy[k] == alone.energy[-1]).all()
+        assert many.error_estimate[k] == alone.stats["error_estimate"]
+    mixed = simulate_many([[PAPER], [HEAVY]], nu=(1, 0, 1), duration=0.5, effects=[[], torques[0]])
+    assert mixed.shape == (2, 2) and (mixed.end.nu[0, 1] == many.end.nu[0]).all()
+
+
+@pytest.mark.parametrize("executor", [None, Pickling()])
+def test_a_member_that_fails_is_named(executor):
+    """The second one's torques are those of another vehicle, the third one's numbers leave the range."""
+    effects = [[omniroll.Torque((0.001, 0, 0))], [omniroll.Torque((1, 2, 3, 4))], [omniroll.Torque((1e150, 0, 0))]]
+    many = simulate_many(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects, executor=executor, times=[0.0, 0.5])
+    assert many.stopped.tolist() == [False, True, True] and set(many.reasons) == {(1,), (2,)}
+    assert "torque" in many.reasons[1,]
+    alone = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects[0])
+    assert (many.end.spins[0] == alone.spins[-1]).all() and (many.samples.nu[0, 1] == alone.nu[-1]).all()
+    assert np.isnan(many.end.nu[1]).all() and np.isnan(many.end.energy[1]) and (many.end.contact[1] == -1).all()
+    assert np.isnan(many.error_estimate[1]) and many.switches[1] == 0
+
+
+class Dying(Executor):
+    """The worker of the first chunk dies."""
+
+    def submit(self, function, /, *arguments):
+        future = Future()
+        if arguments[0].runs[0]["nu"][0] == NU[0, 0]:
+            future.set_exception(RuntimeError("out of memory"))
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def test_a_worker_that_dies_takes_its_chunk_alone():
+    many = simulate_many(PAPER, nu=NU, duration=0.2, executor=Dying())
+    assert many.stopped.tolist() == [True, False, False]
+    assert "out of memory" in many.reasons[0,] and np.isfinite(many.end.nu[1:]).all()
+
+
+@pytest.mark.parametrize("executor", [None, Pickling()])
+def test_an_interruption_keeps_what_is_done(executor, monkeypatch):
+    monkeypatch.setattr("omniroll.engine.many._cores", lambda: 1)
+
+    def interrupt(done, total):
+        if done >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(omniroll.SweepInterrupted) as raised:
+        simulate_many(PAPER, nu=np.tile(NU, (3, 1)), duration=0.2, executor=executor, progress=interrupt)
+    many = raised.value.many
+    assert isinstance(raised.value, KeyboardInterrupt) and many.shape == (9,)
+    assert np.count_nonzero(~many.stopped) >= 2 and np.isfinite(many.end.pose[~many.stopped]).all()
+    for place in np.flatnonzero(many.stopped):
+        assert "interrupted" in many.reasons[place,] and np.isnan(many.end.pose[place]).all()
+
+
+def test_no_trajectory_is_made_unless_samples_are_asked_for(monkeypatch):
+    made = []
+    assembled = compiled_engine.assembled
+    monkeypatch.setattr(compiled_engine, "assembled", lambda *parts: made.append(1) or assembled(*parts))
+    many = simulate_many(VEHICLES, **TASK)
+    assert many.end.energy.shape == many.sensitivity.shape == (2, 3) and not made
+    simulate_many(VEHICLES, **TASK, times=[0.5])
+    assert len(made) == 6
+
+
+def test_many_pickles():
+    many = simulate_many(VEHICLES, **TASK)
+    again = pickle.loads(pickle.dumps(many))
+    assert (again.end.energy == many.end.energy).all() and (again.sensitivity == many.sensitivity).all()
 
 
 def test_out_of_reach_is_said_once():

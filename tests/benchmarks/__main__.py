@@ -10,7 +10,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-from . import batch, motion, mujoco_vehicle, right_hand_side, switch_cost  # noqa: E402
+from . import batch, calls, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
 from .common import ROOT  # noqa: E402
 from .page import page, section  # noqa: E402
 
@@ -20,6 +20,8 @@ QUESTIONS = {
     "motion": motion,
     "mujoco_vehicle": mujoco_vehicle,
     "switch_cost": switch_cost,
+    "calls": calls,
+    "sweeps": sweeps,
 }
 
 

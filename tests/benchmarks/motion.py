@@ -303,6 +303,7 @@ def answer() -> Answer:
             claim = f"motion 3, error <= {goal:g}: >= {wanted}x faster than {peer}"
             measured = "the peer does not get there" if math.isnan(value) else f"{value:.1f}x"
             targets.append(Target(claim, measured, value >= wanted))
+    targets += _of_simulate(found)
     _figure(found)
     return Answer(
         title="3. Motion 3 over 1000 s",
@@ -324,6 +325,25 @@ def answer() -> Answer:
         ),
         figures=["benchmark-motion-3.png"],
     )
+
+
+def _of_simulate(found):
+    """Targets of simulate(): without its estimate against the engine alone, with it against heyoka."""
+    goal = GOALS[-1]
+    alone, plain, checked, peer = (
+        cheapest(found[tool], goal)
+        for tool in (
+            "omniroll, the C engine alone",
+            "omniroll, simulate(control=False)",
+            "omniroll, simulate()",
+            "heyoka",
+        )
+    )
+    over, faster = plain[1].least / alone[1].least, peer[1].least / checked[1].least
+    return [
+        Target("simulate(control=False) <= 1.5x the engine alone, to 1e-9", f"{over:.2f}x", over <= 1.5),
+        Target("simulate() with its error estimate >= 3x faster than heyoka, to 1e-9", f"{faster:.1f}x", faster >= 3),
+    ]
 
 
 def _figure(found):

@@ -688,4 +688,4 @@ def test_a_session_keeps_no_rows():
     for _ in range(3):
         session.step(1.0)
         sizes.append(len(pickle.dumps(session.save())))
-    assert len(set(sizes)) == 1 and session._run.steps is None
+    assert len(set(sizes)) == 1 and not session._run.run.steps

@@ -1,10 +1,14 @@
 """The compiled engine: runtime/csrc does phases, events and transitions; here its buffers are filled and read.
 
-A call runs until a buffer is full; then progress is reported and the rows are copied out. Tables, controllers and
-drives with modes act within a call. An effect of another kind is asked at each event, between two calls.
+A call runs until some thousand rows are full; then progress is reported. Tables, controllers and drives with modes act
+within a call. An effect of another kind is asked at each event, between two calls.
+
+What a run leaves stays as the engine wrote it until it is read. A run that nobody makes a trajectory of, such as the
+control of another, is never copied.
 """
 
-from functools import lru_cache
+import math
+from functools import cache, cached_property, lru_cache
 from math import comb
 from typing import Any
 
@@ -14,7 +18,7 @@ from omniroll.effects import registry
 from omniroll.effects.effect import Modal, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.numbers import Curve
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task, assembled, least_speed
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
@@ -23,7 +27,7 @@ from omniroll.vehicles.state import State
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
-ROWS = 4096  # a buffer's length
+ROWS = 4096  # of a call
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 2 * MOST_WHEELS  # run.c
@@ -45,6 +49,8 @@ def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
     if task.kernel.wheels > MOST_WHEELS or task.kernel.backend != "compiled":
         return False
+    if not task.effects:
+        return True
     run = EffectRun(task.effects, task.kernel, task.start_time)
     if not task.kernel.effects:
         return not run.next_time() < np.inf and not run.begin_phase(0.0)
@@ -61,53 +67,123 @@ def engine_of(kernel: Kernel) -> Any:
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
     """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
-    engine = engine_of(kernel)
+    return _names(kernel.base, kernel.effects, kernel.sharp, kind)
+
+
+@cache
+def _names(base: str, effects: tuple[str, ...], sharp: bool, kind: str) -> list[str]:
+    engine = sets.engine(base, effects, sharp)
     return engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split()
 
 
 class CompiledRun:
-    """One simulation with one tolerance.
-
-    capacity     rows of a buffer
-    keeps_steps  whether the polynomials of the steps are wanted
-    """
-
-    capacity = ROWS
-    keeps_steps = True
+    """One simulation with one tolerance."""
 
     def __init__(self, task: Task, tolerance: float):
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
         self.module = engine_of(self.kernel)
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self.columns = Columns(self.kernel, task)
-        self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-        self.described: dict[str, list[dict[str, Any]]] = {}
-        self.kept: list[Any] = []  # what the engine has pointers to
-        self._allocate()
+        self.space = self._workspace()
+        self.struct = self.space.begin()
+        self.run, self.status = self.struct[0], None
         self._fill()
         if self.task.effects:
+            self.acting = EffectRun(task.effects, self.kernel, task.start_time)
+            self.described: dict[str, list[dict[str, Any]]] = {}
+            self.kept: list[Any] = []  # what the engine has pointers to
             self._describe_what_acts()
 
-    def trajectory(self) -> Trajectory:
-        """Simulate, and return the result. Raises SimulationStopped."""
+    def _workspace(self) -> "Workspace":
+        return workspace(self.kernel, self.columns)
+
+    def advance(self) -> "CompiledRun":
+        """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
-        parts, status, size = [], FULL, 0
-        while status == FULL:
-            self.run.row_count = self.run.switch_count = 0
-            status = step(*arguments)
-            while status == ASK:
+        self.status = FULL
+        while self.status == FULL:
+            self.space.make_room(self.run.row_count, self.run.switch_count)
+            self.status = step(*arguments)
+            while self.status == ASK:
                 self._answer()
-                status = step(*arguments)
-            parts.append(self._copied())
-            size += sum(array.nbytes for array in parts[-1].values())
-            if status == FULL and size > MOST_BYTES:
-                status = TOO_LONG
+                self.status = step(*arguments)
+            if self.status == FULL and self.run.row_count * self.space.bytes_per_row > MOST_BYTES:
+                self.status = TOO_LONG
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
-        result = assembled(self.task, joined(parts, self.task, self.columns), self._stats())
-        if status != DONE:
-            raise self._stopped(status, result)
-        return result
+        return self
+
+    def trajectory(self) -> Trajectory:
+        """The result of a run, which is simulated now if it has not been. Raises SimulationStopped."""
+        if self.status is None:
+            self.advance()
+        stopped = self.stop
+        result = self.recorded()
+        self.release()
+        if stopped is None:
+            return result
+        stopped.trajectory = result
+        raise stopped
+
+    def recorded(self) -> Trajectory:
+        """The trajectory up to where the run has come; its buffers are free then."""
+        return assembled(self.task, Recorded(self), self.stats())
+
+    def end(self) -> dict[str, Any]:
+        """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come."""
+        names = ("nu", "chi", "contact", "pose")
+        state = {name: getattr(self, name).copy() for name in names}
+        return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
+
+    def _end_axial(self) -> np.ndarray | None:
+        if not self.kernel.has_spins:
+            return None
+        return Recorded(self).axial[-1] if self.task.effects else self.axial.copy()
+
+    @property
+    def done(self) -> bool:
+        """Whether the run has come to the end of its duration."""
+        return self.status == DONE
+
+    def distance_from(self, coarse: "CompiledRun") -> float:
+        """How far a coarser run of the same motion is from this one, in the norm of `accuracy`.
+
+        It is taken at the ends of the coarse run's steps.
+        """
+        return self.module.lib.omniroll_distance(
+            coarse._course(), self._course(), self.task.vehicle.platform_radius, self._speed()
+        )
+
+    def _course(self) -> Any:
+        """Pointer to what the run has left, as C takes it; `space` keeps it alive."""
+        return self.module.ffi.new(
+            "omniroll_course_t *",
+            {
+                "wheels": self.wheels,
+                "contact": self.columns.end,
+                "count": self.run.row_count,
+                "row_size": self.space.rows.shape[1],
+                "step_size": self.space.steps.shape[1],
+                "rows": self.run.rows,
+                "steps": self.run.steps,
+            },
+        )
+
+    def _speed(self) -> float:
+        """|nu| at the start; with effects the largest of the run; 1 for a vehicle that stays where it is."""
+        nu = self.space.rows[: self.run.row_count if self.task.effects else 1, 1:4]
+        return math.sqrt(np.einsum("ij,ij->i", nu, nu).max()) or 1.0
+
+    def largest_pose(self) -> np.ndarray:
+        """(3,) the largest |x|, |y| and |theta| of the run."""
+        first = 4 + self.wheels
+        return np.abs(self.space.rows[: self.run.row_count, first : first + 3]).max(axis=0)
+
+    def release(self) -> None:
+        """Leave the buffers to another run: what this one has recorded is not needed any more."""
+        if self.space is not None:
+            self.space.give_back()
+            self.space = None
 
     # What acts
 
@@ -115,8 +191,7 @@ class CompiledRun:
         """A time has come, or guards are passed: the effects say what acts from now on."""
         if self.run.elapsed >= self.acting.next_time():
             nu, chi, pose, contact = (array.copy() for array in (self.nu, self.chi, self.pose, self.contact))
-            state = State(nu, chi, pose, contact)
-            self.acting.pass_time(self.run.elapsed, state)
+            self.acting.pass_time(self.run.elapsed, State(nu, chi, pose, contact))
         else:
             self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
         self._give_inputs()
@@ -156,8 +231,7 @@ class CompiledRun:
         for form in by_kind[Modal]:
             own = {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
             own |= {"transition_count": len(form.transitions)} | self._pointers({"wheel_rows": form.wheel_rows})
-            own["modes"] = self._places(form.modes)
-            own["transitions"] = self._places(form.transitions)
+            own |= {name: self._places(getattr(form, name)) for name in ("modes", "transitions")}
             own["laws"] = self.module.ffi.cast("omniroll_affine_t *", self._pointers({"": form.laws})[""])
             self._put("modal", own)
         for name, entries in self.described.items():
@@ -190,69 +264,41 @@ class CompiledRun:
             "next": int(np.searchsorted(curve.knots, 0.0, side="right")),
         } | self._pointers(numbers)
 
-    # Buffers
-
-    def _allocate(self) -> None:
-        wheels, places, columns = self.wheels, self.places, self.columns
-        rows = self.capacity
-        self.rows = np.empty((rows, columns.width))
-        self.steps = np.empty((rows, 2 + NODES * (6 + wheels + columns.added))) if self.keeps_steps else None
-        self.switches = np.empty((rows, 2 + wheels))
-        has_spins = self.kernel.has_spins
-        self.switch_axial = np.empty((rows, wheels, places) if has_spins else (1, 1, 1))
-        state = self.task.state
-        self.nu, self.chi, self.pose = state.nu.copy(), state.chi.copy(), state.pose.copy()
-        self.axial = np.array(state.free_axial()) if has_spins else np.zeros((1, 1))
-        self.contact = state.contact.astype(np.int64)
-        self.work = aligned(self.module.lib.omniroll_run_work_size(wheels, self.kernel.rollers_per_wheel))
-        self.core, self.core_before = np.zeros(columns.added + 1), np.zeros(columns.added + 1)
-        self.accounts = np.zeros(columns.added + 1)
-        self.part_sizes = columns.part_sizes()
-        self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
-        self.guards = np.zeros((MOST_GUARDS, 6))
-        self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
-        self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
+    # The start
 
     def _fill(self) -> None:
-        task, step = self.task, max(self.tolerance, FINEST_STEP)
-        self.struct = self.module.ffi.new("omniroll_run_t *")
-        self.run = run = self.struct[0]
-        run.wheels, run.rollers_per_wheel = self.wheels, self.kernel.rollers_per_wheel
+        task, space, step = self.task, self.space, max(self.tolerance, FINEST_STEP)
+        state = task.state
+        for name in ("nu", "chi", "pose", "contact"):
+            getattr(space, name)[...] = getattr(state, name)
+        self.nu, self.chi, self.pose, self.contact = space.nu, space.chi, space.pose, space.contact
+        self.inputs, self.guards, self.passed, self.signals = space.inputs, space.guards, space.passed, space.signals
+        self.axial = space.axial
+        if self.kernel.has_spins:
+            self.axial[...] = state.free_axial()
+        run = self.run
         run.impact = int(task.switching == "impact")
         run.start_time, run.duration = task.start_time, task.duration
-        run.joint = np.pi / self.kernel.rollers_per_wheel
         run.tolerance = step
-        run.sweep_tolerance = max(SWEEP * self.tolerance / self._phases_expected(), FINEST_SWEEP)
-        run.patience = SWITCHES_WITHOUT_PROGRESS * self.wheels
-        run.row_capacity = run.switch_capacity = self.capacity
-        run.speed, run.next_time = least_speed(task, step), np.inf
-        for name in (
-            "nu", "chi", "pose", "axial", "work", "rows", "steps", "switches", "switch_axial",
-            "core", "core_before", "accounts", "part_sizes", "inputs", "guards", "signals",
-        ):  # fmt: skip
-            setattr(run, name, self._pointer(getattr(self, name)))
-        for name in ("contact", "passed", "leads_to"):
-            setattr(run, name, self._places(getattr(self, name)))
+        run.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)
+        run.speed, run.next_time = least_speed(task, step), math.inf
+        if self.columns.states:
+            space.part_sizes[:] = self.columns.part_sizes(self.kernel)
 
-    def _phases_expected(self) -> float:
+    def _shares(self) -> float:
+        """Into how many parts the engine is given what iterations may leave; with effects it divides that itself."""
+        if self.kernel.effects:
+            return 1.0
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
         return 1 + float(speeds) * self.task.duration / (2 * self.run.joint)
 
-    def _pointer(self, array: np.ndarray | None):
-        return self.module.ffi.NULL if array is None else self.module.ffi.from_buffer("double[]", array)
+    def _pointer(self, array: np.ndarray):
+        return self.module.ffi.from_buffer("double[]", array)
 
-    # What a call left
+    # What the run left
 
-    def _copied(self) -> dict[str, np.ndarray]:
-        rows, switches = self.run.row_count, self.run.switch_count
-        return {
-            "rows": self.rows[:rows].copy(),
-            "steps": self.steps[:rows].copy(),
-            "switches": self.switches[:switches].copy(),
-            "axial": self.switch_axial[:switches].copy() if self.kernel.has_spins else np.empty(0),
-        }
-
-    def _stats(self) -> dict[str, Any]:
+    def stats(self) -> dict[str, Any]:
+        """Figures of the run by name."""
         run = self.run
         return {
             "engine": "compiled",
@@ -262,6 +308,7 @@ class CompiledRun:
             "evaluations": int(run.sweep_count) * NODES,
             "tolerance": self.tolerance,
             "step_error": self._step_error(),
+            "switches": int(np.count_nonzero(self.space.switches[: run.switch_count, 2:])),
         }
 
     def _step_error(self) -> float:
@@ -272,17 +319,21 @@ class CompiledRun:
         iterations = self.run.sweep_error if self.kernel.effects else self.run.step_count * self.run.sweep_tolerance
         return self.run.step_error / 10 + iterations
 
-    def _stopped(self, status: int, result: Trajectory | None = None) -> SimulationStopped:
+    @property
+    def stop(self) -> SimulationStopped | None:
+        """Why the run could not go on; without its trajectory."""
+        if self.done:
+            return None
         state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
-        stuck = status == STUCK and result is not None and len(result.switches) > 0
-        wheel = int(result.switches.wheel[-1]) if stuck else None
-        time = self.task.start_time + self.run.elapsed
-        reason = REASONS[status]
-        if status == NO_STEP:
+        wheel, count = None, self.run.switch_count
+        if self.status == STUCK and count:
+            wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
+        reason = REASONS[self.status]
+        if self.status == NO_STEP:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
-        return SimulationStopped(reason, t=time, wheel=wheel, state=state, trajectory=result)
+        return SimulationStopped(reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=state)
 
 
 def aligned(size: int) -> np.ndarray:
@@ -292,90 +343,215 @@ def aligned(size: int) -> np.ndarray:
     return raw[first : first + size]
 
 
+STATE_ARRAYS = (
+    "nu", "chi", "pose", "axial", "work", "core", "core_before", "accounts", "part_sizes", "inputs", "guards",
+    "signals",
+)  # fmt: skip
+RECORDS = ("rows", "steps", "switches", "switch_axial")
+WHOLE_ARRAYS = ("contact", "passed", "leads_to")
+
+
+class Workspace:
+    """The buffers of one run, and the struct that points to them. Runs of one set and one size take them by turns.
+
+    rows         room for so many rows at first
+    keeps_steps  whether the polynomials of the steps are wanted
+    """
+
+    def __init__(
+        self, kernel: Kernel, columns: "Columns", pool: "list[Workspace]", rows: int | None = None,
+        keeps_steps: bool = True,
+    ):  # fmt: skip
+        rows = ROWS if rows is None else rows
+        self.pool, self.ffi = pool, engine_of(kernel).ffi
+        wheels, places = kernel.wheels, kernel.rollers_per_wheel - 1
+        self.nu, self.chi, self.pose = np.zeros(3), np.zeros(wheels), np.zeros(3)
+        self.axial = np.zeros((wheels, places) if kernel.has_spins else (1, 1))
+        self.work = aligned(engine_of(kernel).lib.omniroll_run_work_size(wheels, kernel.rollers_per_wheel))
+        self.core, self.core_before = np.zeros(columns.added + 1), np.zeros(columns.added + 1)
+        self.accounts, self.part_sizes = np.zeros(columns.added + 1), np.zeros(len(columns.states) + 1)
+        self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
+        self.guards = np.zeros((MOST_GUARDS, 6))
+        self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
+        self.contact = np.zeros(wheels, np.int64)
+        self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
+        self.rows = np.empty((rows, columns.width))
+        self.steps = np.empty((rows if keeps_steps else 1, 2 + NODES * (6 + wheels + columns.added)))
+        self.switches = np.empty((rows, 2 + wheels))
+        self.switch_axial = np.empty((rows, *self.axial.shape) if kernel.has_spins else (1, 1, 1))
+        self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes
+        self.struct = self.ffi.new("omniroll_run_t *")
+        self.start = self.ffi.new("omniroll_run_t *")
+        start = self.start
+        start.wheels, start.rollers_per_wheel = wheels, kernel.rollers_per_wheel
+        start.joint = np.pi / kernel.rollers_per_wheel
+        start.patience = SWITCHES_WITHOUT_PROGRESS * wheels
+        start.row_capacity = start.switch_capacity = rows
+        for name in STATE_ARRAYS + RECORDS:
+            setattr(start, name, self.ffi.from_buffer("double[]", getattr(self, name)))
+        if not keeps_steps:
+            start.steps = self.ffi.NULL
+        for name in WHOLE_ARRAYS:
+            setattr(start, name, self.ffi.from_buffer("long long[]", getattr(self, name)))
+
+    def begin(self) -> Any:
+        """The struct as it is before a run."""
+        self.ffi.memmove(self.struct, self.start, self.ffi.sizeof("omniroll_run_t"))
+        for array in (self.core, self.core_before, self.accounts, self.inputs, self.signals):
+            array.fill(0)
+        return self.struct
+
+    def make_room(self, rows: int, switches: int) -> None:
+        """Room for ROWS further rows and switches."""
+        run = self.struct[0]
+        for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
+            old = getattr(self, name)
+            if count + ROWS > len(old) > 1:
+                array = np.empty((2 * (count + ROWS), *old.shape[1:]))
+                array[:count] = old[:count]
+                setattr(self, name, array)
+                setattr(run, name, self.ffi.from_buffer("double[]", array))
+        run.row_capacity, run.switch_capacity = rows + ROWS, switches + ROWS
+
+    def give_back(self) -> None:
+        """To the runs that come; not where a long run has made the buffers large."""
+        if len(self.rows) == len(self.switches) == ROWS:
+            self.pool.append(self)
+
+
+@lru_cache(maxsize=16)
+def workspaces(
+    base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int
+) -> list[Workspace]:
+    """Those that no run has at present."""
+    return []
+
+
+def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
+    """One that no other run has."""
+    pool = workspaces(kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS)
+    try:
+        return pool.pop()
+    except IndexError:
+        return Workspace(kernel, columns, pool)
+
+
 class Columns:
     """Where a row's numbers stand: time, nu, chi, pose, what the set adds, contact, inputs.
 
     inputs  names of the kernel's inputs
-    added   how many numbers the set integrates beside nu, chi and the pose; `accounts` of them, at the end, are accounts
+    added   how many numbers the set integrates beside nu, chi and the pose; the last `accounts` of them are accounts
     order   of these in the trajectory, as places in the row of the engine
     """
 
     def __init__(self, kernel: Kernel, task: Task):
-        self.kernel, self.state_vector = kernel, task.effects.state_vector(kernel)
         self.states, self.inputs = names_of(kernel, "states"), names_of(kernel, "inputs")
+        self.state_vector = task.effects.state_vector(kernel) if task.effects else None
+        self.sizes: list[int] = []
+        self.accounts = 0
+        self.order = np.zeros(0, int)
+        if self.states:
+            self._place_states(kernel)
+        self.added = sum(self.sizes)
+        self.end = 7 + kernel.wheels + self.added
+        self.width = self.end + kernel.wheels * (1 + len(self.inputs))
+        self.plain = 6 + kernel.wheels
+
+    def _place_states(self, kernel: Kernel) -> None:
         outputs = {a.name: a.shape for s in kernel.signatures.values() for a in s.outputs}
         of_set = registry.quantities(kernel.effects, kernel.roller_model)
         rates = {quantity.name: quantity.rate for quantity in (*of_set, *self.state_vector.quantities)}
-        self.sizes = [int(np.prod(outputs[rates[name]])) for name in self.states]
+        self.sizes = [math.prod(outputs[rates[name]]) for name in self.states]
+        self.accounts = sum(quantity.account != 0 for quantity in of_set)
         starts = dict(zip(self.states, np.cumsum([0, *self.sizes]), strict=False))
         places = [
             np.arange(starts[quantity.name], starts[quantity.name] + self.sizes[self.states.index(quantity.name)])
             for quantity in self.state_vector.quantities
         ]
         self.order = np.concatenate([np.zeros(0, int), *places]).astype(int)
-        self.added = sum(self.sizes)
-        self.accounts = sum(quantity.account != 0 for quantity in of_set)
-        self.end = 7 + kernel.wheels + self.added
-        self.width = self.end + kernel.wheels * (1 + len(self.inputs))
 
-    def part_sizes(self) -> np.ndarray:
+    def part_sizes(self, kernel: Kernel) -> np.ndarray:
         """The size at |nu| = 1 of each state."""
-        scale, place = self.state_vector.scale_of_added(self.kernel, 1.0), {}
+        scale, place = self.state_vector.scale_of_added(kernel, 1.0), {}
         for quantity in self.state_vector.quantities:
             place[quantity.name] = scale[self.state_vector.slices[quantity.name].start - self.state_vector.plain]
         return np.array([*(place.get(name, 1.0) for name in self.states), 0.0])
 
     def state(self, numbers: np.ndarray) -> np.ndarray:
         """(..., 6 + N + E) in the order of the trajectory, from that of the engine."""
-        plain = 6 + self.kernel.wheels
-        return np.concatenate([numbers[..., :plain], numbers[..., plain + self.order]], axis=-1)
+        if not self.added:
+            return numbers
+        return np.concatenate([numbers[..., : self.plain], numbers[..., self.plain + self.order]], axis=-1)
 
 
-def joined(parts: list[dict[str, np.ndarray]], task: Task, columns: Columns) -> Rows:
-    """The rows of all calls as one run's. A later call starts with the row that the one before ended with."""
-    wheels = task.kernel.wheels
-    offsets = np.cumsum([0] + [len(part["rows"]) - 1 for part in parts])
-    rows = np.concatenate([part["rows"][k > 0 :] for k, part in enumerate(parts)])
-    switches = np.concatenate([part["switches"] for part in parts])
-    switch_rows = np.concatenate(
-        [part["switches"][:, 1].astype(int) + offset for part, offset in zip(parts, offsets, strict=False)]
-    )
-    steps = np.concatenate([part["steps"][: len(part["rows"]) - 1] for part in parts])
-    starts = np.flatnonzero(steps[:, 0] > 0)
-    y = columns.state(rows[:, 1 : columns.end])
-    return Rows(
-        elapsed=rows[:, 0].copy(),
-        y=y,
-        contact=rows[:, columns.end : columns.end + wheels].astype(int),
-        axial=axial_speeds(parts, task, columns, rows[:, 0], y, switch_rows) if task.kernel.has_spins else None,
-        dense=lambda: dense_polynomials(rows[:, 1 : columns.end], steps, starts, columns) if len(starts) else None,
-        step_rows=starts,
-        directions=switches[:, 2 : 2 + wheels].astype(int),
-        switch_rows=switch_rows,
-        drive=rows[:, columns.end + wheels :].reshape(len(rows), -1, wheels).copy() if columns.inputs else None,
-    )
+class Recorded:
+    """What a run has left, as omniroll.engine.runs.Rows; each part is made of the engine's numbers when it is read."""
+
+    def __init__(self, run: CompiledRun):
+        self.task, self.columns, space = run.task, run.columns, run.space
+        rows, switches = run.run.row_count, run.run.switch_count
+        self.has_spins = run.kernel.has_spins
+        self.rows, self.steps = _kept(space.rows, rows), _kept(space.steps, rows)
+        self.switches = _kept(space.switches, switches)
+        self.later_axial = _kept(space.switch_axial, switches) if self.has_spins else None
+
+    @cached_property
+    def elapsed(self) -> np.ndarray:
+        return self.rows[:, 0].copy()
+
+    @cached_property
+    def y(self) -> np.ndarray:
+        return self.columns.state(self.rows[:, 1 : self.columns.end])
+
+    @property
+    def contact(self) -> np.ndarray:
+        return self.rows[:, self.columns.end : self.columns.end + self.task.vehicle.wheels].astype(int)
+
+    @property
+    def drive(self) -> np.ndarray | None:
+        if not self.columns.inputs:
+            return None
+        wheels = self.task.vehicle.wheels
+        return self.rows[:, self.columns.end + wheels :].reshape(len(self.rows), -1, wheels).copy()
+
+    @cached_property
+    def step_rows(self) -> np.ndarray:
+        return np.flatnonzero(self.steps[:-1, 0] > 0)
+
+    @property
+    def directions(self) -> np.ndarray:
+        return self.switches[:, 2:].astype(int)
+
+    @cached_property
+    def switch_rows(self) -> np.ndarray:
+        return self.switches[:, 1].astype(int)
+
+    @property
+    def axial(self) -> np.ndarray | None:
+        """(T, N, n-1): those after the last switch, and what has become of them."""
+        if not self.has_spins:
+            return None
+        table = np.concatenate([np.asarray(self.task.state.free_axial())[None], self.later_axial])
+        switched = np.searchsorted(self.switch_rows, np.arange(len(self.rows)), side="right")
+        axial, effects = table[switched], self.task.effects
+        if not effects:
+            return axial
+        since = np.append(0, self.switch_rows)[switched]
+        bound = effects.kernel(self.task.vehicle, self.task.kernel.roller_model, "python")  # works on all rows at once
+        before, after = self.columns.state_vector.views(self.y[since]), self.columns.state_vector.views(self.y)
+        found = effects.axial_later(bound, axial, before, after, self.elapsed - self.elapsed[since])
+        return np.array(np.broadcast_to(found, axial.shape))
+
+    def dense(self) -> np.ndarray | None:
+        starts = self.step_rows
+        if not len(starts):
+            return None
+        return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, starts, self.columns)
 
 
-def axial_speeds(
-    parts: list[dict[str, np.ndarray]],
-    task: Task,
-    columns: Columns,
-    elapsed: np.ndarray,
-    y: np.ndarray,
-    switch_rows: np.ndarray,
-) -> np.ndarray:
-    """Axial speeds of the free rollers (T, N, n-1): those after the last switch, and what has become of them."""
-    later = np.concatenate([part["axial"] for part in parts])
-    table = np.concatenate([np.asarray(task.state.free_axial())[None], later])
-    switched = np.searchsorted(switch_rows, np.arange(len(y)), side="right")
-    axial = table[switched]
-    if not task.effects:
-        return axial
-    since = np.append(0, switch_rows)[switched]
-    bound = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
-    before, after = columns.state_vector.views(y[since]), columns.state_vector.views(y)
-    found = task.effects.axial_later(bound, axial, before, after, elapsed - elapsed[since])
-    return np.array(np.broadcast_to(found, axial.shape))
+def _kept(buffer: np.ndarray, count: int) -> np.ndarray:
+    """The first entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
+    return buffer[:count].copy() if len(buffer) == ROWS else buffer[:count]
 
 
 def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray, columns: Columns) -> np.ndarray:
@@ -391,7 +567,7 @@ def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray, colu
     slopes = np.diff(coefficients[landed], axis=1)
     coefficients[landed, 1:] += (late / h)[landed, None, None] * np.arange(1, NODES + 1)[:, None] * slopes
     coefficients[:, 0], coefficients[:, -1] = y[starts], y[starts + 1]
-    return columns.state(coefficients) if columns.added else coefficients
+    return columns.state(coefficients)
 
 
 @lru_cache(maxsize=1)

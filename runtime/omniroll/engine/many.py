@@ -1,11 +1,15 @@
-"""simulate_many(): runs over parameters and starts, arrays in and arrays out, on any executor."""
+"""simulate_many(): runs over parameters and starts, arrays in and arrays out, in threads or on any executor.
+
+A run of the compiled engine takes place in C with the interpreter's lock released. What a run leaves is read off its
+buffers; a trajectory is made only where samples are asked for.
+"""
 
 import math
 import os
+import threading
 import warnings
-from collections.abc import Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -13,44 +17,76 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects import Effect
-from omniroll.engine.runs import Task
-from omniroll.engine.simulate import checked_task, controlled_run, one_run
-from omniroll.errors import AccuracyWarning, InvalidValueError, SimulationStopped
+from omniroll.effects.effect import Effect
+from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.control import Controlled, controlled, made, sensitivity
+from omniroll.engine.simulate import checked_task
+from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
+from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.progress import Report, reporting
+from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
 from omniroll.results.trajectory import Samples, Trajectory
+from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, documented
+from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
-TASKS_PER_WORKER = 8  # chunks of runs for each worker: a progress bar moves, and fast workers take more of them
+CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
 SAMPLED = tuple(field.name for field in fields(Samples))
 COUNTS = ("switches", "steps", "evaluations")
+NOT_RUN = "interrupted before it was run"
+
+Run = dict[str, Any]  # the arguments of simulate for one run
+Found = dict[str, Any]  # what is kept of one run
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Many:
-    """The ends of many runs; `...` is the shape to which vehicles and starts broadcast.
+class Ends(MadeOnDemand):
+    """The states at the ends of many runs: the fields of Samples, each with the shape (...) of the runs in front.
 
-    end             Samples, the state at each run's end: t (...), nu (..., 3), chi (..., N), and so on
-    energy_start    (...) in J
-    switches        (...) int, how many wheels switched; steps, evaluations (...) int likewise
-    error_estimate  (...) as in Trajectory.stats, nan where there is none; sensitivity (...) likewise
-    stopped         (...) bool: the run could not go on; `end` is where it stopped
-    reasons         {index: message} of the stopped runs
-    samples         Samples at `times`, shapes (..., T, ...), or None; nan, or -1 for contact, beyond the end of
-                    a stopped run
+    made  how contact_spin, spins and energy are computed when they are first read
     """
 
-    end: Samples
-    energy_start: np.ndarray
+    t: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    contact: np.ndarray
+    pose: np.ndarray
+    made: dict[str, Maker]
+
+    contact_spin = OnDemand()
+    spins = OnDemand()
+    energy = OnDemand()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Many(MadeOnDemand):
+    """The ends of many runs; `...` is the shape to which vehicles, starts and effects broadcast.
+
+    end             the state at each run's end, with the fields of Samples: t (...), nu (..., 3), chi (..., N), ...
+    energy_start    (...) in J
+    switches        (...) int, how many wheels switched; steps, evaluations (...) int likewise
+    error_estimate  (...) as in Trajectory.stats, nan where there is none
+    sensitivity     (...) likewise; two further runs each measure it when it is first read
+    stopped         (...) bool: the run could not go on, and `end` is where it stopped; or it failed, and `end` is nan
+                    (contact -1)
+    reasons         {index: message} of these runs
+    samples         Samples at `times`, shapes (..., T, ...), or None; nan, or -1 for contact, beyond the end of
+                    a stopped run
+    made            how energy_start and sensitivity are computed when they are first read
+    """
+
+    end: Ends
     switches: np.ndarray
     steps: np.ndarray
     evaluations: np.ndarray
     error_estimate: np.ndarray
-    sensitivity: np.ndarray
     stopped: np.ndarray
     reasons: dict[tuple[int, ...], str]
     samples: Samples | None
+    made: dict[str, Maker]
+
+    energy_start = OnDemand()
+    sensitivity = OnDemand()
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -63,9 +99,9 @@ class Many:
 
 @dataclass(frozen=True)
 class Chunk:
-    """Some runs, as they go to a worker: plain data that pickles."""
+    """Some runs, as they go to a worker of an executor: plain data that pickles."""
 
-    runs: tuple[dict[str, Any], ...]
+    runs: tuple[Run, ...]
     times: np.ndarray | None
     control: bool
 
@@ -85,7 +121,7 @@ def simulate_many(
     accuracy: float = 1e-9,
     engine: str = "compiled",
     control: bool = True,
-    effects: Sequence[Effect] = (),
+    effects: Sequence = (),
     times: ArrayLike | None = None,
     executor: Executor | None = None,
     progress: bool | Report | None = None,
@@ -94,34 +130,39 @@ def simulate_many(
 
     vehicles      Vehicle, or nested lists of them, all with the same N and n
     {entries}
-    effects       sequence of effects, as of simulate
+    effects       sequence of effects, as of simulate; or nested lists of such sequences, one for each run
     control       as of simulate
     times         (T,) in s, when to take samples of every run, within every run; None: no samples
-    executor      any concurrent.futures.Executor: processes, or a Dask cluster's Client.get_executor(). It is not
-                  shut down. None: threads, one for each core, since the compiled engine runs without the lock of
-                  the interpreter
+    executor      any concurrent.futures.Executor: processes, or a Dask cluster's Client.get_executor(). It gets chunks
+                  of runs, and is not shut down. None: threads, one for each core, since the compiled engine runs
+                  without the lock of the interpreter
     progress      True: a bar, or lines where tqdm is not installed; or a function, called as
                   progress(runs done, of how many); None: nothing
 
-    nu, chi, spins, pose and duration may have leading axes (...), which broadcast with each other and with the shape
-    of `vehicles`; the other arguments are the same for all runs.
+    nu, chi, spins, pose and duration may have leading axes (...), which broadcast with each other and with the shapes
+    of `vehicles` and `effects`; the other arguments are the same for all runs.
 
-    Returns Many. Raises InvalidValueError before the first run starts. A run that stops does not end the others: see
-    Many.stopped. Warns once with AccuracyWarning where estimates stay above the accuracy, and with
-    UnstableControllerWarning.
+    Returns Many. Raises InvalidValueError before the first run starts where an array makes no sense, or the first
+    run. A run that stops or fails does not end the others: see Many.stopped. Raises SweepInterrupted, a
+    KeyboardInterrupt whose `many` has what was done until then. Warns once with AccuracyWarning where estimates stay
+    above the accuracy, and with UnstableControllerWarning.
     """
-    shape, runs = _all_runs(vehicles, nu, chi, spins, pose, duration)
     common = {
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
-        "accuracy": accuracy, "engine": engine, "effects": effects,
+        "accuracy": accuracy, "engine": engine,
     }  # fmt: skip
+    shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]
-    tasks = [checked_task(**run) for run in runs]
-    for doubt in {str(doubt): doubt for task in tasks for doubt in task.effects.doubts(task.vehicle)}.values():
-        warnings.warn(doubt, stacklevel=2)
-    times = None if times is None else _times(times, tasks)
-    results = _scattered(runs, times, control, executor, progress)
-    many = _gathered(shape, results, times)
+    checked_task(**runs[0])
+    _warn_of_effects(runs)
+    times = None if times is None else _times(times, runs)
+    sweep = _Sweep(runs, times, control)
+    try:
+        with reporting(progress or False, len(runs), "runs") as report:
+            sweep.in_threads(report) if executor is None else sweep.on(executor, report)
+    except KeyboardInterrupt:
+        raise SweepInterrupted(_gathered(shape, sweep)) from None
+    many = _gathered(shape, sweep)
     _warn(many, accuracy)
     return many
 
@@ -130,20 +171,33 @@ def simulate_many(
 
 
 def _all_runs(
-    vehicles: Any, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike, duration: ArrayLike
-) -> tuple[tuple[int, ...], list[dict[str, Any]]]:
+    vehicles: Any,
+    effects: Any,
+    nu: ArrayLike,
+    chi: ArrayLike,
+    spins: ArrayLike,
+    pose: ArrayLike,
+    duration: ArrayLike,
+    roller_model: str,
+) -> tuple[tuple[int, ...], list[Run]]:
     """The shape of the whole, and the arguments of each run in C order."""
-    table = _vehicles(vehicles)
-    first = table.flat[0]
+    vehicle_table, effect_table = _vehicles(vehicles), _effects(effects)
+    first = vehicle_table.flat[0]
     wheels, places = first.wheels, first.rollers_per_wheel - 1
     arrays = {
-        "nu": (validation.trailing("nu", nu, (3,)), 1),
+        "vehicle": (vehicle_table, 0),
+        "effects": (effect_table, 0),
+        "nu": (checks.speeds(nu), 1),
         "chi": _number_or_trailing("chi", chi, (wheels,)),
         "spins": _number_or_trailing("spins", spins, (wheels, places)),
         "pose": (validation.trailing("pose", pose, (3,)), 1),
         "duration": (validation.real_array("duration", duration), 0),
     }
-    shape = table.shape
+    checks.wheel_angles_in_contact(chi, first)
+    checks.free_spins(spins, first, ROLLER_MODEL.checked(roller_model))
+    for length in arrays["duration"][0].flat:
+        by_name(RUN)["duration"].checked(float(length))
+    shape: tuple[int, ...] = ()
     for name, (array, axes) in arrays.items():
         lead = array.shape[: array.ndim - axes]
         try:
@@ -155,11 +209,8 @@ def _all_runs(
     spread = {
         name: np.broadcast_to(array, shape + array.shape[array.ndim - axes :]) for name, (array, axes) in arrays.items()
     }
-    table = np.broadcast_to(table, shape)
-    return shape, [
-        {"vehicle": table[index], **{name: array[index] for name, array in spread.items()}}
-        for index in np.ndindex(shape)
-    ]
+    runs = [{name: array[index] for name, array in spread.items()} for index in np.ndindex(shape)]
+    return shape, [run | {"duration": float(run["duration"])} for run in runs]
 
 
 def _vehicles(vehicles: Any) -> np.ndarray:
@@ -172,75 +223,152 @@ def _vehicles(vehicles: Any) -> np.ndarray:
     return table
 
 
+def _effects(effects: Any) -> np.ndarray:
+    """Nested lists of sequences of effects as an array (...) of tuples; one sequence by itself has the shape ()."""
+    if not isinstance(effects, Sequence) or isinstance(effects, Effect):
+        raise InvalidValueError("effects", effects, "must be a sequence of effects, or nested lists of such sequences")
+    if not effects or any(not isinstance(entry, Sequence) for entry in effects):
+        table = np.empty((), object)
+        table[()] = tuple(effects)
+        return table
+    parts = [_effects(entry) for entry in effects]
+    if len({part.shape for part in parts}) > 1:
+        raise InvalidValueError("effects", effects, "nested lists must have one length in each depth")
+    table = np.empty((len(parts), *parts[0].shape), object)
+    for row, part in zip(table, parts, strict=True) if parts[0].shape else ():
+        row[...] = part
+    if not parts[0].shape:
+        for k, part in enumerate(parts):
+            table[k] = part[()]
+    return table
+
+
 def _number_or_trailing(name: str, value: ArrayLike, shape: tuple[int, ...]) -> tuple[np.ndarray, int]:
     array = validation.real_array(name, value)
     return (array, 0) if array.ndim == 0 else (validation.trailing(name, value, shape), len(shape))
 
 
-def _times(times: ArrayLike, tasks: list[Task]) -> np.ndarray:
+def _times(times: ArrayLike, runs: list[Run]) -> np.ndarray:
     wanted = validation.real_array("times", times)
     if wanted.ndim != 1:
         raise InvalidValueError("times", wanted.tolist(), "must have one axis")
-    for task in tasks:
-        last = task.start_time + task.duration
-        if wanted.size and not task.start_time <= wanted.min() <= wanted.max() <= last:
-            bound = f"must lie within every run, {task.start_time!r} to {last!r}"
+    for run in runs:
+        first, last = run["start_time"], run["start_time"] + run["duration"]
+        if wanted.size and not first <= wanted.min() <= wanted.max() <= last:
+            bound = f"must lie within every run, {float(first)!r} to {float(last)!r}"
             raise InvalidValueError("times", wanted.tolist(), bound)
     return wanted
+
+
+def _warn_of_effects(runs: list[Run]) -> None:
+    """Once for each doubt about the effects of a vehicle."""
+    pairs = {(run["vehicle"], id(run["effects"])): run["effects"] for run in runs if run["effects"]}
+    doubts = (
+        doubt
+        for (vehicle, _), effects in pairs.items()
+        for effect in effects
+        if isinstance(effect, Effect)
+        for doubt in effect.doubts(vehicle)
+    )
+    for doubt in {str(doubt): doubt for doubt in doubts}.values():
+        warnings.warn(doubt, stacklevel=3)
 
 
 # Out to the workers and back
 
 
-def _scattered(
-    runs: list[dict[str, Any]],
-    times: np.ndarray | None,
-    control: bool,
-    executor: Executor | None,
-    progress: bool | Report | None,
-) -> list[dict[str, Any]]:
-    """The results of the runs, in their order."""
-    cores = os.cpu_count() or 1
-    size = max(1, math.ceil(len(runs) / (TASKS_PER_WORKER * cores)))
-    own = ThreadPoolExecutor(cores) if executor is None else nullcontext(executor)
-    results: list[Any] = [None] * len(runs)
-    with own as pool, reporting(progress or False, len(runs), "runs") as report:
-        starts = {
-            pool.submit(run_chunk, Chunk(tuple(runs[k : k + size]), times, control)): k
-            for k in range(0, len(runs), size)
+class _Sweep:
+    """Runs, and what was found of each in the same order; None of those that have not been done."""
+
+    def __init__(self, runs: list[Run], times: np.ndarray | None, control: bool):
+        self.runs, self.times, self.control = runs, times, control
+        self.found: list[Found | None] = [None] * len(runs)
+
+    def in_threads(self, report: Report) -> None:
+        """In a thread for each core. What is done stays where the work is interrupted; no run is begun after that."""
+        stop = threading.Event()
+
+        def work(places: range) -> range:
+            for k in places:
+                if stop.is_set():
+                    break
+                self.found[k] = found_of(self.runs[k], self.times, self.control)
+            return places
+
+        cores = _cores()
+        with ThreadPoolExecutor(cores) as pool:
+            futures = {pool.submit(work, places): places for places in self._chunks(cores)}
+            try:
+                self._collect(futures, report, lambda places, _: None)
+            except BaseException:
+                stop.set()
+                pool.shutdown(cancel_futures=True)
+                raise
+
+    def on(self, executor: Executor, report: Report) -> None:
+        """On an executor: each of its workers gets chunks. What comes back of a chunk that failed is its error."""
+
+        def keep(places: range, future: Future) -> None:
+            try:
+                of_chunk = future.result()
+            except Exception as error:
+                of_chunk = [{"reason": f"its worker failed: {_shown(error)}"} for _ in places]
+            self.found[places.start : places.stop] = of_chunk
+
+        futures = {
+            executor.submit(run_chunk, Chunk(tuple(self.runs[k] for k in places), self.times, self.control)): places
+            for places in self._chunks(_cores())
         }
         try:
-            done = 0
-            for future in as_completed(starts):
-                of_chunk, k = future.result(), starts[future]
-                results[k : k + len(of_chunk)] = of_chunk
-                done += len(of_chunk)
-                report(done, len(runs))
+            self._collect(futures, report, keep)
         except BaseException:
-            for future in starts:
-                future.cancel()
+            for future, places in futures.items():
+                if not future.cancel() and future.done():
+                    keep(places, future)
             raise
-    return results
+
+    def _chunks(self, workers: int) -> list[range]:
+        count = len(self.runs)
+        size = max(1, math.ceil(count / (CHUNKS_PER_WORKER * workers)))
+        return [range(k, min(k + size, count)) for k in range(0, count, size)]
+
+    def _collect(self, futures: dict[Future, range], report: Report, keep: Callable[[range, Future], None]) -> None:
+        done = 0
+        for future in as_completed(futures):
+            keep(futures[future], future)
+            done += len(futures[future])
+            report(done, len(self.runs))
 
 
-def run_chunk(chunk: Chunk) -> list[dict[str, Any]]:
+def _cores() -> int:
+    """Those that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def run_chunk(chunk: Chunk) -> list[Found]:
     """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
-    return [_one(run, chunk.times, chunk.control) for run in chunk.runs]
+    return [found_of(run, chunk.times, chunk.control) for run in chunk.runs]
 
 
-def _one(run: dict[str, Any], times: np.ndarray | None, control: bool) -> dict[str, Any]:
-    task, reason = checked_task(**run), None
+def found_of(run: Run, times: np.ndarray | None, control: bool) -> Found:
+    """What is kept of one run: where it ended, or how it failed."""
     try:
+        task = checked_task(**run)
         wanted = control and task.duration > 0
-        trajectory = controlled_run(task) if wanted else one_run(task, task.accuracy)
-    except SimulationStopped as error:
-        trajectory, reason = error.trajectory, str(error)
-    rows = {name: getattr(trajectory, name) for name in SAMPLED}
-    kept = {name: None if array is None else array[-1] for name, array in rows.items()}
-    kept |= {name: trajectory.stats[name] for name in (*COUNTS, "error_estimate", "sensitivity")}
-    kept |= {"reason": reason, "energy_start": trajectory.energy[0]}
-    kept["samples"] = None if times is None else _samples(trajectory, times)
-    return kept
+        done = controlled(task) if wanted else Controlled(made(task, task.accuracy), None, lambda: None)
+        stats, stopped = done.run.stats(), done.run.stop
+        found = done.run.end() | {name: stats[name] for name in COUNTS}
+        found |= {"reason": None if stopped is None else str(stopped), "start_axial": task.state.free_axial()}
+        found["error_estimate"] = None if stopped is not None else done.error_estimate
+        found["samples"] = None if times is None else _samples(done.run.recorded(), times)
+        done.run.release()
+    except Exception as error:  # whatever it is, it must not take the others along
+        return {"reason": _shown(error)}
+    return found
+
+
+def _shown(error: Exception) -> str:
+    return str(error) if isinstance(error, InvalidValueError) else f"{type(error).__name__}: {error}"
 
 
 def _samples(trajectory: Trajectory, times: np.ndarray) -> dict[str, np.ndarray | None]:
@@ -253,39 +381,132 @@ def _samples(trajectory: Trajectory, times: np.ndarray) -> dict[str, np.ndarray 
         if values is None:
             result[name] = None
             continue
-        whole = values.dtype.kind in "iu"
-        result[name] = np.full((len(times), *values.shape[1:]), -1 if whole else np.nan, values.dtype)
+        result[name] = _nothing((len(times), *values.shape[1:]), values.dtype)
         result[name][within] = values
     return result
+
+
+def _nothing(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+    """What stands where there is no number: nan, or -1."""
+    dtype = np.dtype(dtype)
+    return np.full(shape, -1 if dtype.kind in "iu" else np.nan, dtype)
 
 
 # Arrays
 
 
-def _gathered(shape: tuple[int, ...], results: list[dict[str, Any]], times: np.ndarray | None) -> Many:
-    def stacked(values: list[Any], dtype: Any = None) -> np.ndarray | None:
-        if values and values[0] is None and dtype is None:
-            return None
-        array = np.array(values, dtype)
-        return array.reshape(shape + array.shape[1:])
+def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
+    found = [{"reason": NOT_RUN} if one is None else one for one in sweep.found]
 
-    def numbers(name: str) -> np.ndarray:
-        return stacked([np.nan if run[name] is None else run[name] for run in results], float)
+    def of(name: str, kind: Any = float, default: Any = None) -> np.ndarray:
+        return _stacked(shape, [one.get(name, default) for one in found], kind)
 
     samples = None
-    if times is not None:
-        samples = Samples(**{name: stacked([run["samples"][name] for run in results]) for name in SAMPLED})
-    indices = np.ndindex(shape)
+    if sweep.times is not None:
+        parts = [one.get("samples") or {} for one in found]
+        samples = Samples(**{name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED})
+    states = _States(shape, sweep.runs, found)
+    wheels = sweep.runs[0]["vehicle"].wheels
+    missing = {"t": np.nan, "nu": np.full(3, np.nan), "pose": np.full(3, np.nan), "chi": np.full(wheels, np.nan)}
     return Many(
-        end=Samples(**{name: stacked([run[name] for run in results]) for name in SAMPLED}),
-        energy_start=numbers("energy_start"),
-        **{name: stacked([run[name] for run in results], int) for name in COUNTS},
-        error_estimate=numbers("error_estimate"),
-        sensitivity=numbers("sensitivity"),
-        stopped=stacked([run["reason"] is not None for run in results], bool),
-        reasons={k: run["reason"] for k, run in zip(indices, results, strict=True) if run["reason"]},
+        end=Ends(
+            **{name: of(name, default=value) for name, value in missing.items()},
+            contact=of("contact", int, np.full(wheels, -1)),
+            made={
+                "contact_spin": lambda: states.of_vehicles(lambda k, nu, chi, spins: k.wheel_rates(nu, chi)[1]),
+                "spins": lambda: states.of_vehicles(lambda k, nu, chi, spins: spins),
+                "energy": lambda: states.of_vehicles(_energy),
+            },
+        ),
+        **{name: of(name, int, 0) for name in COUNTS},
+        error_estimate=np.array([_number(one.get("error_estimate")) for one in found]).reshape(shape),
+        stopped=np.array([one["reason"] is not None for one in found], bool).reshape(shape),
+        reasons={k: one["reason"] for k, one in zip(np.ndindex(shape), found, strict=True) if one["reason"]},
         samples=samples,
+        made={
+            "energy_start": lambda: states.of_vehicles(_energy, start=True),
+            "sensitivity": lambda: _sensitivities(shape, sweep, found),
+        },
     )
+
+
+def _stacked(shape: tuple[int, ...], values: list[Any], kind: type = float) -> np.ndarray | None:
+    """(..., ...) of one array from each run, nan or -1 where a run has none; None where no run has one."""
+    sizes = {np.shape(value) for value in values if value is not None}
+    if not sizes:
+        return None
+    (size,) = sizes
+    return np.array([_nothing(size, kind) if value is None else value for value in values], kind).reshape(shape + size)
+
+
+def _kind(name: str) -> type:
+    return int if name == "contact" else float
+
+
+def _number(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def _energy(bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
+    return bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+
+
+class _States:
+    """What follows from the states at the starts and ends of runs, by the kernels of their vehicles."""
+
+    def __init__(self, shape: tuple[int, ...], runs: list[Run], found: list[Found]):
+        self.shape, self.runs, self.found = shape, runs, found
+
+    def of_vehicles(self, function: Callable, *, start: bool = False) -> np.ndarray | None:
+        """(..., ...) function(kernel, nu, chi, spins) of the states at the ends or starts, all of a vehicle at once."""
+        values: list[Any] = [None] * len(self.runs)
+        for bound, places in self._by_kernel():
+            nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
+            spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
+            for k, value in zip(places, _each(function(bound, nu, chi, spins), len(places)), strict=True):
+                values[k] = value
+        return _stacked(self.shape, values)
+
+    def _of(self, name: str, places: list[int], start: bool) -> np.ndarray | None:
+        if not start:
+            values = [self.found[k][name] for k in places]
+        elif name == "axial":
+            values = [self.found[k]["start_axial"] for k in places]
+        else:
+            values = [self.runs[k][name] for k in places]
+        if start and name == "chi":
+            values = [
+                checks.wheel_angles_in_contact(chi, self.runs[k]["vehicle"])
+                for k, chi in zip(places, values, strict=True)
+            ]
+        return None if values[0] is None else np.array(values, float)
+
+    def _by_kernel(self) -> Iterator[tuple[Kernel, list[int]]]:
+        """Each Python kernel, which works on all states at once, with the runs that it belongs to."""
+        groups: dict[Vehicle, list[int]] = {}
+        for k, (run, one) in enumerate(zip(self.runs, self.found, strict=True)):
+            if "nu" in one:
+                effects = EffectSet.checked(run["effects"], run["vehicle"])
+                groups.setdefault(effects.equipped(run["vehicle"]), []).append(k)
+        for vehicle, places in groups.items():
+            yield kernel(vehicle, self.runs[0]["roller_model"], "python"), places
+
+
+def _each(values: np.ndarray | None, count: int) -> Iterable[Any]:
+    return [None] * count if values is None else values
+
+
+def _sensitivities(shape: tuple[int, ...], sweep: _Sweep, found: list[Found]) -> np.ndarray:
+    """(...) of the runs that have an error estimate; nan for the others."""
+
+    def of_run(run: Run, one: Found) -> float:
+        if one.get("error_estimate") is None:
+            return np.nan
+        value = sensitivity(checked_task(**run))
+        return np.nan if value is None else value
+
+    with ThreadPoolExecutor(_cores()) as pool:
+        return np.array(list(pool.map(of_run, sweep.runs, found)), float).reshape(shape)
 
 
 def _warn(many: Many, accuracy: float) -> None:

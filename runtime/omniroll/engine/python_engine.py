@@ -265,5 +265,6 @@ class Run:
             "phases": self.phases,
             "tolerance": self.tolerance,
             "local_errors": float(counts.error),
+            "switches": int(np.count_nonzero(directions)),
         }
         return assembled(self.task, rows, stats)

@@ -1,7 +1,9 @@
 """What the engines share: the task of one run, and the trajectory that its rows make."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,7 +69,7 @@ def speed_scale(task: Task) -> float:
     least = 1 / task.duration if task.duration > 0 else 1.0
     for speeds in (task.state.nu, task.state.axial):
         if speeds is not None and speeds.any():
-            norm = float(np.linalg.norm(speeds))
+            norm = math.hypot(*speeds.ravel().tolist())
             return max(norm, least) if task.effects else norm
     return least
 
@@ -85,43 +87,53 @@ def least_speed(task: Task, tolerance: float) -> float:
 
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
-    """The trajectory of a run. What follows from its rows is computed when it is first read."""
-    bound = kernel(task.kernel.vehicle, task.kernel.roller_model, "python")  # works on all rows at once
-    end = 3 + task.vehicle.wheels
-    parts = (slice(3), slice(3, end), slice(end, end + 3), slice(end + 3, None))
-    nu, chi, pose, added = (rows.y[:, part].copy() for part in parts)
+    """The trajectory of a run. All that follows from its rows is computed when it is first read."""
+    wheels, model = task.vehicle.wheels, task.kernel.roller_model
+    parts = {"nu": slice(3), "chi": slice(3, 3 + wheels), "pose": slice(3 + wheels, 6 + wheels)}
+
+    def bound() -> Kernel:
+        return kernel(task.kernel.vehicle, model, "python")  # works on all rows at once
 
     def spins() -> np.ndarray | None:
-        return None if rows.axial is None else bound.spins_from_axial(nu, chi, rows.axial)
+        axial = rows.axial
+        return None if axial is None else bound().spins_from_axial(trajectory.nu, trajectory.chi, axial)
+
+    def added() -> np.ndarray | None:
+        return rows.y[:, 6 + wheels :].copy() if task.effects else None
+
+    def energy() -> np.ndarray:
+        kernel = bound()
+        return kernel.energy(trajectory.nu, trajectory.chi, *kernel.spins_or_nothing(trajectory.spins))
+
+    def columns(part: slice) -> np.ndarray:
+        return rows.y[:, part].copy()
 
     trajectory = Trajectory(
         vehicle=task.vehicle,
-        roller_model=task.kernel.roller_model,
+        roller_model=model,
         switching=task.switching,
         accuracy=task.accuracy,
         engine=task.engine,
         start_time=task.start_time,
-        t=task.start_time + rows.elapsed,
-        elapsed=rows.elapsed,
-        nu=nu,
-        chi=chi,
-        contact=rows.contact,
-        pose=pose,
-        step_rows=rows.step_rows,
-        made={
-            "contact_spin": lambda: bound.wheel_rates(nu, chi)[1],
+        made={name: partial(columns, part) for name, part in parts.items()}
+        | {
+            "t": lambda: task.start_time + rows.elapsed,
+            "elapsed": lambda: rows.elapsed,
+            "contact": lambda: rows.contact,
+            "contact_spin": lambda: bound().wheel_rates(trajectory.nu, trajectory.chi)[1],
             "spins": spins,
-            "energy": lambda: bound.energy(nu, chi, *bound.spins_or_nothing(trajectory.spins)),
+            "energy": energy,
             "switches": lambda: _switches(task, rows, trajectory.energy),
             "dense": rows.dense,
+            "step_rows": lambda: rows.step_rows,
+            "added": added,
+            "drive": lambda: rows.drive,
         },
         stats=Stats(
-            stats | {"switches": int(np.count_nonzero(rows.directions)), "error_estimate": None, "sensitivity": None},
+            stats | {"error_estimate": None, "sensitivity": None},
             {"phase_energy_drift": lambda: _phase_drift(trajectory, rows.switch_rows)},
         ),
         effects=task.effects,
-        added=added if task.effects else None,
-        drive=rows.drive,
     )
     return trajectory
 

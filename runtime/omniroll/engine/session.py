@@ -117,7 +117,7 @@ class Session:
         before, added = self._elapsed, duration + self._rest
         elapsed = before + added
         try:
-            self._run.advance(elapsed)
+            self._run.go_on(elapsed)
         except BaseException:
             self._elapsed, self._rest = self._run.run.elapsed, 0.0
             raise
@@ -265,7 +265,7 @@ class Session:
         axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
         """
         signals = self._run.signals_now()
-        found = signals | self._run.integrated(self._run.core)
+        found = signals | self._run.integrated(self._run.space.core)
         for process in self._run.acting.processes:
             found |= process.readings(self._nu, signals)
         return found

@@ -11,7 +11,7 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
-from omniroll.engine.compiled_engine import ASK, DONE, FULL, CompiledRun
+from omniroll.engine.compiled_engine import ASK, FULL, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
 
@@ -22,11 +22,10 @@ CAPACITY = 16  # rows of the engine's buffer, which nobody reads
 class SteppedRun(CompiledRun):
     """A run that pauses where its duration is over, and keeps neither rows nor steps."""
 
-    capacity = CAPACITY
-    keeps_steps = False
-
     def __init__(self, task: Task, tolerance: float):
         super().__init__(task, tolerance)
+        if not task.effects:
+            self.acting, self.kept = EffectRun(task.effects, self.kernel, task.start_time), []
         self.run.pauses = 1
         self.names = (*self.columns.inputs, "voltage")  # of the signals
         self.call: Callable = self.module.lib.omniroll_run
@@ -42,7 +41,10 @@ class SteppedRun(CompiledRun):
                 self.held.setdefault(name, []).append(values)
         self.memory = Memory(self.module.ffi, self._structs(), self._arrays())
 
-    def _phases_expected(self) -> float:
+    def _workspace(self) -> Workspace:
+        return Workspace(self.kernel, self.columns, [], CAPACITY, keeps_steps=False)
+
+    def _shares(self) -> float:
         return STEPS_EXPECTED
 
     def _structs(self) -> list:
@@ -50,25 +52,22 @@ class SteppedRun(CompiledRun):
 
     def _arrays(self) -> list[np.ndarray]:
         """All that the engine or a step writes."""
-        own = [
-            self.nu, self.chi, self.pose, self.axial, self.contact, self.work, self.core, self.core_before,
-            self.accounts, self.inputs, self.guards, self.passed, self.leads_to, self.signals,
-        ]  # fmt: skip
+        own = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
         kept = [array for array in self.kept if isinstance(array, np.ndarray)]
         return [*own, *kept, *(values for arrays in self.held.values() for values in arrays)]
 
-    def advance(self, elapsed: float) -> None:
+    def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
-        run, status = self.run, FULL
+        run, self.status = self.run, FULL
         run.duration = elapsed
-        while status == FULL:
+        while self.status == FULL:
             run.row_count = run.switch_count = 0
-            status = self.call(self.struct, self.model)
-            while status == ASK:
+            self.status = self.call(self.struct, self.model)
+            while self.status == ASK:
                 self._answer()
-                status = self.call(self.struct, self.model)
-        if status != DONE:
-            raise self._stopped(status)
+                self.status = self.call(self.struct, self.model)
+        if not self.done:
+            raise self.stop
 
     @property
     def asked(self) -> list[Process]:
@@ -118,15 +117,17 @@ class SteppedRun(CompiledRun):
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""
+        if not self.task.effects:
+            return {}
         accounts = self.columns.accounts
         ends = self.columns.added - accounts
-        numbers = np.concatenate([self.nu, self.chi, self.pose, core[:ends], self.accounts[:accounts]])
+        numbers = np.concatenate([self.nu, self.chi, self.pose, core[:ends], self.space.accounts[:accounts]])
         return self.columns.state_vector.views(self.columns.state(numbers))
 
     def axial_now(self) -> np.ndarray:
         """Axial speeds (N, n-1) of the free rollers: those at axial_elapsed, and what has become of them."""
         if not self.task.effects:
             return self.axial
-        before, after = self.integrated(self.core_before), self.integrated(self.core)
+        before, after = self.integrated(self.space.core_before), self.integrated(self.space.core)
         since = np.array(self.run.elapsed - self.run.axial_elapsed)
         return self.task.effects.axial_later(self.kernel, self.axial, before, after, since)

@@ -1,11 +1,8 @@
 """Accelerations of a vehicle in a given state, equation (3.4) solved for nu'."""
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import best_backend, kernel
 from omniroll.validation import choice
@@ -38,36 +35,14 @@ def accelerations(
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     choice("roller_model", roller_model, ROLLER_MODELS)
-    found = _of_one_state(vehicle, nu, chi, spins, roller_model)
-    return _checked(vehicle, nu, chi, spins, roller_model) if found is None else found
-
-
-def _of_one_state(
-    vehicle: Vehicle, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike | None, roller_model: str
-) -> tuple[np.ndarray, np.ndarray | None] | None:
-    """The accelerations of one plain state; None where the arguments need a closer look.
-
-    The checks are those of `_checked` on a few numbers, where plain Python is faster than NumPy.
-    """
     bound = kernel(vehicle, roller_model, best_backend())
-    nu, chi = np.asarray(nu), np.asarray(chi)
-    arrays = [nu, chi] if spins is None or not bound.has_spins else [nu, chi, np.asarray(spins)]
-    shapes = ((3,), (bound.wheels,), (bound.wheels, bound.rollers_per_wheel - 1))
-    if (spins is None) == bound.has_spins or any(
-        array.dtype != float or array.shape != shape for array, shape in zip(arrays, shapes, strict=False)
-    ):
-        return None
-    joint = checks.joint_angle(bound.rollers_per_wheel)
-    sizes = [max(map(abs, array.ravel().tolist())) for array in arrays]
-    if not sizes[1] <= joint or not all(
-        size == 0 or validation.SMALLEST <= size <= validation.LARGEST for size in (sizes[0], *sizes[2:])
-    ):
-        return None
-    found = bound.accelerations(*arrays)
-    outputs = found if bound.has_spins else (found,)
-    if not all(map(math.isfinite, (value for output in outputs for value in output.ravel().tolist()))):
-        return None
-    return found if bound.has_spins else (found, None)
+    state = checks.plain_state(vehicle, roller_model, nu, chi, spins)
+    if state is not None:
+        found = bound.accelerations(*state)
+        outputs = found if bound.has_spins else (found,)
+        if checks.seem_finite(*outputs):
+            return found if bound.has_spins else (found, None)
+    return _checked(vehicle, nu, chi, spins, roller_model)
 
 
 def _checked(

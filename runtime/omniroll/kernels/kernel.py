@@ -16,7 +16,8 @@ import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,6 +65,18 @@ class Signature:
 
     inputs: tuple[Argument, ...]
     outputs: tuple[Argument, ...]
+
+    @cached_property
+    def shapes(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
+        """Of the inputs and of the outputs."""
+        return tuple(a.shape for a in self.inputs), tuple(a.shape for a in self.outputs)
+
+    @cached_property
+    def places(self) -> tuple[list[slice], list[slice]]:
+        """Of the inputs and of the outputs, one after the other in one array of numbers."""
+        ends = accumulate(math.prod(argument.shape) for argument in self.inputs + self.outputs)
+        places = [slice(start, end) for start, end in pairwise([0, *ends])]
+        return places[: len(self.inputs)], places[len(self.inputs) :]
 
 
 @cache
@@ -127,10 +140,12 @@ def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> 
     wanted = [argument.name for argument in signature.inputs]
     if not set(wanted) <= set(given):
         raise TypeError(f"constants {sorted(given)}; these effects need {wanted}")
-    return [
-        np.array(np.broadcast_to(np.asarray(given[argument.name], float), argument.shape), order="C")
-        for argument in signature.inputs
-    ]
+    return [_constant(given[argument.name], argument.shape) for argument in signature.inputs]
+
+
+def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    array = np.array(value, float)
+    return array if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
 
 
 def _wheel_places(vehicle: Vehicle) -> ArrayLike:
@@ -472,7 +487,6 @@ class CompiledKernel(Kernel):
 
     def _prepare(self) -> None:
         ffi = self._ffi
-        has_roller = "omniroll_roller" in ffi.list_types()[0]
         vehicle = ffi.new("omniroll_vehicle *")
         vehicle.wheels, vehicle.rollers_per_wheel = self.wheels, self.rollers_per_wheel
         arrays = [np.asarray(value, self.dtype, order="C") for value in self.constants]
@@ -482,7 +496,7 @@ class CompiledKernel(Kernel):
         self._model = ffi.new("omniroll_model *")
         storage = [ffi.new("omniroll_wheel[]", self.wheels)]
         kinds = ["omniroll_vehicle", "omniroll_wheel"]
-        if has_roller:
+        if self.has_spins:
             storage.append(ffi.new("omniroll_roller[]", self.rollers_per_wheel - 1))
             kinds.append("omniroll_roller")
         self._storage = storage  # the model points to it
@@ -565,28 +579,29 @@ class _Bound:
 
     def __init__(self, function: Callable, signature: Signature, model):
         self.function, self.model = function, model
-        self.in_shapes = tuple(argument.shape for argument in signature.inputs)
-        self.out_shapes = tuple(argument.shape for argument in signature.outputs)
+        self.in_shapes, self.out_shapes = signature.shapes
+        self.in_places, self.out_places = signature.places
+        self.size = self.out_places[-1].stop
 
     def one_state(self, values: Sequence[ArrayLike], dtype: type, pointer: Callable):
         """The outputs for one state; None where the values are not one state of these shapes."""
         if len(values) != len(self.in_shapes):
             return None
-        arguments, kept = [], []
-        for value, shape in zip(values, self.in_shapes, strict=True):
-            array = np.ascontiguousarray(value, dtype)
-            if not shape:
-                if np.ndim(value):
-                    return None
-                arguments.append(pointer(array)[0])
-            elif array.shape == shape:
-                arguments.append(pointer(array))
-            else:
+        memory = np.empty(self.size, dtype)  # of all inputs and outputs, so that there is one pointer to make
+        first, arguments = pointer(memory), []
+        for value, shape, place in zip(values, self.in_shapes, self.in_places, strict=True):
+            array = np.asarray(value, dtype)
+            if array.shape != shape:
                 return None
-            kept.append(array)  # its pointer does not keep a view's owner
-        outputs = tuple(np.empty(shape, dtype) for shape in self.out_shapes)
-        self.function(self.model, *arguments, *map(pointer, outputs))
-        return outputs if len(outputs) > 1 else outputs[0]
+            memory[place] = array if len(shape) == 1 else array.ravel()
+            # A scalar input goes by value, everything else by pointer.
+            arguments.append(first + place.start if shape else first[place.start])
+        self.function(self.model, *arguments, *[first + place.start for place in self.out_places])
+        outputs = [
+            memory[place] if len(shape) == 1 else memory[place].reshape(shape)
+            for place, shape in zip(self.out_places, self.out_shapes, strict=True)
+        ]
+        return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 
 @cache

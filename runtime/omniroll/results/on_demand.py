@@ -27,6 +27,17 @@ class OnDemand:
         return value
 
 
+class MadeOnDemand:
+    """A base for dataclasses with such fields."""
+
+    made: Mapping[str, Maker]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle: with the values of all fields in the place of the functions that make them."""
+        values = {name: getattr(self, name) for name in self.made}
+        return vars(self) | values | {"made": {}}
+
+
 class Stats(dict):
     """Figures of a run by name; those in `made` are computed when they are first read."""
 
@@ -40,6 +51,14 @@ class Stats(dict):
 
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or name in self.made
+
+    def make_on_demand(self, name: str, maker: Maker) -> None:
+        """The figure `name` is what `maker` gives when it is first read."""
+        self.pop(name, None)
+        self.made[name] = maker
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name] if name in self else default
 
     def complete(self) -> dict[str, Any]:
         """All figures, as a plain dict."""

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from os import PathLike
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,15 +17,12 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
-from omniroll.results.on_demand import Maker, OnDemand, Stats
+from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
-
-
-MADE = ("contact_spin", "spins", "energy", "switches", "dense")  # when they are first read
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ class Samples:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory:
+class Trajectory(MadeOnDemand):
     """A motion of a vehicle with N wheels of n rollers; T rows.
 
     t             (T,) time; never decreasing. A switch has two rows of one time, before and after
@@ -78,7 +74,7 @@ class Trajectory:
                   takes damping * chi' from it; None without drives. A row that ends a phase has the values of that
                   phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
-    made          how contact_spin, spins, energy, switches and dense are computed when they are first read
+    made          how the arrays are computed when they are first read
     """
 
     vehicle: Vehicle
@@ -87,34 +83,24 @@ class Trajectory:
     accuracy: float
     engine: str
     start_time: float
-    t: np.ndarray
-    elapsed: np.ndarray
-    nu: np.ndarray
-    chi: np.ndarray
-    contact: np.ndarray
-    pose: np.ndarray
-    step_rows: np.ndarray
     made: Mapping[str, Maker]
     stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
-    added: np.ndarray | None = None
-    drive: np.ndarray | None = None
 
+    t = OnDemand()
+    elapsed = OnDemand()
+    nu = OnDemand()
+    chi = OnDemand()
+    contact = OnDemand()
     contact_spin = OnDemand()
     spins = OnDemand()
+    pose = OnDemand()
     energy = OnDemand()
     switches = OnDemand()
     dense = OnDemand()
-
-    def __post_init__(self) -> None:
-        for value in vars(self).values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
-
-    def __getstate__(self) -> dict[str, Any]:
-        """For pickle: with the values of all fields in the place of the functions that make them."""
-        values = {name: getattr(self, name) for name in self.made}
-        return vars(self) | values | {"made": {}}
+    step_rows = OnDemand()
+    added = OnDemand()
+    drive = OnDemand()
 
     def __len__(self) -> int:
         return len(self.t)
@@ -304,12 +290,10 @@ class Trajectory:
             vehicle = Vehicle(**described["vehicle"])
             effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
             arrays = stored.arrays | {"switches": stored.switches.view(np.recarray)}
-            made = {name: partial(arrays.pop, name) for name in MADE}
             return cls(
                 vehicle=vehicle,
                 effects=EffectSet.checked(effects, vehicle),
                 **{name: described[name] for name in DESCRIPTION if name != "stats"},
-                **{name: array for name, array in arrays.items() if name not in MADE},
                 stats=Stats(described["stats"]),
-                made=made,
+                made={name: partial(arrays.pop, name) for name in arrays},
             )

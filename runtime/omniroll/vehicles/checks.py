@@ -9,6 +9,8 @@ from omniroll import validation
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles.vehicle import Vehicle
 
+FLOAT = np.dtype(float)
+
 
 def joint_angle(rollers_per_wheel: int) -> float:
     """pi/n in rad: the largest |chi| that a roller has in contact."""
@@ -52,6 +54,52 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
     if np.ndim(spins) == 0:
         spins = np.full(shape, validation.real("spins", spins))
     return validation.magnitude("spins", validation.trailing("spins", spins, shape), axes=2)
+
+
+def plain_state(
+    vehicle: Vehicle, roller_model: str, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike | None
+) -> tuple[np.ndarray, ...] | None:
+    """nu (3,), chi (N,) and for free rollers spins (N, n-1), checked; None where they need a closer look.
+
+    The checks are those of the functions above, for one state. On so few numbers plain Python is faster than NumPy.
+    """
+    free = roller_model == "free"
+    if not (free or spins is None or (type(spins) in (int, float) and spins == 0)):
+        return None
+    states = [_plain(nu, (3,)), _one_or_all(chi, (vehicle.wheels,))]
+    if free:
+        states.append(_one_or_all(0.0 if spins is None else spins, (vehicle.wheels, vehicle.rollers_per_wheel - 1)))
+    largest = validation.LARGEST, joint_angle(vehicle.rollers_per_wheel), validation.LARGEST
+    smallest = validation.SMALLEST, 0.0, validation.SMALLEST
+    for state, least, most in zip(states, smallest, largest, strict=False):
+        if state is None:
+            return None
+        numbers = state.ravel().tolist()
+        size = max(map(abs, numbers))
+        if not (size == 0 or least <= size <= most) or not math.isfinite(sum(numbers)):
+            return None
+    return tuple(states)
+
+
+def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Real numbers of this shape, or None."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        return None
+    if array.shape != shape or array.dtype.kind not in "iuf":
+        return None
+    return array if array.dtype is FLOAT else array.astype(float)
+
+
+def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Likewise; a number by itself stands for all."""
+    return np.full(shape, float(value)) if type(value) in (int, float) else _plain(value, shape)
+
+
+def seem_finite(*arrays: np.ndarray) -> bool:
+    """Whether the sums of a few numbers are finite; if not, a closer look must say which of them are not."""
+    return math.isfinite(sum(sum(array.ravel().tolist()) for array in arrays))
 
 
 def refuse_unless_finite(what: str, nu: np.ndarray, *results: np.ndarray) -> None:

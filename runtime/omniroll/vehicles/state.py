@@ -30,7 +30,13 @@ class State:
 
     def free_axial(self) -> np.ndarray | None:
         """The axial speeds of the rollers j = 2..n, (N, n-1)."""
-        return None if self.axial is None else by_place(self.axial, self.contact)[:, 1:]
+        if self.axial is None:
+            return None
+        if not self.contact.any():
+            return self.axial[:, 1:]
+        rollers = self.axial.shape[1]
+        places = (self.contact[:, None] + np.arange(1, rollers)) % rollers
+        return self.axial[np.arange(len(places))[:, None], places]
 
     def with_free_axial(self, free: np.ndarray) -> "State":
         """The state with other axial speeds of the rollers j = 2..n, (N, n-1)."""

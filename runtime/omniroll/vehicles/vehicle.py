@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -167,8 +168,7 @@ class Vehicle:
         Large where the rollers are cut close to their tips, so that their axes nearly touch the ground at the
         joint.
         """
-        expression = generated_data.load("bounds").get("sharpness")
-        return generated_data.evaluate(expression, _symbols_of(self)) if expression is not None else 0.0
+        return _sharpness(self)
 
     def replace(self, **changes: Any) -> "Vehicle":
         """A vehicle with some fields changed.
@@ -185,6 +185,12 @@ class Vehicle:
             unit = ENTRIES[field.name].unit
             shown.append(f"    {field.name}={getattr(self, field.name)!r}," + (f"  # {unit}" if unit else ""))
         return "Vehicle(\n" + "\n".join(shown) + "\n)"
+
+
+@lru_cache(maxsize=4096)
+def _sharpness(vehicle: Vehicle) -> float:
+    expression = generated_data.load("bounds").get("sharpness")
+    return generated_data.evaluate(expression, _symbols_of(vehicle)) if expression is not None else 0.0
 
 
 def _in_range(field: str, places: np.ndarray) -> np.ndarray:

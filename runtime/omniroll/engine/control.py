@@ -1,0 +1,234 @@
+"""How good a run is, for the price of one coarser run: a controlled run says how large its error is, and is made again
+until that is small enough.
+
+The coarser run starts a little beside the other one, so that the distance of the two holds both what the tolerance
+leaves and what the motion makes of a small error. Numbers are rounded to eps: that error is always there.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from omniroll.engine.compiled_engine import CompiledRun, can_run
+from omniroll.engine.python_engine import Run
+from omniroll.engine.runs import Task
+from omniroll.engine.switching import EPS
+from omniroll.errors import AccuracyWarning, SimulationStopped
+from omniroll.results.comparison import difference
+from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles import checks as states
+from omniroll.vehicles.state import State
+
+CONTROL = 100.0  # the tolerance of the control run is this many times that of the run
+COARSEST = 0.1  # but not above this
+ASIDE = 1e-12  # how far aside the control run starts, relative to each quantity's size
+FINE_REQUEST = (
+    1e-11  # a finer accuracy is of the size of what ASIDE makes: the sensitivity is measured by runs of its own
+)
+TRIALS = 4  # at most so many runs, each with a tighter tolerance, try to reach the accuracy
+SMALL_MISS = 5.0  # an estimate at most so many times the accuracy asks for one digit more, else for two
+FINEST = EPS  # the tightest tolerance that is tried: rounding is as large
+
+# The sensitivity is measured by two runs, one of whose starts is moved a little.
+MOVED = 1e-7  # how far the start is moved, relative to each quantity's size
+MOVED_NU = np.array([0.48, -0.64, 0.6])  # the direction in which nu is moved; of length 1, along no axis of the vehicle
+HEADING = np.array([0.0, 0.0, 1.0])
+FINE = 1e-3  # the tolerance of the runs is FINE * MOVED, so that their errors are small against the distance
+
+
+class ReferenceRun:
+    """A run of the Python engine with the methods of CompiledRun."""
+
+    def __init__(self, task: Task, tolerance: float):
+        self.task, self.tolerance, self.engine = task, tolerance, Run(task, tolerance)
+
+    def advance(self) -> "ReferenceRun":
+        try:
+            self.found, self.stop = self.engine.trajectory(), None
+        except SimulationStopped as stopped:
+            self.found, self.stop = stopped.trajectory, stopped
+        return self
+
+    @property
+    def done(self) -> bool:
+        return self.stop is None
+
+    def trajectory(self) -> Trajectory:
+        if self.stop is not None:
+            raise self.stop
+        return self.found
+
+    def recorded(self) -> Trajectory:
+        return self.found
+
+    def end(self) -> dict[str, Any]:
+        found, axial = self.found, self.engine.rows.axial[-1]
+        end = {name: getattr(found, name)[-1] for name in ("t", "nu", "chi", "contact", "pose")}
+        return end | {"axial": axial if found.roller_model == "free" else None}
+
+    def stats(self) -> dict:
+        return self.found.stats
+
+    def distance_from(self, coarse: "ReferenceRun") -> float:
+        return difference(coarse.found, self.found)
+
+    def largest_pose(self) -> np.ndarray:
+        return np.abs(self.found.pose).max(axis=0)
+
+    def release(self) -> None:
+        pass
+
+
+AnyRun = CompiledRun | ReferenceRun
+
+
+def made(task: Task, tolerance: float) -> AnyRun:
+    """One simulation with one tolerance, up to its end or to where it cannot go on."""
+    engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
+    return engine(task, tolerance).advance()
+
+
+def one_run(task: Task, tolerance: float) -> Trajectory:
+    """One simulation with one tolerance. Raises SimulationStopped."""
+    return made(task, tolerance).trajectory()
+
+
+@dataclass
+class Controlled:
+    """A run, an estimate of its error or None, and a function that gives the sensitivity of the motion or None."""
+
+    run: AnyRun
+    error_estimate: float | None
+    sensitivity: Callable[[], float | None]
+
+    def trajectory(self) -> Trajectory:
+        """The trajectory, with the estimate among its figures. Raises SimulationStopped."""
+        trajectory = self.run.trajectory()
+        trajectory.stats["error_estimate"] = self.error_estimate
+        trajectory.stats.make_on_demand("sensitivity", self.sensitivity)
+        return trajectory
+
+
+def controlled(task: Task) -> Controlled:
+    """Runs at tighter tolerances until two agree to the accuracy; the coarser one of two is the control.
+
+    There is no estimate where one of the two cannot go on.
+    """
+    quiet, accuracy = replace(task, progress=None), task.accuracy
+    aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
+    tolerance, estimate = accuracy, None
+    floor = _Floor(quiet, aside)
+    control = made(moved(quiet, aside), min(CONTROL * accuracy, COARSEST))
+    for trial in range(TRIALS):
+        run = made(task, tolerance)
+        if not (control.done and run.done):
+            break
+        distance = run.distance_from(control)
+        least = floor.of(run, distance if trial == 0 else None)
+        estimate = _error(control, run, distance) + least
+        reached = estimate - least <= accuracy
+        if reached or least > accuracy or tolerance <= FINEST or trial == TRIALS - 1:
+            break
+        control.release()
+        control = run
+        tolerance = max(tolerance / (10.0 if estimate <= SMALL_MISS * accuracy else CONTROL), FINEST)
+    control.release()
+    return Controlled(run, estimate, floor.sensitivity)
+
+
+def controlled_run(task: Task) -> Trajectory:
+    """The trajectory of a controlled run, with stats["error_estimate"] and stats["sensitivity"]; these are None where a
+    run that they need has stopped. Raises SimulationStopped."""
+    return controlled(task).trajectory()
+
+
+def _error(control: AnyRun, run: AnyRun, distance: float) -> float:
+    """The error of a run, from its distance to a coarser one."""
+    stats = run.stats()
+    # The error falls with the tolerance, but not always in proportion: claim half of the digits.
+    error = distance / math.sqrt(control.tolerance / run.tolerance)
+    if control.stats()["steps"] == stats["steps"]:  # events have cut both into the same steps
+        error = max(error, stats.get("local_errors", 0.0))
+    return error + stats.get("step_error", 0.0)
+
+
+class _Floor:
+    """What no tolerance can do away with: rounding, magnified by the motion.
+
+    aside  how far aside the first control run starts. Its distance then holds that much of the sensitivity, which is
+           more than rounding makes of it.
+    """
+
+    def __init__(self, task: Task, aside: float):
+        self.task, self.aside, self.most = task, aside, math.inf
+        self.measured: float | None = None
+
+    def of(self, run: AnyRun, first_distance: float | None) -> float:
+        """The floor of a run; `first_distance` is that to the first control run, None for later ones."""
+        pose = run.largest_pose()
+        radius = self.task.vehicle.platform_radius
+        rounding = EPS * max(pose[0] / radius, pose[1] / radius, pose[2], 1.0)
+        if self.aside and first_distance is not None:
+            self.most = first_distance / self.aside  # of the sensitivity
+            return rounding
+        if EPS * self.most <= 0.1 * self.task.accuracy:
+            return EPS * self.most
+        if self.measured is None:
+            self.measured = sensitivity(self.task, run)
+        return max(rounding, EPS * self.measured) if self.measured is not None else math.inf
+
+    def sensitivity(self) -> float | None:
+        """How much larger a small error of the start becomes, at least 1; None where a run for it has stopped."""
+        if self.measured is None:
+            self.measured = sensitivity(self.task)
+        return self.measured
+
+
+def sensitivity(task: Task, base: AnyRun | None = None) -> float | None:
+    """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
+
+    base  a finished run of this task, which serves where it is fine enough
+
+    Both runs are fine, on the compiled engine where it can: the sensitivity is the motion's, not the engine's.
+    """
+    task = replace(task, engine="compiled") if can_run(task) else task
+    tolerance = min(task.accuracy, FINE * MOVED)
+    if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine == "compiled"):
+        base = made(task, tolerance)
+    companion = made(moved(task, MOVED), base.tolerance)
+    if not (base.done and companion.done):
+        return None
+    found = max(1.0, base.distance_from(companion) / MOVED)
+    companion.release()
+    return found
+
+
+def moved(task: Task, by: float) -> Task:
+    """The task with its start moved: nu relative to |nu|, chi relative to pi/n, and the heading."""
+    if by == 0:
+        return task
+    state, joint = task.state, states.joint_angle(task.kernel.rollers_per_wheel)
+    chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * _uneven(len(state.chi)), state.chi)
+    nu = state.nu + by * math.sqrt(state.nu @ state.nu) * MOVED_NU
+    pose = state.pose + by * HEADING
+    return replace(task, state=State(nu, chi, pose, state.contact, state.axial))
+
+
+@cache
+def _uneven(wheels: int) -> np.ndarray:
+    """(N,) no symmetry of the wheels survives this."""
+    return np.cos(2.0 * np.arange(wheels) + 1.0)
+
+
+def accuracy_doubts(task: Task, trajectory: Trajectory) -> tuple[UserWarning, ...]:
+    """The warning that a controlled run deserves whose error estimate is above the accuracy, or missing; or none."""
+    estimate = trajectory.stats["error_estimate"]
+    if estimate is not None and estimate <= task.accuracy:
+        return ()
+    shown = "unknown" if estimate is None else f"{estimate:.2g}"
+    text = f"the error of this run may be above the accuracy {task.accuracy:g}: estimate {shown}"
+    return (AccuracyWarning(text),)
