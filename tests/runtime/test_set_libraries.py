@@ -94,7 +94,6 @@ def assert_same_bits(one, other):
 @needs_a_compiler
 @pytest.mark.parametrize("model", MODELS)
 def test_a_base_made_on_demand_has_the_bits_of_the_one_that_was_built(model, fresh_cache, monkeypatch):
-    """Although the engine that came with the one that was built knows this machine's vectors."""
     built = CompiledKernel(PAPER, model)
     monkeypatch.setattr(sets, "BUILT", fresh_cache / "nothing")
     place, file = sets._pair(model, (), "double")

@@ -57,7 +57,7 @@ def can_run(task: Task) -> bool:
 
 def engine_of(kernel: Kernel) -> Any:
     """`ffi` and `lib` with the engine of a kernel's set."""
-    return sets.engine(kernel.base, kernel.effects, kernel.sharp)
+    return sets.engine(kernel.base, kernel.effects, kernel.wheels, kernel.sharp)
 
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
