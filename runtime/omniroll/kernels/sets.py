@@ -28,7 +28,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -43,7 +43,7 @@ from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
 
 if TYPE_CHECKING:
-    from omniroll.codegen.on_demand import Programs
+    from omniroll.codegen.on_demand import Programs, SetKernel
 
 BUILT = Path(__file__).with_name("built")
 MAKING = threading.RLock()  # what two threads ask for is made once
@@ -191,7 +191,7 @@ def c_folder(base: str, effects: tuple[str, ...]) -> Path:
     key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
     place = folder(base, effects) / key
     if not place.is_dir():
-        _put_in_place(place, programs().kernel(base, effects).c_files())
+        _put_in_place(place, _texts(base, effects).c_files())
     return place
 
 
@@ -222,6 +222,12 @@ def programs() -> "Programs":
     return Programs.load(Path(str(resources.files("omniroll.generated") / "data")))
 
 
+@lru_cache(maxsize=1)
+def _texts(base: str, effects: tuple[str, ...]) -> "SetKernel":
+    """The set that is made just now: first its Python is asked for, then its C."""
+    return programs().kernel(base, effects)
+
+
 @cache
 def _source_key() -> str:
     """Of all that the texts depend on: the programs, and codegen itself."""
@@ -244,5 +250,5 @@ def folder(base: str, effects: tuple[str, ...]) -> Path:
     with MAKING:
         place = cache_folder.folder() / key
         if not place.is_dir():
-            _put_in_place(place, programs().kernel(base, effects).python_files())
+            _put_in_place(place, _texts(base, effects).python_files())
     return place
