@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT := out/motions
 BUILT := runtime/omniroll/kernels/built
-PYTEST_ARGS ?= --numprocesses=logical --dist=loadfile
+PYTEST_ARGS ?= --numprocesses=logical --dist=worksteal
 
 # Stamps carry a checksum of what they depend on, so a stamp is stale whenever that changes, in either direction.
 key = $(shell { $(1); } 2>/dev/null | cksum | tr -s ' ' '-')

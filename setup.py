@@ -48,11 +48,16 @@ class BuildLibraries(build_ext):
         folders = list(write_sets(names, top / "omniroll/kernels/built"))
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                jobs = [
-                    pool.submit(building.engine_library, folder, ROOT / "runtime/csrc", ROOT / "generated/c", level)
+                jobs = [pool.submit(building.kernel_library, folder, "double") for folder in folders]
+                jobs += [
+                    pool.submit(
+                        building.engine_library, folder, ROOT / "runtime/csrc", ROOT / "generated/c",
+                        building.Engine(level, wheels),
+                    )
                     for folder in folders
                     for level in levels
-                ]
+                    for wheels in (*building.UNROLLED, None)
+                ]  # fmt: skip
                 for job in jobs:
                     job.result()
         except building.CompilationError as problem:

@@ -82,7 +82,7 @@ REGISTERS = {"x86-64-v3": "ymm", "x86-64-v4": "zmm"}
 
 @pytest.fixture(scope="module")
 def disassembled(tmp_path_factory):
-    """The disassembly of a set's engine at a level of vector instructions, {function: its code}."""
+    """The disassembly of a set's engines at a level of vector instructions, {wheels and function: its code}."""
     if platform.machine() not in ("x86_64", "AMD64") or platform.system() != "Linux":
         pytest.skip("the object code is looked at on x86-64 Linux only")
     for tool in ("objdump", "cc"):
@@ -92,20 +92,25 @@ def disassembled(tmp_path_factory):
 
     def functions(set_name, level):
         if (set_name, level) not in known:
-            known[set_name, level] = disassembly(library(set_name, level, folder))
+            engines = [building.Engine(level, wheels) for wheels in (*building.UNROLLED, None)]
+            known[set_name, level] = {
+                f"{engine.wheels} {name}": code
+                for engine in engines
+                for name, code in disassembly(library(set_name, engine, folder)).items()
+            }
         return known[set_name, level]
 
     return functions
 
 
-def library(set_name, level, folder):
+def library(set_name, engine, folder):
     """The one that was built, where that has the level; else it is compiled now."""
-    built = sets.BUILT / set_name / f"engine-{level}.so"
+    built = sets.BUILT / set_name / engine.file
     if built.exists():
         return built
     place = folder / set_name
     shutil.copytree(sets.c_folder(set_name, ()), place, dirs_exist_ok=True)
-    building.engine_library(place, sets._engine_sources(), ROOT / "generated/c", level)
+    building.engine_library(place, sets._engine_sources(), ROOT / "generated/c", engine)
     return place / built.name
 
 
@@ -130,7 +135,8 @@ def test_the_batch_kernel_is_vectorised(disassembled, level):
 def test_no_level_fuses_products_and_sums(disassembled, set_name, level):
     """Fused, results would depend on the machine."""
     code = disassembled(set_name, level)
-    assert {"omniroll_run", "omniroll_nu_from_wheels"} <= code.keys()
+    code = code | disassembly(sets.BUILT / set_name / "double.so")
+    assert {"3 omniroll_run", "4 omniroll_run", "None omniroll_run", "omniroll_nu_from_wheels"} <= code.keys()
     assert {name: FUSED.findall(text) for name, text in code.items() if FUSED.search(text)} == {}
 
 

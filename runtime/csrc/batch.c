@@ -106,13 +106,9 @@ int omniroll_forward_dynamics_batch(long long count, int wheels, int rollers_per
 {
     const arrays_t at = {nu, chi, momenta, nu_dot, count};
     const long long next = shared ? 0 : block_size(wheels, rollers_per_wheel);
-    if (wheels > MOST_WHEELS)
+    if (!TAKES_WHEELS(wheels))
         return 1;
-    switch (wheels) {
-    case 3: all_blocks(3, (const lanes_t *)constants, next, at); break;
-    case 4: all_blocks(4, (const lanes_t *)constants, next, at); break;
-    default: all_blocks(wheels, (const lanes_t *)constants, next, at);
-    }
+    all_blocks(OWN_WHEELS(wheels), (const lanes_t *)constants, next, at);
     return 0;
 }
 

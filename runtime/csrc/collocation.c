@@ -263,7 +263,7 @@ static double stiff_sweep(step_t *s, const int wheels)
 #endif
 
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure. */
-ALWAYS_INLINE double sweep(step_t *s, const int wheels)
+NEVER_INLINE double sweep(step_t *s, const int wheels)
 {
 #if SET_CORE_PARTS
     if (s->stiff)

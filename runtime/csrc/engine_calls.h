@@ -110,7 +110,8 @@ enum {
     OMNIROLL_RUN_FULL = 1,          /* no room for more rows or switches: empty them and call again         */
     OMNIROLL_RUN_STUCK = 2,         /* patience is at its end: switches without progress in time            */
     OMNIROLL_RUN_NO_STEP = 3,       /* no step is short enough                                              */
-    OMNIROLL_RUN_ASK = 4            /* a guard is passed or next_time has come: give new inputs and call again */
+    OMNIROLL_RUN_ASK = 4,           /* a guard is passed or next_time has come: give new inputs and call again */
+    OMNIROLL_RUN_WHEELS = 5         /* the library is compiled for another number of wheels                 */
 };
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */
@@ -135,7 +136,7 @@ const char *omniroll_run_states(void);
 const char *omniroll_run_inputs(void);
 
 /* nu' of many vehicles, arrays by component (batch.c). constants: the blocks of one vehicle (shared), or of all.
- * Returns 1 where there are too many wheels. */
+ * Returns 1 where the library is compiled for another number of wheels. */
 int omniroll_forward_dynamics_batch(long long count, int wheels, int rollers_per_wheel, const double *constants, int shared,
                            const double *nu, const double *chi, const double *momenta, double *nu_dot);
 

@@ -15,6 +15,8 @@ typedef double lanes_t __attribute__((vector_size(8*LANES)));
 typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
 
 #define ALWAYS_INLINE static inline __attribute__((always_inline, unused))
+/* The compiler takes more than its share of time for one function that has everything in it. */
+#define NEVER_INLINE static __attribute__((noinline, unused))
 
 ALWAYS_INLINE lanes_t lanes_of(double x)
 {

@@ -87,14 +87,10 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
  * at constant rates. Returns the size of nu. */
 ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omniroll_run_t *run, const work_t *work)
 {
-    instant_t now;
-    lanes_t nu_dot[3], chi_dot[MOST_WHEELS], *core_dot = 0;
-    at_this_instant(run, work, wheels, &now);
-#if SET_CORE_PARTS
-    core_dot = work->core_dot;
-#endif
-    core_rates(wheels, &now.point, nu_dot, core_dot);
-    set_wheel_speeds(wheels, s->vehicle, now.arrays.nu, chi_dot);
+    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
+    rates_at_this_instant(run, work, wheels, nu_dot);
+    set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
     s->h = most;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
@@ -112,7 +108,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
 #if SET_CORE_PARTS
     for (int c = 0; c < work->core; c++)
         for (int b = 0; b < BLOCKS; b++)
-            s->rate_core[c].lanes[b] = core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
+            s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
 #endif
     return size_of_state(run, work, s, nu_dot);
 }
@@ -422,15 +418,10 @@ const char *omniroll_run_inputs(void)
     return SET_INPUT_NAMES;
 }
 
-/* Phases, events and transitions until the duration is over or there is no more room. The usual numbers of wheels are
- * compiled with their loops unrolled. */
+/* Phases, events and transitions until the duration is over or there is no more room. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
 {
-    if (run->wheels > MOST_WHEELS)
-        return OMNIROLL_RUN_NO_STEP;
-    switch (run->wheels) {
-    case 3: return run_phases(run, model, 3);
-    case 4: return run_phases(run, model, 4);
-    default: return run_phases(run, model, run->wheels);
-    }
+    if (!TAKES_WHEELS(run->wheels))
+        return OMNIROLL_RUN_WHEELS;
+    return run_phases(run, model, OWN_WHEELS(run->wheels));
 }

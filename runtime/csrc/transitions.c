@@ -35,8 +35,8 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
 }
 
 /* The rates of the core at this instant, in all lanes. */
-ALWAYS_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels,
-                                         lanes_t *nu_dot)
+NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels,
+                                        lanes_t *nu_dot)
 {
     instant_t now;
     at_this_instant(run, work, wheels, &now);

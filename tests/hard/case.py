@@ -19,6 +19,11 @@ class Scale(Enum):
         """The one of two amounts that this scale takes."""
         return test if self is Scale.TEST else full
 
+    @property
+    def compares(self) -> bool:
+        """Whether the naive implementation is measured too. The page shows it; no bound is on it."""
+        return self is Scale.FULL
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -30,7 +35,8 @@ class Measurement:
     setting      roller model and law, or whatever else it was measured for: "locked, impact"
     measured     the worst found; a NaN is never within a bound
     bound        what is promised
-    naive        what a naive implementation gives on the same case; None where that is measured elsewhere
+    naive        what a naive implementation gives on the same case; None where that is not measured,
+                 or elsewhere
     """
 
     what: str

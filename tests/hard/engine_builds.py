@@ -15,7 +15,7 @@ from omniroll.kernels import sets
 from omniroll.kernels.building import ENGINE_SOURCES
 from omniroll.kernels.kernel import VEHICLE_SCALARS
 
-LANGUAGE = ("-std=c11", "-Wno-psabi")
+LANGUAGE = ("-std=c11", "-Wno-psabi", "-DOMNIROLL_WHEELS=3")
 PACKAGE = Build("gcc", ("-O2", "-ffp-contract=off"))
 LATE = 1e-10  # s; the steps' tolerance in the program is 1e-11
 

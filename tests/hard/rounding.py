@@ -24,6 +24,7 @@ BITS = 160
 NO_DIGIT = 64  # ulp cond: the bound that is promised
 FITS = ("nu_from_wheels", "nu_from_contacts", "wheel_torques")  # least squares
 SUSPECT = 8  # ulp cond
+MOST_STATES = 20_000  # that a Python kernel is called with at once
 STEP = 1e-30  # of a complex step, relative: its square vanishes beside 1, also times a condition of 1e12
 
 
@@ -185,7 +186,8 @@ def call(set_name: str, name: str, sample: Sample, vehicle: dict, inputs: list) 
     with np.errstate(all="ignore"):
         model = code.prepare(sample.wheels, sample.rollers, **vehicle)
         found = flat(generated(set_name, name)(model, *inputs))
-    return np.array([np.broadcast_to(v, len(sample)) for v in found])
+    states = next(iter(vehicle.values())).shape[-1]
+    return np.array([np.broadcast_to(v, states) for v in found])
 
 
 def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
@@ -195,18 +197,26 @@ def slopes(sample: Sample, set_name: str, name: str) -> np.ndarray:
     choice, and so is its being zero. What is fitted counts as its largest component.
     """
     vehicle, inputs = inputs_of(sample, set_name, name, complex)
-    total, measured = 0.0, inputs if name in FITS else []
-    for array in [*vehicle.values(), *inputs]:
+    arrays, states = [*vehicle.values(), *inputs], len(sample)
+    steps = []  # (place of the array, place of the component in it, its step)
+    for k, array in enumerate(arrays):
+        components = array.reshape(-1, states)
         least = 1.0 if array is vehicle["wheel_angles"] else 0.0
-        if any(array is one for one in measured):
-            least = np.abs(array).reshape(-1, len(sample)).max(axis=0)
-        for component in array.reshape(-1, len(sample)):
-            exact = component.copy()
-            component += 1j * STEP * np.maximum(np.abs(exact), least)
-            rates = call(set_name, name, sample, vehicle, inputs).imag
-            with np.errstate(over="ignore"):
-                total = total + np.abs(rates) / STEP
-            component[:] = exact
+        if name in FITS and k >= len(vehicle):
+            least = np.abs(components).max(axis=0)
+        steps += [(k, row, 1j * STEP * np.maximum(np.abs(exact), least)) for row, exact in enumerate(components)]
+    total, at_once = 0.0, max(1, MOST_STATES // states)
+    for first in range(0, len(steps), at_once):
+        chosen = steps[first : first + at_once]
+        moved = [np.repeat(array[..., None, :], len(chosen), axis=-2) for array in arrays]
+        for copy, (k, row, step) in enumerate(chosen):
+            moved[k].reshape(-1, len(chosen), states)[row, copy] += step
+        moved = [array.reshape(*array.shape[:-2], -1) for array in moved]
+        numbers = dict(zip(vehicle, moved, strict=False))
+        rates = call(set_name, name, sample, numbers, moved[len(vehicle) :]).imag.reshape(-1, len(chosen), states)
+        with np.errstate(over="ignore"):
+            for copy in range(len(chosen)):
+                total = total + np.abs(rates[:, copy]) / STEP
     return total
 
 

@@ -36,7 +36,7 @@ class Batch:
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
-        module = sets.engine(first.base, first.effects, first.sharp)
+        module = sets.engine(first.base, first.effects, first.wheels, first.sharp)
         self._ffi, self._function = module.ffi, module.lib.omniroll_forward_dynamics_batch
         self._constants = _blocks(module, kernels)
         self._largest_angle = joint_angle(self.rollers_per_wheel)

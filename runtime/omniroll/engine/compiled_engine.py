@@ -32,7 +32,7 @@ ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 2 * MOST_WHEELS  # run.c
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
-TOO_LONG = 5
+TOO_LONG = 6  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
@@ -62,7 +62,7 @@ def can_run(task: Task) -> bool:
 
 def engine_of(kernel: Kernel) -> Any:
     """`ffi` and `lib` with the engine of a kernel's set."""
-    return sets.engine(kernel.base, kernel.effects, kernel.sharp)
+    return sets.engine(kernel.base, kernel.effects, kernel.wheels, kernel.sharp)
 
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:

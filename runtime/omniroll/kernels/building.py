@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 # A contraction to fused multiply-add would make results depend on the machine; so would -ffast-math.
@@ -21,6 +22,7 @@ FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibili
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
 ENGINE_SOURCES = ("run.c", "batch.c")
+UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
 LONGEST = 300  # seconds
 NUMBER_TYPES = {  # C type and the macro that chooses it
     "double": ("double", None),
@@ -109,22 +111,36 @@ def kernel_library(folder: Path, number_type: str) -> None:
     compile_library([folder / "omniroll.c"], folder / f"{number_type}.so", [folder], flags)
 
 
-def engine_file(level: str, sharp: bool) -> str:
-    """The name of the library of an engine."""
-    return f"engine-{level}{'-sharp' * sharp}.so"
+@dataclass(frozen=True)
+class Engine:
+    """What a compiled engine is made for.
 
-
-def engine_library(folder: Path, engine: Path, constants: Path, level: str, sharp: bool = False) -> None:
-    """Compile the pair in doubles, as for a library of its own, and the engine over it.
-
-    engine     folder of the engine's C files
-    constants  folder of gauss.h
-    level      of LEVELS
-    sharp      whether the engine solves for nu' by the functions for sharp tips
+    level   of LEVELS
+    wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
+    sharp   whether nu' is solved for by the functions for sharp tips
     """
-    with tempfile.TemporaryDirectory(dir=folder) as scratch:
-        pair = Path(scratch, "omniroll.o")
-        _compile([folder / "omniroll.c"], pair, [folder], ["-c", *PAIR_FLAGS])
-        sources = [pair, *(engine / name for name in ENGINE_SOURCES)]
-        flags = [*ENGINE_FLAGS, f"-march={level}", *(["-DOMNIROLL_SHARP"] if sharp else [])]
-        compile_library(sources, folder / engine_file(level, sharp), [folder, engine, constants], flags)
+
+    level: str
+    wheels: int | None
+    sharp: bool = False
+
+    @property
+    def file(self) -> str:
+        """The name of its library."""
+        return f"engine-{self.level}-{self.wheels or 'any'}{'-sharp' * self.sharp}.so"
+
+    @property
+    def flags(self) -> list[str]:
+        wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
+        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *(["-DOMNIROLL_SHARP"] if self.sharp else [])]
+
+
+def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
+    """Compile the engine for a set, without the set's pair.
+
+    folder     of the set
+    sources    folder of the engine's C files
+    constants  folder of gauss.h
+    """
+    files = [sources / name for name in ENGINE_SOURCES]
+    compile_library(files, folder / engine.file, [folder, sources, constants], engine.flags)

@@ -8,8 +8,8 @@ A set has a folder with its files; one that is made on demand has its C files in
     declarations.h           what cffi must know of the pair
     functions.json           what the functions take and give
     float.so ...             the compiled pair, one library a number type
-    engine-LEVEL.so          the pair in doubles with the compiled engine, one library a level of vector instructions,
-                             and engine-LEVEL-sharp.so for rollers with sharp tips
+    engine-LEVEL-3.so ...    the compiled engine, one library a level of vector instructions and a number of wheels
+                             (3, 4 or any), and engine-LEVEL-3-sharp.so for rollers with sharp tips
 
 The folders of the sets that are built with omniroll are beside this file. Any other set is made from generated/data (no
 Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
@@ -28,7 +28,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -43,7 +43,7 @@ from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
 
 if TYPE_CHECKING:
-    from omniroll.codegen.on_demand import Programs
+    from omniroll.codegen.on_demand import Programs, SetKernel
 
 BUILT = Path(__file__).with_name("built")
 MAKING = threading.RLock()  # what two threads ask for is made once
@@ -99,21 +99,20 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
-    if number_type == "double" and not effects:  # built with the engine beforehand
-        return engine(base, effects)
     with MAKING:
         return _opened_pair(base, effects, number_type)
 
 
-def engine(base: str, effects: tuple[str, ...], sharp: bool = False) -> SimpleNamespace:
-    """`ffi` and `lib` of a set's functions in doubles with the compiled engine.
+def engine(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False) -> SimpleNamespace:
+    """`ffi` and `lib` of the compiled engine of a set.
 
-    sharp  whether the engine solves for nu' by the functions for sharp tips
+    wheels  the vehicle's; the engine is compiled for this number, or for any
+    sharp   whether the engine solves for nu' by the functions for sharp tips
 
-    Raises KernelsMissingError where they cannot be had.
+    Raises KernelsMissingError where it cannot be had.
     """
     with MAKING:  # two threads get one library
-        return _opened_engine(base, effects, sharp)
+        return _opened_engine(base, effects, wheels if wheels in building.UNROLLED else None, sharp)
 
 
 @cache
@@ -123,8 +122,8 @@ def _opened_pair(base: str, effects: tuple[str, ...], number_type: str) -> Simpl
 
 
 @cache
-def _opened_engine(base: str, effects: tuple[str, ...], sharp: bool) -> SimpleNamespace:
-    place, file = _engine(base, effects, sharp)
+def _opened_engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> SimpleNamespace:
+    place, file = _engine(base, effects, wheels, sharp)
     return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
 
 
@@ -143,16 +142,16 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
     return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
 
 
-def _engine(base: str, effects: tuple[str, ...], sharp: bool) -> tuple[Path, str]:
-    """The folder and the library of a set's functions and its engine, at the widest level that runs here."""
-    levels = building.levels_here()
+def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> tuple[Path, str]:
+    """The folder and the library of a set's engine, at the widest level that runs here."""
+    engines = [building.Engine(level, wheels, sharp) for level in building.levels_here()]
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
         print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
-        building.engine_library(place, _engine_sources(), constants, levels[0], sharp)
+        building.engine_library(place, _engine_sources(), constants, engines[0])
 
-    return _made(base, effects, [building.engine_file(level, sharp) for level in levels], build)
+    return _made(base, effects, [engine.file for engine in engines], build)
 
 
 def _engine_sources() -> Path:
@@ -192,7 +191,7 @@ def c_folder(base: str, effects: tuple[str, ...]) -> Path:
     key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
     place = folder(base, effects) / key
     if not place.is_dir():
-        _put_in_place(place, programs().kernel(base, effects).c_files())
+        _put_in_place(place, _texts(base, effects).c_files())
     return place
 
 
@@ -223,6 +222,12 @@ def programs() -> "Programs":
     return Programs.load(Path(str(resources.files("omniroll.generated") / "data")))
 
 
+@lru_cache(maxsize=1)
+def _texts(base: str, effects: tuple[str, ...]) -> "SetKernel":
+    """The set that is made just now: first its Python is asked for, then its C."""
+    return programs().kernel(base, effects)
+
+
 @cache
 def _source_key() -> str:
     """Of all that the texts depend on: the programs, and codegen itself."""
@@ -245,5 +250,5 @@ def folder(base: str, effects: tuple[str, ...]) -> Path:
     with MAKING:
         place = cache_folder.folder() / key
         if not place.is_dir():
-            _put_in_place(place, programs().kernel(base, effects).python_files())
+            _put_in_place(place, _texts(base, effects).python_files())
     return place
