@@ -42,6 +42,16 @@ def test_every_shipped_scene_is_explained(scene, shortened, capsys):
     on = [effect["name"] for effect in said["effects"] if effect["on"]]
     assert on[:2] == [options.get("roller_model", "free"), options.get("switching", "impact")]
     assert not [effect for effect in said["effects"] if effect["on"] and effect["estimate"]]
+    acting = [type(effect).__name__ for effect in options.get("effects", ())]
+    assert [price["effect"] for price in said["prices"]] == acting
+    for price in said["prices"]:
+        assert price["percent"] is None or np.isfinite(price["percent"])
+
+
+def test_a_motor_that_a_controller_needs_has_no_price(shortened, capsys):
+    assert cli.main(["explain", str(shortened(Path("scenes/tracked.toml")))]) == 0
+    said = capsys.readouterr().out
+    assert "Motor          not known: the scene does not run without it" in said and "Controller" in said
 
 
 def test_text(capsys):

@@ -85,4 +85,16 @@ def _cost(explanation: dict[str, Any]) -> list[str]:
         f"  {'total':<44}{explanation['operations']['total']:>10}",
         f"  {measured['nanoseconds']:.3g} ns per evaluation, measured here over {measured['evaluations']}: "
         f"steps and switches included, {measured['engine']} engine, {explanation['backend']} kernel",
+        *_prices(explanation["prices"]),
     ]
+
+
+def _prices(prices: list[dict[str, Any]]) -> list[str]:
+    """What each effect adds to the time of a run."""
+    lines = ["", "Price of each effect: what it adds to the time of a run, measured here"] if prices else []
+    for price in prices:
+        shown = "not known: the scene does not run without it"
+        if price["microseconds"] is not None:
+            shown = f"{price['microseconds']:.3g} us per simulated s, {price['percent']:.0f} % of the whole"
+        lines.append(f"  {price['effect']:<14} {shown}")
+    return lines

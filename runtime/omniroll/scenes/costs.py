@@ -1,14 +1,20 @@
 """What an evaluation of the equations of motion costs: operations, as counted, and time, as measured here."""
 
 import time
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from omniroll.effects import Effect
 from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.runs import Task
-from omniroll.engine.simulate import one_run
-from omniroll.errors import SimulationStopped
+from omniroll.engine.simulate import checked_task, one_run
+from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.kernels import sets
+from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("forward_dynamics", "wheel_speeds", "pose_rates")
@@ -16,6 +22,9 @@ KINDS = ("add", "mul", "div", "sqrt", "sincos")
 MANY = {"compiled": 20_000, "Python": 1000}  # with so many evaluations the work that a run does once hardly shows
 SHORTEST = 0.5**10  # the first run that is timed simulates this part of the motion
 DOUBLINGS = 20  # then the simulated time is doubled, at most this often, until there are MANY evaluations
+WINDOW = 40  # times pi/n: how far the fastest wheel may turn where effects are compared,
+NOTHING = 1e-6  # and of this a part in which only what every call takes is seen
+OFTEN = 50  # so short a run is timed again this often
 REPEATS = 5  # the longest run is timed again at most this often,
 ENOUGH = 1.0  # and no longer than so many s in all
 
@@ -48,30 +57,90 @@ def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Co
     return Cost(name, once, wheel, roller, total)
 
 
+@dataclass(frozen=True)
+class Price:
+    """What an effect adds to the time of a run: us per simulated s, and per cent of the whole; None if not known."""
+
+    effect: str
+    microseconds: float | None
+    percent: float | None
+
+
+def prices(scene: Scene) -> list[Price]:
+    """The price of each effect that acts: the time of a run with all of them less that without this one.
+
+    Both are measured on the beginning of a motion that starts with nu = (1, 1, 1), since the scene may stand still
+    without the effect. An effect may save time: it may slow the vehicle down, so that there are fewer switches.
+    """
+    acting = scene.options.get("effects", ())
+    if not acting:
+        return []
+    task = _moving(scene, acting)
+    turning = np.abs(task.kernel.wheel_speeds(task.state.nu)).max()
+    duration = float(WINDOW * np.pi / task.kernel.rollers_per_wheel / turning)
+    whole, found = _of_duration(task, duration), []
+    for effect in acting:
+        try:
+            rest = _of_duration(_moving(scene, [other for other in acting if other is not effect]), duration)
+            found.append(Price(type(effect).__name__, whole - rest, 100 * (whole - rest) / whole))
+        except (InvalidValueError, SimulationStopped):  # another effect needs it, or the motion without it cannot go on
+            found.append(Price(type(effect).__name__, None, None))
+    return found
+
+
+def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:
+    options = scene.options | {"effects": tuple(effects), "nu": (1.0, 1.0, 1.0)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # doubts about the scene are said elsewhere
+        return replace(checked_task(scene.vehicle, **options), progress=None)
+
+
+def _of_duration(task: Task, duration: float) -> float:
+    """Microseconds per simulated second, without what a call costs whatever it simulates."""
+    took, _ = _least(replace(task, duration=duration), OFTEN)
+    overhead, _ = _least(replace(task, duration=NOTHING * duration), OFTEN)
+    return 1e6 * (took - overhead) / duration
+
+
 def nanoseconds(task: Task) -> dict[str, Any]:
     """Time per evaluation on this machine, ns: that of a run over the number of its evaluations, the least of a few.
 
     Steps, switches and what the engine does between them are in it. A long motion is timed at its beginning,
     and one with few evaluations runs on beyond its end.
     """
-    engine = "compiled" if task.engine == "compiled" and can_run(task) else "Python"
+    took, evaluations = _least(_long_enough(task))
+    return {"nanoseconds": 1e9 * took / max(evaluations, 1), "evaluations": evaluations, "engine": _engine(task)}
+
+
+def _engine(task: Task) -> str:
+    return "compiled" if task.engine == "compiled" and can_run(task) else "Python"
+
+
+def _long_enough(task: Task) -> Task:
+    """The task for a time in which a run has MANY evaluations, or the longest time that can be simulated."""
+    many = MANY[_engine(task)]
     task = replace(task, progress=None, duration=SHORTEST * task.duration)
-    took, evaluations = _timed(task)
     for _ in range(DOUBLINGS if task.duration > 0 else 0):
         longer = replace(task, duration=2 * task.duration)
         try:
-            took, evaluations = _timed(longer)
+            _, evaluations = _timed(longer)
         except SimulationStopped:
             break
         task = longer
-        if evaluations >= MANY[engine]:
+        if evaluations >= many:
             break
+    return task
+
+
+def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
+    """The least time in s of some runs, and their evaluations."""
+    took, evaluations = _timed(task)
     began = time.perf_counter()
-    for _ in range(REPEATS):
+    for _ in range(repeats or REPEATS):
         if time.perf_counter() - began + took > ENOUGH:
             break
         took = min(took, _timed(task)[0])
-    return {"nanoseconds": 1e9 * took / max(evaluations, 1), "evaluations": evaluations, "engine": engine}
+    return took, evaluations
 
 
 def _timed(task: Task) -> tuple[float, int]:

@@ -8,7 +8,7 @@ from omniroll import generated_data
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.scenes.acting import MAKERS
-from omniroll.scenes.costs import nanoseconds, operations
+from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.loading import Scene
@@ -47,6 +47,7 @@ def explained(scene: Scene) -> dict[str, Any]:
         "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
         "time": nanoseconds(task),
+        "prices": [asdict(price) for price in prices(scene)],
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
 
