@@ -11,7 +11,7 @@ from .filling import template
 from .programs import Array, EffectSet, Function
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping")  # of the kernel: affine in time between two events
+INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in time between two events
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
