@@ -24,6 +24,7 @@ import numpy as np
 
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve
+from omniroll.effects.sticking import Axles
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
@@ -200,6 +201,10 @@ class Effect:
         after    the same later
         elapsed  (...,) in s, the time between
         """
+        return None
+
+    def axles(self, kernel: Kernel) -> Axles | None:
+        """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none."""
         return None
 
     def process(self, kernel: Kernel, start_time: float) -> Process:

@@ -302,7 +302,7 @@ class PhaseIntegrator:
         """
         y0, time0, h_most = step.y, step.time, step.h
         low, high, h = 0.0, h_most, guess * h_most
-        if (guards.values(time0, y0)[passed] >= 0).any() or time0 + h == time0:
+        if (guards.waits(time0, y0, step.rates)[0][passed] <= 0).any() or time0 + h == time0:
             phase.passed = passed
             return
         for _ in range(LANDING_TRIALS):

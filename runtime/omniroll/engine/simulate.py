@@ -156,10 +156,10 @@ def _check_range(task: Task) -> None:
         energy = bound.energy(state.nu, state.chi, *spins)
         acting = EffectRun(task.effects, bound, task.start_time)
         acting.pass_time(0.0, state)
-        flow, _ = acting.phase(0.0, free)
         y = np.zeros(acting.state_vector.size)
         acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
         acting.state_vector.put(y, task.effects.initial(bound, free))
+        flow, _ = acting.phase(0.0, free, y)
         rates = flow(0.0, y)
         way = rates[: acting.state_vector.plain] * task.duration
     states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
