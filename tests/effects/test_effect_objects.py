@@ -51,7 +51,7 @@ EXAMPLES = (
         ("limit", lambda: Controller((1, 0, 0), 0.1, 0.01, limit=-1)),
         ("wheel_viscous", lambda: Bearings()),
         ("wheel_viscous", lambda: Bearings(wheel_viscous=-1)),
-        ("wheel_speed", lambda: Bearings(wheel_coulomb=1)),
+        ("wheel_speed", lambda: Bearings(wheel_speed=1)),
         ("roller_speed", lambda: Bearings(wheel_viscous=1, roller_speed=1)),
         ("roller_speed", lambda: Bearings(roller_coulomb=1, roller_speed=0)),
         ("angle", lambda: Slope(np.pi / 2)),

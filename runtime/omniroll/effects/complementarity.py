@@ -85,7 +85,8 @@ def _fitted(columns: np.ndarray, wanted: np.ndarray, bounds: np.ndarray) -> np.n
     if taking.any() and size > 0:
         scaled = columns[:, taking] * (bounds[taking] / size)
         iterations = ITERATIONS * (1 + len(bounds))
-        x[taking] = lsq_linear(scaled, wanted / size, (-1, 1), method="bvls", tol=0.0, max_iter=iterations).x
+        found = lsq_linear(scaled, wanted / size, (-1, 1), method="bvls", tol=0.0, max_iter=iterations).x
+        x[taking] = np.clip(found, -1, 1)  # the library keeps its bounds within rounding
     return x * bounds
 
 
