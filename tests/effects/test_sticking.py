@@ -3,8 +3,19 @@
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, TorqueTable, Trajectory, Vehicle
-from omniroll import reactions, simulate
+from omniroll import (
+    Bearings,
+    Controller,
+    InvalidValueError,
+    Motor,
+    Slope,
+    Torque,
+    TorqueTable,
+    Trajectory,
+    Vehicle,
+    reactions,
+    simulate,
+)
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import difference
 

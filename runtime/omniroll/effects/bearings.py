@@ -1,8 +1,8 @@
 """Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
 
 Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
-friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; what holds it, up to
-the break-away torque, where it is at rest (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the rate and
+friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; where it is at rest,
+what holds it, up to the break-away torque (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the rate and
 w_0 a speed that the user names; the torque is smooth, so that nothing sticks: at rates well below w_0 it is small, and
 what should stick creeps.
 
@@ -47,7 +47,7 @@ class Bearings(Effect):
 
     wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
     they take do not hold them. Such a run is made by the Python engine. With wheel_speed it is the regularised law. A
-    small wheel_speed or roller_speed makes the equations stiff: near rest the steps shrink like speed * inertia / torque.
+    small wheel_speed or roller_speed makes the equations stiff: near rest steps shrink like speed * inertia / torque.
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;

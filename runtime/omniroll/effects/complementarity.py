@@ -12,7 +12,7 @@ inside: where no virtual motion n gets more power from f than the bearings can t
 
   n . f <= sum b_i |G_i n|   for all n.
 
-Only the finitely many n that are normal to a facet need be asked: motions in which as many bearings stay at rest as can.
+Only the finitely many n that are normal to a facet need be asked: motions in which as many bearings rest as can.
 """
 
 from dataclasses import dataclass

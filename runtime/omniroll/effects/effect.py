@@ -204,7 +204,10 @@ class Effect:
         return None
 
     def axles(self, kernel: Kernel) -> Axles | None:
-        """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none."""
+        """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.
+
+        kernel  Kernel of the run
+        """
         return None
 
     def process(self, kernel: Kernel, start_time: float) -> Process:

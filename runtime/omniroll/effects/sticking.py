@@ -1,20 +1,20 @@
 """Axles that stick: the set-valued law of Coulomb's friction in a run, a mode for each axle.
 
- 1. An axle that turns takes its sliding torque, against its rate. An axle at rest takes what keeps it at rest, up to its
-    break-away torque, which is at least the sliding one.
- 2. A phase ends where the rate of a turning axle passes zero, and where those that stick cannot be held any longer: one
-    facet of the forces that they can take (complementarity.py) is reached. Both are located.
- 3. At such an instant, and wherever forces or rates have jumped, all axles at rest are decided together. They all stick
-    if any torques within the break-away bounds hold them. If not, it goes in rounds: the accelerations are found with
-    the break-away torque as the bound of each; the axles that move have broken away, and their bound is the sliding
-    torque in the next round; the last round is the one in which no further axle moves. There are at most N + 1 rounds.
- 4. Each round has one solution for the accelerations. Where break-away torques are above sliding ones the law itself
-    may have several: an axle at rest, asked for a torque between the two, may stick or slide. Rule 3 chooses: what is at
-    rest stays at rest if it can. A state without any solution there is not: in the last round each axle obeys the law.
- 5. On a facet itself, where sliding and break-away torque are the same, an axle that breaks away has no acceleration
-    yet. It gets the direction in which the facet gives way.
- 6. An impact's impulses are without bound and the bearings' torques are not: they take no part in an impact.
- 7. Where the torques that hold are not unique, those of least norm within the bounds are reported.
+1. An axle that turns takes its sliding torque, against its rate. An axle at rest takes what keeps it at rest, up to its
+   break-away torque, which is at least the sliding one.
+2. A phase ends where the rate of a turning axle passes zero, and where those that stick cannot be held any longer: one
+   facet of the forces that they can take (complementarity.py) is reached. Both are located.
+3. At such an instant, and wherever forces or rates have jumped, all axles at rest are decided together. They all stick
+   if any torques within the break-away bounds hold them. If not, it goes in rounds: the accelerations are found with
+   the break-away torque as the bound of each; the axles that move have broken away, and their bound is the sliding
+   torque in the next round; the last round is the one in which no further axle moves. There are at most N + 1 rounds.
+4. Each round has one solution for the accelerations. Where break-away torques are above sliding ones the law itself
+   may have several: an axle at rest, asked for a torque between the two, may stick or slide. Rule 3 chooses: what is at
+   rest stays at rest if it can. A state without any solution there is not: in the last round each axle obeys the law.
+5. On a facet itself, where sliding and break-away torque are the same, an axle that breaks away has no acceleration
+   yet. It gets the direction in which the facet gives way.
+6. An impact's impulses are without bound and the bearings' torques are not: they take no part in an impact.
+7. Where the torques that hold are not unique, those of least norm within the bounds are reported.
 """
 
 from collections.abc import Callable
