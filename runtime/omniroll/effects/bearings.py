@@ -1,10 +1,10 @@
 """Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
 
 Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
-friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; where it is at rest,
-what holds it, up to the break-away torque (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the rate and
-w_0 a speed that the user names; the torque is smooth, so that nothing sticks: at rates well below w_0 it is small, and
-what should stick creeps.
+friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; where it is at
+rest, what holds it, up to the break-away torque (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the
+rate and w_0 a speed that the user names; the torque is smooth, so that nothing sticks: at rates well below w_0 it is
+small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
