@@ -176,6 +176,20 @@ def test_the_regularised_law_tends_to_it():
     assert errors[1].max() < 0.25 * errors[0].max() < 5e-3
 
 
+def test_a_small_named_speed_costs_the_compiled_engine_few_steps():
+    """Newton's rule at the nodes: steps grow with the digits of the named speed, not with its inverse."""
+    start = {"nu": (1, 0, 1), "duration": 6, "accuracy": 1e-9, "control": False}
+    limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3)])
+    plain, small = (
+        simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3, wheel_speed=speed)]) for speed in (1.0, 1e-6)
+    )
+    assert small.stats["engine"] == plain.stats["engine"] == "compiled"
+    assert small.stats["steps"] < 8 * plain.stats["steps"]
+    assert small.stats["evaluations"] < 25 * plain.stats["evaluations"]
+    assert difference(small, limit) < 2e-5 < 1e-2 < difference(plain, limit)
+    assert (small.switches.wheel == limit.switches.wheel).all()
+
+
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching):
@@ -285,3 +299,28 @@ def test_what_does_not_fit_is_refused(field, make):
     with pytest.raises(InvalidValueError) as refused:
         make()
     assert refused.value.field == field
+
+
+@pytest.mark.parametrize("seed", [*range(24), 70])
+def test_any_vehicle_keeps_the_law_and_the_account(seed):
+    """Random wheels, some with parallel axles, and what acts; 70: a rate lands where nu is left of larger numbers."""
+    rng = np.random.default_rng(seed)
+    wheels = int(rng.choice([1, 2, 3, 4, 5, 8]))
+    angles = rng.choice([0, np.pi / 2, np.pi, 3 * np.pi / 2, 0.3, 2.0], wheels)
+    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 8))).replace(wheel_angles=tuple(angles))
+    sliding = rng.uniform(0, 1e-2, wheels)
+    holding = sliding * rng.choice([1.0, 1.0, 1.5])
+    effects = [
+        Bearings(wheel_coulomb=sliding, wheel_break_away=holding),
+        TorqueTable([0, 0.2, 0.4], rng.normal(size=(3, wheels)) * 5e-3, str(rng.choice(["linear", "hold"]))),
+        Slope(float(rng.choice([0.0, 0.02])), rng.uniform(0, 6)),
+    ]
+    run = simulate(
+        vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0]), duration=0.6, effects=effects, engine="python",
+        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False,
+    )  # fmt: skip
+    torques, rates = bearing_torques(run), run.nu @ rows_of(vehicle).T
+    assert (np.abs(torques) <= holding * (1 + 1e-12)).all()
+    turns = np.abs(rates) > 1e-10
+    np.testing.assert_allclose((torques * np.sign(rates) + sliding)[turns], 0, atol=1e-15)
+    assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)

@@ -154,7 +154,7 @@ class EffectRun:
             return self.bound_rates.flow(constants, self.signals), Guards(guards, self.state_vector.size)
         self._decide(constants, y)
         self.signals["bearing_torque"] = Signal.constant(self.axles.torques())
-        guards = Guards([*guards, *self.axles.rate_guards()], self.state_vector.size)
+        guards = Guards([*guards, *self.axles.rate_guards(self.state_vector.view(y, "nu"))], self.state_vector.size)
         if not len(self.axles.sticking):
             return self.bound_rates.flow(constants, self.signals), guards
         return self._held_flow(constants, self.signals, self.axles.allowed), guards

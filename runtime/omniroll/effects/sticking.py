@@ -70,7 +70,11 @@ class Axles:
         return found
 
     def _find_resting(self, nu: np.ndarray) -> None:
-        self.resting |= np.abs(self.rows @ nu) <= AT_REST * EPS * (np.abs(self.rows) @ np.abs(nu))
+        self.resting |= np.abs(self.rows @ nu) <= AT_REST * EPS * self._sizes(nu)
+
+    def _sizes(self, nu: np.ndarray) -> np.ndarray:
+        """(N,) what rates are rounded against: nu is what is left of larger numbers, each of about its length."""
+        return np.linalg.norm(self.rows, axis=1) * np.linalg.norm(nu)
 
     def rates(self, nu: np.ndarray) -> np.ndarray:
         """(N,) rates of the wheels; those of resting axles are exactly zero."""
@@ -89,7 +93,7 @@ class Axles:
 
     def jumped(self, before: np.ndarray, after: np.ndarray) -> None:
         """An impact has changed nu (3,)."""
-        rounding = EPS * (np.abs(self.rows) @ (np.abs(before) + np.abs(after)))
+        rounding = EPS * (self._sizes(before) + self._sizes(after))
         self.resting &= np.abs(self.rows @ (after - before)) <= AT_REST * rounding
         self.released[:] = 0
 
@@ -118,9 +122,11 @@ class Axles:
         torques[self.sticking] = least_torques(force, self.rows[self.sticking], bounds)
         return torques
 
-    def rate_guards(self) -> list[Guard]:
-        """Where the rate of a turning axle passes zero."""
-        return [Guard(0.0, 0.0, -self.modes[axle] * self.rows[axle]) for axle in np.flatnonzero(self.modes)]
+    def rate_guards(self, nu: np.ndarray) -> list[Guard]:
+        """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
+        sizes = self._sizes(nu)
+        turning = np.flatnonzero(self.modes)
+        return [Guard(0.0, 0.0, -self.modes[axle] * self.rows[axle], sizes[axle]) for axle in turning]
 
     def decide(self, mass_matrix: np.ndarray, held: Held, size: np.ndarray) -> None:
         """Modes of the axles at rest (rule 3), and the phase that begins with them.
