@@ -50,6 +50,15 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
     }
 
 
+def projections(draw: Draw) -> np.ndarray:
+    """(M, 6) upper triangles of projections on what one axle that sticks allows, and on what all three do: nothing."""
+    row = draw.rng.normal(size=(draw.count, 3))
+    row /= np.linalg.norm(row, axis=1, keepdims=True)
+    allowed = np.eye(3) - row[:, :, None] * row[:, None, :]
+    allowed[::4] = 0.0
+    return allowed[:, *np.triu_indices(3)]
+
+
 def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]:
     """What functions of effects take beside those of the roller models, by name."""
     vehicle, wheels = part.vehicle, part.wheels
@@ -59,6 +68,8 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
     return {
         "heading": part.state["theta"],
         "torque": signed(force, wheels),
+        "bearing_torque": signed(force, wheels),
+        "allowed": projections(draw),
         "voltage": draw.signed(1e-2, 1e2, wheels),
         "modes": draw.rng.integers(-1, 2, (draw.count, wheels)).astype(float),
         "damping": per_state(vehicle["wheel_inertia"] * speed, (wheels,)) * draw.log(1e-3, 1e3, wheels),
