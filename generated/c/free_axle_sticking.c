@@ -759,7 +759,8 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
  * held_system, held_motion (maxima/effects/axle_sticking.mac). */
 void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *momenta, const omniroll_real *bearing_torque,
-                            const omniroll_real *allowed, omniroll_real *nu_dot, omniroll_real *held_force)
+                            const omniroll_real *directions, const omniroll_real *absent,
+                            omniroll_real *nu_dot, omniroll_real *held_force)
 {
     const int wheels = model->wheels;
     const omniroll_real B = model->B;
@@ -767,7 +768,6 @@ void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real R = model->R;
     const omniroll_real l = model->l;
     const omniroll_real R_over_l = model->R_over_l;
-    const omniroll_real mass_R2 = model->mass_R2;
     const omniroll_real coriolis = model->coriolis;
     const omniroll_real tip = model->tip;
     const omniroll_real joint_sine = model->joint_sine;
@@ -780,12 +780,18 @@ void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real nu_1 = nu[0];
     const omniroll_real nu_2 = nu[1];
     const omniroll_real nu_3 = nu[2];
-    const omniroll_real allowed_11 = allowed[0];
-    const omniroll_real allowed_12 = allowed[1];
-    const omniroll_real allowed_13 = allowed[2];
-    const omniroll_real allowed_22 = allowed[3];
-    const omniroll_real allowed_23 = allowed[4];
-    const omniroll_real allowed_33 = allowed[5];
+    const omniroll_real direction_11 = directions[0];
+    const omniroll_real direction_12 = directions[1];
+    const omniroll_real direction_13 = directions[2];
+    const omniroll_real direction_21 = directions[3];
+    const omniroll_real direction_22 = directions[4];
+    const omniroll_real direction_23 = directions[5];
+    const omniroll_real direction_31 = directions[6];
+    const omniroll_real direction_32 = directions[7];
+    const omniroll_real direction_33 = directions[8];
+    const omniroll_real absent_1 = absent[0];
+    const omniroll_real absent_2 = absent[1];
+    const omniroll_real absent_3 = absent[2];
     omniroll_real m11 = m0_11;
     omniroll_real m12 = m0_12;
     omniroll_real m13 = m0_13;
@@ -860,27 +866,24 @@ void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real asked_1 = f1;
     const omniroll_real asked_2 = f2;
     const omniroll_real asked_3 = f3;
-    const omniroll_real allowed_12_whole_12 = allowed_12*whole_12;
-    const omniroll_real allowed_13_whole_13 = allowed_13*whole_13;
-    const omniroll_real half_11 = allowed_11*whole_11 + allowed_12_whole_12 + allowed_13_whole_13;
-    const omniroll_real half_12 = allowed_11*whole_12 + allowed_12*whole_22 + allowed_13*whole_23;
-    const omniroll_real half_13 = allowed_11*whole_13 + allowed_12*whole_23 + allowed_13*whole_33;
-    const omniroll_real half_21 = allowed_12*whole_11 + allowed_22*whole_12 + allowed_23*whole_13;
-    const omniroll_real allowed_23_whole_23 = allowed_23*whole_23;
-    const omniroll_real half_22 = allowed_12_whole_12 + allowed_22*whole_22 + allowed_23_whole_23;
-    const omniroll_real half_23 = allowed_12*whole_13 + allowed_22*whole_23 + allowed_23*whole_33;
-    const omniroll_real half_31 = allowed_13*whole_11 + allowed_23*whole_12 + allowed_33*whole_13;
-    const omniroll_real half_32 = allowed_13*whole_12 + allowed_23*whole_22 + allowed_33*whole_23;
-    const omniroll_real half_33 = allowed_13_whole_13 + allowed_23_whole_23 + allowed_33*whole_33;
-    m11 = mass_R2*(1 - allowed_11) + allowed_11*half_11 + allowed_12*half_12 + allowed_13*half_13;
-    m12 = allowed_12*half_11 - mass_R2*allowed_12 + allowed_22*half_12 + allowed_23*half_13;
-    m13 = allowed_13*half_11 - mass_R2*allowed_13 + allowed_23*half_12 + allowed_33*half_13;
-    m22 = mass_R2*(1 - allowed_22) + allowed_12*half_21 + allowed_22*half_22 + allowed_23*half_23;
-    m23 = allowed_13*half_21 - mass_R2*allowed_23 + allowed_23*half_22 + allowed_33*half_23;
-    m33 = mass_R2*(1 - allowed_33) + allowed_13*half_31 + allowed_23*half_32 + allowed_33*half_33;
-    f1 = allowed_11*asked_1 + allowed_12*asked_2 + allowed_13*asked_3;
-    f2 = allowed_12*asked_1 + allowed_22*asked_2 + allowed_23*asked_3;
-    f3 = allowed_13*asked_1 + allowed_23*asked_2 + allowed_33*asked_3;
+    const omniroll_real half_11 = direction_11*whole_11 + direction_21*whole_12 + direction_31*whole_13;
+    const omniroll_real half_12 = direction_12*whole_11 + direction_22*whole_12 + direction_32*whole_13;
+    const omniroll_real half_13 = direction_13*whole_11 + direction_23*whole_12 + direction_33*whole_13;
+    const omniroll_real half_21 = direction_11*whole_12 + direction_21*whole_22 + direction_31*whole_23;
+    const omniroll_real half_22 = direction_12*whole_12 + direction_22*whole_22 + direction_32*whole_23;
+    const omniroll_real half_23 = direction_13*whole_12 + direction_23*whole_22 + direction_33*whole_23;
+    const omniroll_real half_31 = direction_11*whole_13 + direction_21*whole_23 + direction_31*whole_33;
+    const omniroll_real half_32 = direction_12*whole_13 + direction_22*whole_23 + direction_32*whole_33;
+    const omniroll_real half_33 = direction_13*whole_13 + direction_23*whole_23 + direction_33*whole_33;
+    m11 = direction_11*half_11 + direction_21*half_21 + direction_31*half_31 + absent_1;
+    m12 = direction_11*half_12 + direction_21*half_22 + direction_31*half_32;
+    m13 = direction_11*half_13 + direction_21*half_23 + direction_31*half_33;
+    m22 = direction_12*half_12 + direction_22*half_22 + direction_32*half_32 + absent_2;
+    m23 = direction_12*half_13 + direction_22*half_23 + direction_32*half_33;
+    m33 = direction_13*half_13 + direction_23*half_23 + direction_33*half_33 + absent_3;
+    f1 = direction_11*asked_1 + direction_21*asked_2 + direction_31*asked_3;
+    f2 = direction_12*asked_1 + direction_22*asked_2 + direction_32*asked_3;
+    f3 = direction_13*asked_1 + direction_23*asked_2 + direction_33*asked_3;
     const omniroll_real pivot_1 = 1/m11;
     const omniroll_real u12 = m12*pivot_1;
     const omniroll_real u13 = m13*pivot_1;
@@ -894,9 +897,9 @@ void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu
     const omniroll_real x_3 = z3/d33;
     const omniroll_real x_2 = pivot_2*z2 - u23*x_3;
     const omniroll_real x_1 = f1*pivot_1 - u12*x_2 - u13*x_3;
-    const omniroll_real nu_dot_1 = allowed_11*x_1 + allowed_12*x_2 + allowed_13*x_3;
-    const omniroll_real nu_dot_2 = allowed_12*x_1 + allowed_22*x_2 + allowed_23*x_3;
-    const omniroll_real nu_dot_3 = allowed_13*x_1 + allowed_23*x_2 + allowed_33*x_3;
+    const omniroll_real nu_dot_1 = direction_11*x_1 + direction_12*x_2 + direction_13*x_3;
+    const omniroll_real nu_dot_2 = direction_21*x_1 + direction_22*x_2 + direction_23*x_3;
+    const omniroll_real nu_dot_3 = direction_31*x_1 + direction_32*x_2 + direction_33*x_3;
     const omniroll_real held_1 = whole_11*nu_dot_1 + whole_12*nu_dot_2 + whole_13*nu_dot_3 - asked_1;
     const omniroll_real held_2 = whole_12*nu_dot_1 + whole_22*nu_dot_2 + whole_23*nu_dot_3 - asked_2;
     const omniroll_real held_3 = whole_13*nu_dot_1 + whole_23*nu_dot_2 + whole_33*nu_dot_3 - asked_3;

@@ -804,7 +804,7 @@ def accelerations_sharp(model, nu, chi, spins, bearing_torque):
     return nu_dot, spins_dot
 
 
-def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
+def held_dynamics(model, nu, chi, momenta, bearing_torque, directions, absent):
     """Quasi-accelerations where axles stick, and the force that holds them; bearing_torque is that of the others.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
@@ -818,12 +818,13 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
     rollers.
     bearing_torque[N] [N m]: torques of the axles' bearings: against the rate where an axle turns, what holds
     it where it sticks.
-    allowed[6] [1]: the directions of nu that axles which stick allow: the upper triangle of the projection on
-    them.
+    directions[9] [1]: directions of nu that axles which stick allow: columns of a matrix, by rows; 0 where
+    absent.
+    absent[3] [kg m^2]: 1 for each column of directions that is 0, else 0.
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
-    Operations: once 70 add, 97 mul, 4 div; per wheel 26 add, 50 mul, 1 div, 2 sincos. Intermediates: 85.
+    Operations: once 64 add, 94 mul, 4 div; per wheel 26 add, 50 mul, 1 div, 2 sincos. Intermediates: 82.
     """
     nu_dot = [None] * 3
     held_force = [None] * 3
@@ -832,7 +833,6 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
     R = model.R
     l = model.l
     R_over_l = model.R_over_l
-    mass_R2 = model.mass_R2
     coriolis = model.coriolis
     tip = model.tip
     joint_sine = model.joint_sine
@@ -845,12 +845,18 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
     nu_1 = nu[0]
     nu_2 = nu[1]
     nu_3 = nu[2]
-    allowed_11 = allowed[0]
-    allowed_12 = allowed[1]
-    allowed_13 = allowed[2]
-    allowed_22 = allowed[3]
-    allowed_23 = allowed[4]
-    allowed_33 = allowed[5]
+    direction_11 = directions[0]
+    direction_12 = directions[1]
+    direction_13 = directions[2]
+    direction_21 = directions[3]
+    direction_22 = directions[4]
+    direction_23 = directions[5]
+    direction_31 = directions[6]
+    direction_32 = directions[7]
+    direction_33 = directions[8]
+    absent_1 = absent[0]
+    absent_2 = absent[1]
+    absent_3 = absent[2]
     m11 = m0_11
     m12 = m0_12
     m13 = m0_13
@@ -924,27 +930,24 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
     asked_1 = f1
     asked_2 = f2
     asked_3 = f3
-    allowed_12_whole_12 = allowed_12*whole_12
-    allowed_13_whole_13 = allowed_13*whole_13
-    half_11 = allowed_11*whole_11 + allowed_12_whole_12 + allowed_13_whole_13
-    half_12 = allowed_11*whole_12 + allowed_12*whole_22 + allowed_13*whole_23
-    half_13 = allowed_11*whole_13 + allowed_12*whole_23 + allowed_13*whole_33
-    half_21 = allowed_12*whole_11 + allowed_22*whole_12 + allowed_23*whole_13
-    allowed_23_whole_23 = allowed_23*whole_23
-    half_22 = allowed_12_whole_12 + allowed_22*whole_22 + allowed_23_whole_23
-    half_23 = allowed_12*whole_13 + allowed_22*whole_23 + allowed_23*whole_33
-    half_31 = allowed_13*whole_11 + allowed_23*whole_12 + allowed_33*whole_13
-    half_32 = allowed_13*whole_12 + allowed_23*whole_22 + allowed_33*whole_23
-    half_33 = allowed_13_whole_13 + allowed_23_whole_23 + allowed_33*whole_33
-    m11 = mass_R2*(1 - allowed_11) + allowed_11*half_11 + allowed_12*half_12 + allowed_13*half_13
-    m12 = allowed_12*half_11 - mass_R2*allowed_12 + allowed_22*half_12 + allowed_23*half_13
-    m13 = allowed_13*half_11 - mass_R2*allowed_13 + allowed_23*half_12 + allowed_33*half_13
-    m22 = mass_R2*(1 - allowed_22) + allowed_12*half_21 + allowed_22*half_22 + allowed_23*half_23
-    m23 = allowed_13*half_21 - mass_R2*allowed_23 + allowed_23*half_22 + allowed_33*half_23
-    m33 = mass_R2*(1 - allowed_33) + allowed_13*half_31 + allowed_23*half_32 + allowed_33*half_33
-    f1 = allowed_11*asked_1 + allowed_12*asked_2 + allowed_13*asked_3
-    f2 = allowed_12*asked_1 + allowed_22*asked_2 + allowed_23*asked_3
-    f3 = allowed_13*asked_1 + allowed_23*asked_2 + allowed_33*asked_3
+    half_11 = direction_11*whole_11 + direction_21*whole_12 + direction_31*whole_13
+    half_12 = direction_12*whole_11 + direction_22*whole_12 + direction_32*whole_13
+    half_13 = direction_13*whole_11 + direction_23*whole_12 + direction_33*whole_13
+    half_21 = direction_11*whole_12 + direction_21*whole_22 + direction_31*whole_23
+    half_22 = direction_12*whole_12 + direction_22*whole_22 + direction_32*whole_23
+    half_23 = direction_13*whole_12 + direction_23*whole_22 + direction_33*whole_23
+    half_31 = direction_11*whole_13 + direction_21*whole_23 + direction_31*whole_33
+    half_32 = direction_12*whole_13 + direction_22*whole_23 + direction_32*whole_33
+    half_33 = direction_13*whole_13 + direction_23*whole_23 + direction_33*whole_33
+    m11 = direction_11*half_11 + direction_21*half_21 + direction_31*half_31 + absent_1
+    m12 = direction_11*half_12 + direction_21*half_22 + direction_31*half_32
+    m13 = direction_11*half_13 + direction_21*half_23 + direction_31*half_33
+    m22 = direction_12*half_12 + direction_22*half_22 + direction_32*half_32 + absent_2
+    m23 = direction_12*half_13 + direction_22*half_23 + direction_32*half_33
+    m33 = direction_13*half_13 + direction_23*half_23 + direction_33*half_33 + absent_3
+    f1 = direction_11*asked_1 + direction_21*asked_2 + direction_31*asked_3
+    f2 = direction_12*asked_1 + direction_22*asked_2 + direction_32*asked_3
+    f3 = direction_13*asked_1 + direction_23*asked_2 + direction_33*asked_3
     pivot_1 = 1/m11
     u12 = m12*pivot_1
     u13 = m13*pivot_1
@@ -958,9 +961,9 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, allowed):
     x_3 = z3/d33
     x_2 = pivot_2*z2 - u23*x_3
     x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
-    nu_dot_1 = allowed_11*x_1 + allowed_12*x_2 + allowed_13*x_3
-    nu_dot_2 = allowed_12*x_1 + allowed_22*x_2 + allowed_23*x_3
-    nu_dot_3 = allowed_13*x_1 + allowed_23*x_2 + allowed_33*x_3
+    nu_dot_1 = direction_11*x_1 + direction_12*x_2 + direction_13*x_3
+    nu_dot_2 = direction_21*x_1 + direction_22*x_2 + direction_23*x_3
+    nu_dot_3 = direction_31*x_1 + direction_32*x_2 + direction_33*x_3
     held_1 = whole_11*nu_dot_1 + whole_12*nu_dot_2 + whole_13*nu_dot_3 - asked_1
     held_2 = whole_12*nu_dot_1 + whole_22*nu_dot_2 + whole_23*nu_dot_3 - asked_2
     held_3 = whole_13*nu_dot_1 + whole_23*nu_dot_2 + whole_33*nu_dot_3 - asked_3

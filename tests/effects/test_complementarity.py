@@ -7,6 +7,7 @@ from scipy.optimize import linprog
 from omniroll.effects.complementarity import (
     Facets,
     allowed_by,
+    directions_allowed,
     facet_normals,
     least_torques,
     nearest_force,
@@ -98,6 +99,15 @@ def test_what_is_allowed_leaves_the_rates_at_zero():
     np.testing.assert_allclose(allowed @ allowed, allowed, atol=1e-15)
     assert np.abs(rows @ allowed).max() < 1e-14 and np.trace(allowed) == pytest.approx(2)
     assert (allowed_by(np.eye(3)) == 0).all() and (allowed_by(rows[:0]) == np.eye(3)).all()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_directions_span_what_is_allowed(count):
+    rows, _, mass_matrix, _ = case(1)
+    columns = directions_allowed(rows[:count], mass_matrix)
+    assert np.abs(rows[:count] @ columns).max(initial=0) < 1e-14
+    wanted = np.diag((np.arange(3) < 3 - count).astype(float))
+    np.testing.assert_allclose(columns.T @ mass_matrix @ columns, wanted, atol=1e-13)
 
 
 def test_one_facet_for_each_pair_of_directions():

@@ -196,10 +196,21 @@ def test_what_holds_an_axle_keeps_it_at_rest(stuck, base):
             row = [a - along * b for a, b in zip(row, known, strict=True)]
         size = sum(a * a for a in row).sqrt()
         basis.append([a / size for a in row])
-    allowed = [exact(int(k == m)) - sum((b[k] * b[m] for b in basis), exact(0)) for k in range(3) for m in range(k, 3)]
+    across = []  # columns that the axles which stick allow: what is left of the axes without the rows
+    for axis in np.eye(3):
+        left = balls(axis)
+        for known in [*basis, *across]:
+            along = sum(a * b for a, b in zip(left, known, strict=True))
+            left = [a - along * b for a, b in zip(left, known, strict=True)]
+        size = sum(a * a for a in left).sqrt()
+        if len(across) < 3 - stuck and float(size) > 0.1:
+            across.append([a / size for a in left])
+    assert len(across) == 3 - stuck
+    directions = [across[c][k] if c < 3 - stuck else exact(0) for k in range(3) for c in range(3)]
+    absent = [exact(int(c >= 3 - stuck)) for c in range(3)]
     bearing = np.where(np.arange(WHEELS) < stuck, 0.0, numbers["bearing_torque"])
     nu_dot, held = module.held_dynamics(
-        constants, balls(nu), balls(chi), balls(numbers["torque"]), balls(bearing), allowed
+        constants, balls(nu), balls(chi), balls(numbers["torque"]), balls(bearing), directions, absent
     )
     # the torques whose generalised force it is: in the orthonormal basis the rows are a triangle
     torques, rest = [exact(0)] * stuck, [sum(h * b for h, b in zip(held, known, strict=True)) for known in basis]

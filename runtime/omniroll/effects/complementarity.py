@@ -44,6 +44,20 @@ def allowed_by(rows: np.ndarray) -> np.ndarray:
     return np.zeros((3, 3)) if len(basis) == 3 else np.eye(3) - basis.T @ basis
 
 
+def directions_allowed(rows: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
+    """(3, 3) columns that span the nu which leave all rates `rows` nu at zero, 0 where there are fewer than three.
+
+    They are orthonormal in the metric of mass_matrix (3, 3): whatever the scales of nu, sums along them keep digits.
+    """
+    rank = len(span(rows))
+    across = np.linalg.svd(span(rows))[2][rank:].T if rank else np.eye(3)
+    columns = np.zeros((3, 3))
+    if rank < 3:
+        root = np.linalg.cholesky(across.T @ mass_matrix @ across)
+        columns[:, : 3 - rank] = np.linalg.solve(root, across.T).T
+    return columns
+
+
 def facet_normals(rows: np.ndarray) -> np.ndarray:
     """(K, 3) unit vectors: each motion, within the span of the rows, in which rows that span all but it are at rest.
 

@@ -157,13 +157,13 @@ class EffectRun:
         guards = Guards([*guards, *self.axles.rate_guards(self.state_vector.view(y, "nu"))], self.state_vector.size)
         if not len(self.axles.sticking):
             return self.bound_rates.flow(constants, self.signals), guards
-        return self._held_flow(constants, self.signals, self.axles.allowed), guards
+        return self._held_flow(constants, self.signals, self.axles.directions), guards
 
     def _decide(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> None:
         """Which axles stick in the phase that starts now."""
 
-        def held(torques: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            flow = self._held_flow(constants, self.signals | {"bearing_torque": Signal.constant(torques)}, allowed)
+        def held(torques: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            flow = self._held_flow(constants, self.signals | {"bearing_torque": Signal.constant(torques)}, directions)
             return flow(0.0, y)[:3], self.held_force.copy()
 
         drives = sum(np.abs(self.signals[name].value) for name in self.drives if name in self.signals)
@@ -172,10 +172,11 @@ class EffectRun:
         self.axles.decide(self.kernel.mass_matrix(self.state_vector.view(y, "chi")), held, size)
 
     def _held_flow(
-        self, constants: Mapping[str, np.ndarray], signals: Mapping[str, Signal], allowed: np.ndarray
+        self, constants: Mapping[str, np.ndarray], signals: Mapping[str, Signal], directions: np.ndarray
     ) -> Flow:
-        """The rates while only the nu of a projection (3, 3) are allowed; what sticks does not turn."""
-        flow = self.held_rates.flow({**constants, "allowed": allowed[np.triu_indices(3)]}, signals)
+        """The rates while nu may change only in the directions (3, 3), columns; what sticks does not turn."""
+        absent = ~directions.any(axis=0)
+        flow = self.held_rates.flow({**constants, "directions": directions.ravel(), "absent": absent}, signals)
         sticking = self.state_vector.slices["chi"].start + self.axles.sticking
 
         def held_flow(time: float, y: np.ndarray) -> np.ndarray:

@@ -21,15 +21,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from omniroll.effects.complementarity import Facets, allowed_by, least_torques, nearest_force
+from omniroll.effects.complementarity import Facets, allowed_by, directions_allowed, least_torques, nearest_force
 from omniroll.effects.guards import EPS, PASSED, Guard
 
 AT_REST = 16  # a rate is zero within this many of its roundings
 MOVES = 1e-10  # a bearing moves whose acceleration is above this part of what the forces could give it
 AT_BOUND = 1e-9  # a torque is at its bound that is nearer to it than this part of it
 
-# From the torques (N,) of the bearings that turn and the projection (3, 3) on the nu that those which stick allow: nu'
-# (3,) and the generalised force (3,) that holds what sticks.
+# From the torques (N,) of the bearings that turn and the directions (3, 3) of nu that those which stick allow: nu' (3,)
+# and the generalised force (3,) that holds what sticks.
 Held = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -41,6 +41,9 @@ class Axles:
     holding   (N,) the largest torques in N m that axles at rest take
     resting   (N,) bool: axles whose rate is zero
     modes     (N,) int: 0 sticks, +-1 is the sign of the rate
+
+    Of a phase, once decide() has been called: the axles that stick (S,), the directions (3, 3) of nu that they allow,
+    columns that are 0 where there are fewer, and the facets of what they can hold.
     """
 
     def __init__(self, rows: np.ndarray, sliding: np.ndarray, holding: np.ndarray):
@@ -48,14 +51,13 @@ class Axles:
         count = len(rows)
         self.resting, self.modes = np.zeros(count, bool), np.zeros(count, int)
         self.released = np.zeros(count, int)  # signs of those that a facet has let go at this instant
-        self.force_size = np.zeros(3)
-        self.begin()
+        self.force_size, self.sticking = np.zeros(3), np.zeros(0, int)
 
-    def begin(self) -> None:
+    def _begin(self, mass_matrix: np.ndarray) -> None:
         """A phase begins with the present modes."""
         self.sticking = np.flatnonzero(self.modes == 0)
         stuck = self.rows[self.sticking]
-        self.allowed = allowed_by(stuck)
+        self.directions = directions_allowed(stuck, mass_matrix)
         self.facets = Facets.of(stuck, self.holding[self.sticking])
 
     # What the state says
@@ -137,14 +139,14 @@ class Axles:
         """
         axles = np.flatnonzero(self.resting)
         self.modes[axles] = 0
-        self.begin()
+        self._begin(mass_matrix)
         self.force_size = size
         if not self.released.any() and not self._overdone(held).any():
             return
         force = -held(np.where(self.resting, 0.0, self.torques()), np.zeros((3, 3)))[1]
         for _ in range(len(axles) + 1):
             self._rounds(axles, mass_matrix, force)
-            self.begin()
+            self._begin(mass_matrix)
             passed = self._overdone(held)
             if not passed.any():
                 return
@@ -152,7 +154,7 @@ class Axles:
 
     def _overdone(self, held: Held) -> np.ndarray:
         """(K,) bool: facets of the axles that stick beyond which the force is that would hold them."""
-        _, force = held(self.torques(), self.allowed)
+        _, force = held(self.torques(), self.directions)
         return self.facets.excess(force) > PASSED * self.facet_rounding(force)
 
     def facet_rounding(self, force: np.ndarray) -> np.ndarray:
