@@ -12,7 +12,7 @@ from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping")  # of the kernel: affine in time between two events
+INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in time between two events
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"

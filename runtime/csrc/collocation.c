@@ -15,6 +15,14 @@
 #define EPS 2.220446049250313e-16
 #define TURN 6.283185307179586
 #define DIFFERENCE 1e-9             /* of the size of a state, for slopes                                   */
+#define FINE_DIFFERENCE 1e-11       /* the same of nu, which turns wheels that a small named speed holds         */
+#define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
+
+/* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
+ * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
+typedef struct {
+    nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
+} newton_t;
 
 /* What a step works on. */
 typedef struct {
@@ -45,14 +53,17 @@ typedef struct {
     nodes_t *rate_core, *at_core;
     lanes_t *core_here, *core_dot;              /* scratch                                       */
     nodes_t *found_core, *slope_core;           /* scratch of stiff sweeps                       */
-    double size;                                /* of nu                                         */
-    int stiff;                                  /* whether each number of the core is solved for implicitly */
-    double steepest;                            /* the largest h times slope in the last stiff sweep */
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[SET_ACCOUNTS];
 #endif
 #if SET_IS_ACTED_ON
+    double size;                                /* of nu                                         */
+    int stiff;                                  /* whether the core is solved for implicitly     */
+    double steepest;                            /* the largest h times slope in the last stiff sweep */
+    nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
+    newton_t newton;                            /* of nu', and h times its largest slope         */
+    double steep_nu;
     double rest;                                /* what further sweeps would change              */
     int guards;
     double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
@@ -163,45 +174,104 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     return point;
 }
 
-#if SET_CORE_PARTS
+#if SET_IS_ACTED_ON
 #define STIFF 0.05                              /* h times a slope that Picard's iteration need not bear */
 
-/* The change of rates that solves change = missing + slope h (integral of the change), node by node: Gauss's
- * elimination. */
-static void solve_stiff(const nodes_t *slope, double h, nodes_t *missing)
+/* slope has count x count tables, by rows. */
+ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
 {
-    double matrix[NODES][NODES];
-    for (int m = 0; m < NODES; m++)
+    for (int m = 0; m < NODES; m++) {
+        nodes_t integral;                       /* to node m, from the values at the nodes               */
         for (int j = 0; j < NODES; j++)
-            matrix[m][j] = (m == j) - h*slope->node[m]*gauss_integral[j].node[m];
-    for (int k = 0; k < NODES; k++) {
-        int pivot = k;
-        for (int m = k + 1; m < NODES; m++)
-            if (fabs(matrix[m][k]) > fabs(matrix[pivot][k]))
-                pivot = m;
-        for (int j = k; j < NODES; j++) {
-            const double kept = matrix[k][j];
-            matrix[k][j] = matrix[pivot][j];
-            matrix[pivot][j] = kept;
+            integral.node[j] = gauss_integral[j].node[m];
+        for (int k = 0; k < count; k++) {
+            nodes_t *const row = newton->row[k*NODES + m] = newton->rows + (k*NODES + m)*count;
+            for (int l = 0; l < count; l++)
+                for (int b = 0; b < BLOCKS; b++)
+                    row[l].lanes[b] = (-h*slope[k*count + l].node[m])*integral.lanes[b];
+            row[k].node[m] += 1;
         }
-        const double kept = missing->node[k];
-        missing->node[k] = missing->node[pivot];
-        missing->node[pivot] = kept;
-        for (int m = k + 1; m < NODES; m++) {
-            const double factor = matrix[m][k]/matrix[k][k];
-            for (int j = k + 1; j < NODES; j++)
-                matrix[m][j] -= factor*matrix[k][j];
-            missing->node[m] -= factor*missing->node[k];
-        }
-    }
-    for (int k = NODES - 1; k >= 0; k--) {
-        for (int j = k + 1; j < NODES; j++)
-            missing->node[k] -= matrix[k][j]*missing->node[j];
-        missing->node[k] /= matrix[k][k];
     }
 }
 
-/* The slope of each number of the core in itself, by differences: parts of the core one after the other. */
+/* Gauss's elimination with the largest pivots. */
+ALWAYS_INLINE void eliminate(newton_t *newton, const int count)
+{
+    nodes_t **const row = newton->row;
+    for (int k = 0; k < count*NODES; k++) {
+        const int first = k/NODES, here = k%NODES;
+        int pivot = k;
+        for (int m = k + 1; m < count*NODES; m++)
+            if (fabs(row[m][first].node[here]) > fabs(row[pivot][first].node[here]))
+                pivot = m;
+        nodes_t *const kept = row[k];
+        row[k] = row[pivot], row[pivot] = kept;
+        nodes_t beyond[3];                      /* the pivot's row right of it, 0 elsewhere               */
+        for (int l = first; l < count; l++)
+            beyond[l] = row[k][l];
+        for (int j = 0; j <= here; j++)
+            beyond[first].node[j] = 0;
+        const double inverse = row[k][first].node[here] = 1/row[k][first].node[here];
+        for (int m = k + 1; m < count*NODES; m++) {
+            const double factor = row[m][first].node[here] *= inverse;
+            for (int l = first; l < count; l++)
+                for (int b = 0; b < BLOCKS; b++)
+                    row[m][l].lanes[b] -= factor*beyond[l].lanes[b];
+        }
+    }
+}
+
+/* The change that the eliminated matrix gives, in the place of what is missing. Sums go over whole rows: what is still to
+ * be found counts as 0. */
+ALWAYS_INLINE void solve_newton(const newton_t *newton, const int count, nodes_t *missing)
+{
+    nodes_t lower[3] = {{{lanes_of(0)}}}, found[3] = {{{lanes_of(0)}}};
+    for (int k = 0; k < count*NODES; k++) {
+        const int place = (int)(newton->row[k] - newton->rows)/count;
+        double rest = missing[place/NODES].node[place%NODES];
+        for (int l = 0; l < count; l++)
+            rest -= weighted(&newton->row[k][l], &lower[l]);
+        lower[k/NODES].node[k%NODES] = rest;
+    }
+    for (int k = count*NODES - 1; k >= 0; k--) {
+        double rest = lower[k/NODES].node[k%NODES];
+        for (int l = 0; l < count; l++)
+            rest -= weighted(&newton->row[k][l], &found[l]);
+        found[k/NODES].node[k%NODES] = rest*newton->row[k][k/NODES].node[k%NODES];
+    }
+    for (int k = 0; k < count; k++)
+        missing[k] = found[k];
+}
+
+/* h times the largest slope. */
+static double steepness(const nodes_t *slope, int count, double h)
+{
+    double steep = 0;
+    for (int k = 0; k < count; k++)
+        for (int m = 0; m < NODES; m++)
+            steep = fmax(steep, h*fabs(slope[k].node[m]));
+    return steep;
+}
+
+/* The slopes of nu' in nu, by differences. */
+ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at)
+{
+    for (int l = 0; l < 3; l++) {
+        const lanes_t here = at->nu[l];
+        lanes_t nu_dot[3], *core_dot = 0;
+#if SET_CORE_PARTS
+        core_dot = s->core_dot;
+#endif
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
+        core_rates(wheels, point, nu_dot, core_dot);
+        for (int k = 0; k < 3; k++)
+            s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
+        at->nu[l] = here;
+    }
+}
+
+#if SET_CORE_PARTS
+/* The slope of each number of the rest of the core in itself, by differences: its parts one after the other. */
 ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
 {
     int first = 0;
@@ -219,55 +289,87 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
         first = end;
     }
 }
+#endif
 
-/* A sweep in which each number of the rest of the core is solved for with its own slope (Newton's rule on the
- * diagonal), since Picard's iteration contracts slowly, or not at all, where a slope times h is not small. */
-static double stiff_sweep(step_t *s, const int wheels)
+/* Add what is missing of a rate; returns the largest change so far, in the measure of nu. */
+ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double weight, lanes_t change)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t moved = weight*lanes_abs(missing->lanes[b]);
+        change = lanes_select(moved <= change, change, moved);
+        rate->lanes[b] += missing->lanes[b];
+    }
+    return change;
+}
+
+/* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
+ * small: nu' with all of its slopes in nu, found anew or those of a sweep before, and each number of the rest of the core
+ * with its own slope. */
+static double stiff_sweep(step_t *s, const int wheels, int renew)
 {
     lanes_t change = lanes_of(0);
+    nodes_t missing[3];
     states_at_nodes(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3];
+        lanes_t nu_dot[3], *core_dot = 0;
         const point_t point = point_at(s, wheels, b, &at);
-        core_rates(wheels, &point, nu_dot, s->core_dot);
+#if SET_CORE_PARTS
+        core_dot = s->core_dot;
+#endif
+        core_rates(wheels, &point, nu_dot, core_dot);
+        for (int k = 0; k < 3; k++) {
+            s->found_nu[k].lanes[b] = nu_dot[k];
+            missing[k].lanes[b] = nu_dot[k] - s->rate_nu[k].lanes[b];
+        }
+#if SET_CORE_PARTS
         for (int c = 0; c < s->core; c++)
             s->found_core[c].lanes[b] = s->core_dot[c];
         slopes_of_core(s, wheels, b, &point);
-        for (int k = 0; k < 3; k++) {
-            const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
-            change = lanes_select(moved <= change, change, moved);
-            s->rate_nu[k].lanes[b] = nu_dot[k];
+#endif
+        if (renew)
+            slopes_of_nu(s, wheels, b, &point, &at);
+    }
+    if (renew) {
+        s->steep_nu = steepness(s->slope_nu, 9, s->h);
+        if (s->steep_nu > STIFF) {
+            newton_matrix(&s->newton, s->slope_nu, 3, s->h);
+            eliminate(&s->newton, 3);
         }
     }
-    s->steepest = 0;
+    if (s->steep_nu > STIFF)
+        solve_newton(&s->newton, 3, missing);
+    s->steepest = s->steep_nu;
+    for (int k = 0; k < 3; k++)
+        change = corrected(&s->rate_nu[k], &missing[k], 1, change);
+    s->sweeps += renew ? 4 : 1;
+#if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++) {
-        nodes_t missing;
-        double steep = 0;
-        for (int m = 0; m < NODES; m++) {
-            missing.node[m] = s->found_core[c].node[m] - s->rate_core[c].node[m];
-            steep = fmax(steep, s->h*fabs(s->slope_core[c].node[m]));
+        const double steep = steepness(&s->slope_core[c], 1, s->h);
+        for (int b = 0; b < BLOCKS; b++)
+            missing[0].lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
+        if (steep > STIFF) {
+            newton_t newton;
+            newton_matrix(&newton, &s->slope_core[c], 1, s->h);
+            eliminate(&newton, 1);
+            solve_newton(&newton, 1, &missing[0]);
         }
+        change = corrected(&s->rate_core[c], &missing[0], s->weight[c], change);
         s->steepest = fmax(s->steepest, steep);
-        if (steep > STIFF)
-            solve_stiff(&s->slope_core[c], s->h, &missing);
-        for (int b = 0; b < BLOCKS; b++) {
-            const lanes_t moved = s->weight[c]*lanes_abs(missing.lanes[b]);
-            change = lanes_select(moved <= change, change, moved);
-            s->rate_core[c].lanes[b] += missing.lanes[b];
-        }
     }
-    s->sweeps += 1 + SET_CORE_PARTS;
+    s->sweeps += SET_CORE_PARTS;
+#endif
     return lanes_largest(change)*s->h;
 }
 #endif
 
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure. */
-NEVER_INLINE double sweep(step_t *s, const int wheels)
+NEVER_INLINE double sweep(step_t *s, const int wheels, int renew)
 {
-#if SET_CORE_PARTS
+    (void)renew;
+#if SET_IS_ACTED_ON
     if (s->stiff)
-        return stiff_sweep(s, wheels);
+        return stiff_sweep(s, wheels, renew);
 #endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);

@@ -5,6 +5,7 @@
  * step of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
+#define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define LANDED 2                    /* roundings around zero is on it                                       */
@@ -78,12 +79,12 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
                          double reach)
 {
-    double last = INFINITY;
+    double last = INFINITY, ratio = INFINITY;
     for (int k = 0; k < MOST_SWEEPS; k++) {
-        const double change = sweep(s, wheels);
+        const double change = sweep(s, wheels, !(ratio < RENEW));
         end_of_step(s, wheels);
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
-        const double ratio = change/last;
+        ratio = change/last;
 #if SET_CORE_PARTS
         if (!s->stiff && k > 1 && !(ratio < SLOW) && change > 100*sweep_tolerance) {     /* it contracts slowly */
             s->stiff = 1;

@@ -13,6 +13,7 @@
 #define MOST_GUARDS (2*MOST_WHEELS)
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 #define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
+#define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 
 #include "collocation.c"
 #include "events.c"
@@ -76,7 +77,7 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
             s->weight[c] = of_part > 0 ? size/of_part : 0;
     }
 #endif
-#if SET_CORE_PARTS
+#if SET_IS_ACTED_ON
     s->size = size;
 #endif
     (void)run, (void)work, (void)nu_dot;
@@ -191,12 +192,16 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+#if SET_IS_ACTED_ON
+    int slow = 0;                   /* whether the iteration and not the error has made the step short       */
+#endif
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, most, run, work);
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
                                  reach);
-#if SET_CORE_PARTS
+#if SET_IS_ACTED_ON
         s->stiff = s->stiff && !(found == SETTLED && s->steepest < STIFF);
+        slow = slow || found != SETTLED;
 #endif
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
@@ -223,6 +228,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
+        s->stiff = s->stiff || (slow && error < EASY);
 #endif
         run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
@@ -368,7 +374,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     lanes_spread(constants, memory, &work.vehicle);
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
-#if SET_CORE_PARTS
+#if SET_IS_ACTED_ON
     s.stiff = 0;
 #endif
 #if SET_CORE_PARTS

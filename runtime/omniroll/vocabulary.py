@@ -290,8 +290,18 @@ BEARINGS = (
         "wheel_speed",
         bounded("axle_fade_speed"),
         argument="axle_fade_speed",
-        note="It is needed with wheel_coulomb, and only then",
+        note="With it the torque is smooth and nothing sticks; without it an axle at rest sticks",
+        default="none: axles stick",
         optional=True,
+    ),
+    Entry(
+        "wheel_break_away",
+        COEFFICIENT,
+        "N m",
+        "largest torque that the bearings of an axle at rest take",
+        "wheel_coulomb",
+        optional=True,
+        note="At least wheel_coulomb, which an axle that turns takes. Only without wheel_speed",
     ),
     derived(
         "roller_viscous", bounded("roller_damping", EACH), argument="roller_damping", default="none", optional=True

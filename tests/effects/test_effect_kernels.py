@@ -37,6 +37,7 @@ def random_case(rng, wheels=WHEELS, rollers=ROLLERS):
         "roller_fade_speed": 0.2, "gravity": 9.8, "slope_angle": 0.2, "slope_direction": 0.7,
         "torque_constant": 0.02, "resistance": 1.5, "motor_gear_ratio": 20, "back_emf": 0.03, "current_limit": 4,
         "torque": rng.normal(size=wheels), "damping": rng.uniform(0.1, 1, wheels), "heading": 0.4,
+        "bearing_torque": rng.normal(size=wheels),
     }  # fmt: skip
     return vehicle, random_state(rng, vehicle, 0.9), numbers
 
@@ -57,8 +58,9 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
     speeds = lagrange.speeds(vehicle, nu, chi, spins, model="locked" if model == "massless" else model, theta=theta)
     forces = lagrange.Speeds.zero(vehicle)
     torque, damping = present("drive", "torque"), present("motor", "damping")
+    bearing = present("axle_sticking", "bearing_torque")
     for i, rate in enumerate(speeds.chi):
-        forces.chi[i] = torque[i] - damping[i] * rate + friction(
+        forces.chi[i] = torque[i] + bearing[i] - damping[i] * rate + friction(
             present("axle_viscous", "axle_damping")[i], present("axle_coulomb", "axle_torque")[i],
             exact(numbers["axle_fade_speed"]), rate)  # fmt: skip
         for j, spin in enumerate(speeds.phi[i]):
@@ -90,7 +92,7 @@ def kernel(vehicle, model, effects, numbers):
 def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
     base = model.removesuffix("_sharp")
     module, constants = kernel(vehicle, base, effects, numbers)
-    asked = {"drive": "torque", "motor": "damping", "slope": "heading"}
+    asked = {"drive": "torque", "motor": "damping", "axle_sticking": "bearing_torque", "slope": "heading"}
     inputs = [balls(numbers[name]) for effect, name in asked.items() if effect in effects]
     spins = [balls(spins)] if base == "free" else []
     name = "accelerations" if base == "free" else "forward_dynamics"
@@ -165,12 +167,66 @@ def test_powers_are_the_work_of_the_forces():
     module, constants = kernel(vehicle, "locked", effects, numbers)
     bare, bare_constants = kernel(vehicle, "locked", ("layout",), numbers)
     nu_, chi_, torque, damping = balls(nu), balls(chi), balls(numbers["torque"]), balls(numbers["damping"])
-    with_effects = module.forces(constants, nu_, chi_, torque, damping)
+    bearing = balls(numbers["bearing_torque"])
+    with_effects = module.forces(constants, nu_, chi_, torque, damping, bearing)
     without = bare.forces(bare_constants, nu_, chi_)
     power = sum((a - b) * v for a, b, v in zip(with_effects, without, nu_, strict=True))
-    told = module.drive_power(constants, nu_, torque, damping) - module.axle_loss(constants, nu_)
+    told = module.drive_power(constants, nu_, torque, damping) - module.axle_loss(constants, nu_, bearing)
     told -= module.contact_loss(constants, nu_, chi_)
     assert abs(float(power - told)) <= CLOSE * abs(float(power))
+
+
+@pytest.mark.parametrize("base", ["massless", "locked"])
+@pytest.mark.parametrize("stuck", [1, 2, 3])
+@working_precision
+def test_what_holds_an_axle_keeps_it_at_rest(stuck, base):
+    """held_dynamics: its force as torques of the bearings lets the oracle's wheels stand still."""
+    rng = np.random.default_rng([29, stuck])
+    vehicle, state, numbers = random_case(rng)
+    effects = ("drive", "axle_sticking")
+    vehicle = without_layout(vehicle)
+    module, constants = kernel(vehicle, base, effects, numbers)
+    nu, chi, _ = state
+    columns = [module.wheel_speeds(constants, balls(axis)) for axis in np.eye(3)]
+    rows = [[columns[k][i] for k in range(3)] for i in range(stuck)]
+    basis = []  # orthonormal, of the rows
+    for row in rows:
+        for known in basis:
+            along = sum(a * b for a, b in zip(row, known, strict=True))
+            row = [a - along * b for a, b in zip(row, known, strict=True)]
+        size = sum(a * a for a in row).sqrt()
+        basis.append([a / size for a in row])
+    across = []  # columns that the axles which stick allow: what is left of the axes without the rows
+    for axis in np.eye(3):
+        left = balls(axis)
+        for known in [*basis, *across]:
+            along = sum(a * b for a, b in zip(left, known, strict=True))
+            left = [a - along * b for a, b in zip(left, known, strict=True)]
+        size = sum(a * a for a in left).sqrt()
+        if len(across) < 3 - stuck and float(size) > 0.1:
+            across.append([a / size for a in left])
+    assert len(across) == 3 - stuck
+    directions = [across[c][k] if c < 3 - stuck else exact(0) for k in range(3) for c in range(3)]
+    absent = [exact(int(c >= 3 - stuck)) for c in range(3)]
+    bearing = np.where(np.arange(WHEELS) < stuck, 0.0, numbers["bearing_torque"])
+    nu_dot, held = module.held_dynamics(
+        constants, balls(nu), balls(chi), balls(numbers["torque"]), balls(bearing), directions, absent
+    )
+    # the torques whose generalised force it is: in the orthonormal basis the rows are a triangle
+    torques, rest = [exact(0)] * stuck, [sum(h * b for h, b in zip(held, known, strict=True)) for known in basis]
+    for i in reversed(range(stuck)):
+        along = [[sum(a * b for a, b in zip(rows[j], known, strict=True)) for known in basis] for j in range(stuck)]
+        torques[i] = (rest[i] - sum((along[j][i] * torques[j] for j in range(i + 1, stuck)), exact(0))) / along[i][i]
+    whole = [torques[i] if i < stuck else exact(float(bearing[i])) for i in range(WHEELS)]
+    found = module.forward_dynamics(constants, balls(nu), balls(chi), balls(numbers["torque"]), whole)
+    for got, want in zip(nu_dot, found, strict=True):
+        assert abs(float(got - want)) <= CLOSE * (1 + abs(float(want)))
+    for rate in module.wheel_speeds(constants, nu_dot)[:stuck]:
+        assert abs(float(rate)) <= CLOSE
+    exactly = numbers | {"bearing_torque": [float(torque) for torque in whole]}
+    wanted = oracle_accelerations(vehicle, state, base, effects, exactly)[:3]
+    for got, want in zip(nu_dot, wanted, strict=True):  # the oracle takes the torques as doubles
+        assert abs(float(got - want)) <= 1e-12 * (1 + abs(float(want)))
 
 
 @working_precision

@@ -78,7 +78,7 @@ EXAMPLES = (
         ("name", lambda: register_controller("tests: nothing")(lambda time, state: 1.0)),
         ("wheel_viscous", lambda: Bearings()),
         ("wheel_viscous", lambda: Bearings(wheel_viscous=-1)),
-        ("wheel_speed", lambda: Bearings(wheel_coulomb=1)),
+        ("wheel_speed", lambda: Bearings(wheel_speed=1)),
         ("roller_speed", lambda: Bearings(wheel_viscous=1, roller_speed=1)),
         ("roller_speed", lambda: Bearings(roller_coulomb=1, roller_speed=0)),
         ("angle", lambda: Slope(np.pi / 2)),

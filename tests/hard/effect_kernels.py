@@ -50,6 +50,16 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
     }
 
 
+def axles_that_stick(part: Sample, set_name: str, draw: Draw) -> dict[str, np.ndarray]:
+    """Directions (M, 9) that up to three axles allow, orthonormal in the metric of M*; and those that are absent."""
+    matrix = rounding.values(part, set_name, "mass_matrix").T.reshape(-1, 3, 3)
+    roots = np.linalg.cholesky(matrix)
+    turned = np.linalg.qr(draw.rng.normal(size=(draw.count, 3, 3)))[0]
+    directions = np.linalg.solve(roots.transpose(0, 2, 1), turned)
+    absent = np.arange(3) >= draw.rng.integers(0, 3, draw.count)[:, None]
+    return {"directions": np.where(absent[:, None], 0.0, directions).reshape(-1, 9), "absent": absent.astype(float)}
+
+
 def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]:
     """What functions of effects take beside those of the roller models, by name."""
     vehicle, wheels = part.vehicle, part.wheels
@@ -59,6 +69,7 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
     return {
         "heading": part.state["theta"],
         "torque": signed(force, wheels),
+        "bearing_torque": signed(force, wheels),
         "voltage": draw.signed(1e-2, 1e2, wheels),
         "modes": draw.rng.integers(-1, 2, (draw.count, wheels)).astype(float),
         "damping": per_state(vehicle["wheel_inertia"] * speed, (wheels,)) * draw.log(1e-3, 1e3, wheels),
@@ -86,7 +97,10 @@ def with_effects(part: Sample, set_name: str, seed: int) -> Sample:
     given = part.vehicle | constants(draw, part.vehicle, speed, part.wheels)
     wanted = signatures(*rounding.split_key(set_name), part.wheels, part.rollers)["prepare"].inputs
     vehicle = part.vehicle | {argument.name: given[argument.name] for argument in wanted}
-    return Sample(part.wheels, part.rollers, vehicle, part.state | inputs(draw, part, speed))
+    given = Sample(part.wheels, part.rollers, vehicle, part.state | inputs(draw, part, speed))
+    if "axle_sticking" in set_name:
+        given.state.update(axles_that_stick(given, set_name, draw))
+    return given
 
 
 def compiled_on_demand(part: Sample, set_name: str) -> dict[str, np.ndarray]:

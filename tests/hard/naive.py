@@ -75,8 +75,8 @@ def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, star
     while motion.t < end and not motion.gave_up:
         if motion.t >= start_time + acting.next_time():
             acting.pass_time(acting.next_time(), state)
-        flow, _ = acting.phase(motion.t - start_time, state.free_axial())
         y, span = np.append(_packed(state), work), (motion.t, min(end, start_time + acting.next_time()))
+        flow, _ = acting.phase(motion.t - start_time, state.free_axial(), y)
         with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
             found = solve_ivp(flow, span, y, "DOP853", events=events, rtol=rtol, atol=1e-14)
         motion.t = float(found.t[-1])

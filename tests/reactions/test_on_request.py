@@ -11,7 +11,17 @@ from omniroll.kernels import sets
 MODELS = ("massless", "locked", "free")
 REACTIONS = ("contact_forces", "contact_impulses", "load_balance")
 LISTED = [effect for effect in generated_data.load("effects")["effects"] if effect["neutral"]]
-FELT = ("layout", "drive", "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "roller_coulomb", "slope")
+FELT = (
+    "layout",
+    "drive",
+    "motor",
+    "axle_viscous",
+    "axle_coulomb",
+    "axle_sticking",
+    "roller_viscous",
+    "roller_coulomb",
+    "slope",
+)
 OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactions")
 
 

@@ -1,8 +1,10 @@
 """Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
 
 Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
-friction is - T w / sqrt(w^2 + w_0^2), w the rate and w_0 a speed that the user names: the torque is smooth, so that
-nothing sticks; at rates well below w_0 it is small, and what should stick creeps.
+friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; where it is at
+rest, what holds it, up to the break-away torque (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the
+rate and w_0 a speed that the user names; the torque is smooth, so that nothing sticks: at rates well below w_0 it is
+small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
@@ -17,20 +19,21 @@ from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
+from omniroll.effects.sticking import Axles
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, documented
 
-# Field of the effect, argument of the kernel's prepare, effect of the registry.
+# Field of the effect, argument of the kernel's prepare, effect of the registry. Where axles stick, wheel_coulomb is no
+# argument: the kernel has the torques of the bearings as an input.
 COEFFICIENTS = (
     ("wheel_viscous", "axle_damping", "axle_viscous"),
     ("wheel_coulomb", "axle_torque", "axle_coulomb"),
     ("roller_viscous", "roller_damping", "roller_viscous"),
     ("roller_coulomb", "roller_torque", "roller_coulomb"),
 )
-# Field, argument of prepare, the coefficient that needs it.
-SPEEDS = (("wheel_speed", "axle_fade_speed", "wheel_coulomb"), ("roller_speed", "roller_fade_speed", "roller_coulomb"))
+SPEEDS = (("wheel_speed", "axle_fade_speed"), ("roller_speed", "roller_fade_speed"))  # field, argument of prepare
 
 
 @documented(*BEARINGS)
@@ -40,40 +43,77 @@ class Bearings(Effect):
 
     {entries}
 
-    A small wheel_speed or roller_speed makes the equations stiff: near rest the steps shrink like speed * inertia /
-    torque. Raises InvalidValueError for numbers out of their bounds, where a Coulomb torque and its speed do not come
-    together, and where no coefficient is given; simulate raises it for a number of coefficients that is not N.
+    wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
+    they take do not hold them. Such a run is made by the Python engine. With wheel_speed it is the regularised law. A
+    small wheel_speed or roller_speed makes the equations stiff: near rest steps shrink like speed * inertia / torque.
+
+    Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
+    or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
+    simulate raises it for a number of coefficients that is not N, and a wheel_break_away below wheel_coulomb.
     """
 
     wheel_viscous: ArrayLike | None = None
     wheel_coulomb: ArrayLike | None = None
     wheel_speed: float | None = None
+    wheel_break_away: ArrayLike | None = None
     roller_viscous: ArrayLike | None = None
     roller_coulomb: ArrayLike | None = None
     roller_speed: float | None = None
 
     def __post_init__(self) -> None:
         self._keep_checked(BEARINGS)
-        for name, _, coefficient in SPEEDS:
-            speed = getattr(self, name)
-            if (speed is None) != (getattr(self, coefficient) is None):
-                raise InvalidValueError(name, speed, f"must be given together with {coefficient}, and only then")
+        if (self.roller_speed is None) != (self.roller_coulomb is None):
+            raise InvalidValueError("roller_speed", self.roller_speed, "must be given together with roller_coulomb")
+        for name in ("wheel_speed", "wheel_break_away"):
+            if getattr(self, name) is not None and self.wheel_coulomb is None:
+                raise InvalidValueError(name, getattr(self, name), "must not be given without wheel_coulomb")
+        if self.wheel_speed is not None and self.wheel_break_away is not None:
+            bound = "must not be given with wheel_speed: under the regularised law no axle rests"
+            raise InvalidValueError("wheel_break_away", self.wheel_break_away, bound)
         if not self.kernel_effects():
             raise InvalidValueError("wheel_viscous", None, "Bearings needs at least one coefficient")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self.constants(vehicle)
+        if self.sticks:
+            self._torques(vehicle.wheels)
+
+    @property
+    def sticks(self) -> bool:
+        """Whether the axles' Coulomb friction is the set-valued law."""
+        return self.wheel_coulomb is not None and self.wheel_speed is None
+
+    def _torques(self, wheels: int) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) torques of axles that turn, and the largest of axles at rest."""
+        sliding = spread("wheel_coulomb", self.wheel_coulomb, wheels)
+        if self.wheel_break_away is None:
+            return sliding, sliding.copy()
+        holding = spread("wheel_break_away", self.wheel_break_away, wheels)
+        if (holding < sliding).any():
+            bound = f"must be at least wheel_coulomb, {self.wheel_coulomb}"
+            raise InvalidValueError("wheel_break_away", self.wheel_break_away, bound)
+        return sliding, holding
+
+    def axles(self, kernel: Kernel) -> Axles | None:
+        return Axles(kernel.wheel_speeds(np.eye(3)).T, *self._torques(kernel.wheels)) if self.sticks else None
+
+    def events(self) -> tuple[str, ...]:
+        return ("axles that stop, stick and break away",) if self.sticks else ()
+
+    def _coefficients(self) -> tuple[tuple[str, str, str], ...]:
+        """Those of COEFFICIENTS whose constants the kernel has."""
+        sticks = ("wheel_coulomb",) if self.sticks else ()
+        return tuple(row for row in COEFFICIENTS if getattr(self, row[0]) is not None and row[0] not in sticks)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        return tuple(effect for name, _, effect in COEFFICIENTS if getattr(self, name) is not None)
+        return tuple(effect for _, _, effect in self._coefficients()) + (("axle_sticking",) if self.sticks else ())
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
         coefficients = {
             argument: tuple(spread(name, getattr(self, name), vehicle.wheels).tolist())
-            for name, argument, _ in COEFFICIENTS
-            if getattr(self, name) is not None
+            for name, argument, _ in self._coefficients()
         }
-        speeds = {argument: getattr(self, name) for name, argument, _ in SPEEDS}
+        speeds = {argument: getattr(self, name) for name, argument in SPEEDS}
         return coefficients | {argument: speed for argument, speed in speeds.items() if speed is not None}
 
     def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -12,15 +12,20 @@ from omniroll.effects.effect import Signal
 from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Flow, Kernel
 
-PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
+PLAIN = ("wheel_speeds", "pose_rates")
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 
 
 class BoundRates:
-    """The functions of one kernel, bound to buffers. Belongs to one run: threads do not share it."""
+    """The functions of one kernel, bound to buffers. Belongs to one run: threads do not share it.
 
-    def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str]):
-        functions = (*functions, *PLAIN)
+    `dynamics` is the generated function that gives nu'.
+    """
+
+    def __init__(
+        self, kernel: Kernel, vector: StateVector, functions: Sequence[str], dynamics: str = "forward_dynamics"
+    ):
+        functions = (*functions, dynamics, *PLAIN)
         self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}
         self.buffers = {name: vector.view(self.y, name) for name in rates}

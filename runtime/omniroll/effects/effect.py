@@ -28,6 +28,7 @@ from omniroll.effects import registry
 from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
+from omniroll.effects.sticking import Axles
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -231,6 +232,13 @@ class Effect:
         before   the quantities by name at first
         after    the same later
         elapsed  (...,) in s, the time between
+        """
+        return None
+
+    def axles(self, kernel: Kernel) -> Axles | None:
+        """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.
+
+        kernel  Kernel of the run
         """
         return None
 

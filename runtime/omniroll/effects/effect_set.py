@@ -1,6 +1,6 @@
 """All effects of a run together. The engine asks the set, and the set asks each effect."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,8 @@ from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
-DRIVES = ("torque", "damping")  # inputs of the kernel that drives give, in the order of a trajectory's columns
+# Inputs of the kernel that drives give, and the torques of bearings that may stick: a trajectory's columns.
+DRIVES = ("torque", "damping", "bearing_torque")
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,13 @@ class EffectSet:
         later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
         return next((speeds for speeds in later if speeds is not None), axial)
 
+    def drives(self) -> tuple[str, ...]:
+        """Names of the inputs in a trajectory's columns `drive`, in their order."""
+        present = {name for effect in self.effects for name in effect.kernel_effects()}
+        entries = generated_data.load("effects")["effects"]
+        given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
+        return tuple(name for name in DRIVES if name in given)
+
     def potentials(self) -> dict[str, str]:
         """Entries of the account, and the generated functions of the pose that give their potential energy."""
         return {entry: name for effect in self.effects for entry, name in effect.potentials.items()}
@@ -108,17 +116,21 @@ class EffectSet:
 class EffectRun:
     """The effects in one run: their processes, and the rates between two of their events.
 
-    drives   names of the drives' inputs of the kernel that there are: torque, and with motors damping
+    drives   names of the drives' inputs of the kernel that there are
+    axles    the wheels' axles where they may stick, or None
     """
 
     def __init__(self, effects: EffectSet, bound: Kernel, start_time: float):
         self.effects, self.kernel, self.state_vector = effects, bound, effects.state_vector(bound)
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
         self.influences, self.signals = [], {}
-        self.drives = tuple(a.name for a in bound.signatures["forward_dynamics"].inputs if a.name in DRIVES)
-        self.bound_rates = (
-            BoundRates(bound, self.state_vector, effects.functions(bound.roller_model)) if effects else None
-        )
+        self.drives = effects.drives()
+        functions = effects.functions(bound.roller_model)
+        self.bound_rates = BoundRates(bound, self.state_vector, functions) if effects else None
+        self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
+        if self.axles is not None:
+            self.held_rates = BoundRates(bound, self.state_vector, functions, "held_dynamics")
+            self.held_force = self.held_rates.buffers["held_force"]
 
     def next_time(self) -> float:
         """When a phase must end at the latest; counted from the start of the run."""
@@ -129,14 +141,59 @@ class EffectRun:
             if process.next_time() <= elapsed:
                 process.pass_time(state)
 
-    def phase(self, elapsed: float, axial: np.ndarray | None, carry: float = 0.0) -> tuple[Flow, Guards]:
-        """The rates and the guards of the phase that starts at elapsed + carry, with the axial speeds (N, n-1)."""
+    def phase(self, elapsed: float, axial: np.ndarray | None, y: np.ndarray, carry: float = 0.0) -> tuple[Flow, Guards]:
+        """The rates and the guards of the phase that starts at elapsed + carry in the state y.
+
+        axial: of the free rollers, (N, n-1). Where axles may stick, it is decided which do.
+        """
         momenta = None if axial is None else self.kernel.momenta(axial)
         if self.bound_rates is None:
             return self.kernel.flow(momenta), NO_GUARDS
-        guards = Guards(self.begin_phase(elapsed, carry), self.state_vector.size)
+        guards = self.begin_phase(elapsed, carry)
         constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
-        return self.bound_rates.flow(constants, self.signals), guards
+        if self.axles is None:
+            return self.bound_rates.flow(constants, self.signals), Guards(guards, self.state_vector.size)
+        self._decide(constants, y)
+        self.signals["bearing_torque"] = Signal.constant(self.axles.torques())
+        guards = Guards([*guards, *self.axles.rate_guards(self.state_vector.view(y, "nu"))], self.state_vector.size)
+        if not len(self.axles.sticking):
+            return self.bound_rates.flow(constants, self.signals), guards
+        return self._held_flow(constants, self.signals, self.axles.directions), guards
+
+    def _decide(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> None:
+        """Which axles stick in the phase that starts now."""
+
+        def held(torques: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            flow = self._held_flow(constants, self.signals | {"bearing_torque": Signal.constant(torques)}, directions)
+            return flow(0.0, y)[:3], self.held_force.copy()
+
+        drives = sum(np.abs(self.signals[name].value) for name in self.drives if name in self.signals)
+        _, force = held(np.zeros(self.kernel.wheels), np.zeros((3, 3)))
+        size = np.abs(force) + np.abs(self.axles.rows.T) @ np.broadcast_to(drives, self.kernel.wheels)
+        self.axles.decide(self.kernel.mass_matrix(self.state_vector.view(y, "chi")), held, size)
+
+    def _held_flow(
+        self, constants: Mapping[str, np.ndarray], signals: Mapping[str, Signal], directions: np.ndarray
+    ) -> Flow:
+        """The rates while nu may change only in the directions (3, 3), columns; what sticks does not turn."""
+        absent = ~directions.any(axis=0)
+        flow = self.held_rates.flow({**constants, "directions": directions.ravel(), "absent": absent}, signals)
+        sticking = self.state_vector.slices["chi"].start + self.axles.sticking
+
+        def held_flow(time: float, y: np.ndarray) -> np.ndarray:
+            rates = flow(time, y)
+            rates[sticking] = 0.0
+            return rates
+
+        return held_flow
+
+    def wheel_speeds(self, nu: np.ndarray) -> np.ndarray:
+        """(N,) rates of the wheels; exactly zero where an axle rests."""
+        return self.kernel.wheel_speeds(nu) if self.axles is None else self.axles.rates(nu)
+
+    def wheel_accelerations(self, nu_dot: np.ndarray) -> np.ndarray:
+        """(N,) accelerations of the wheels; exactly zero where an axle sticks."""
+        return self.kernel.wheel_speeds(nu_dot) if self.axles is None else self.axles.accelerations(nu_dot)
 
     def begin_phase(self, elapsed: float, carry: float = 0.0) -> list[Guard]:
         """The guards of the phase that starts at elapsed + carry; `signals` are its inputs then.
@@ -155,8 +212,16 @@ class EffectRun:
         return [guard.later(carry) for influence in self.influences for guard in influence.guards]
 
     def drive(self, time: float) -> np.ndarray:
-        """(D, N) the inputs of the drives at a time since the start of this phase."""
+        """(D, N) the inputs of the drives at a time since the start of this phase; of bearings, where axles turn."""
         return np.array([self.signals[name].at(time) for name in self.drives]).reshape(-1, self.kernel.wheels)
+
+    def drive_in(self, flow: Flow, time: float, y: np.ndarray) -> np.ndarray:
+        """The same in the state y of the phase with the rates `flow`, with what holds the axles that stick."""
+        drive = self.drive(time)
+        if self.axles is not None and len(self.axles.sticking):
+            flow(time, y)
+            drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
+        return drive
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of this phase, (m,) bool, have ended it."""
@@ -166,3 +231,5 @@ class EffectRun:
             start += len(influence.guards)
             if own.any():
                 process.pass_guards(own)
+        if self.axles is not None and passed[start:].any():
+            self.axles.pass_guards(passed[start:])

@@ -52,6 +52,8 @@ def can_run(task: Task) -> bool:
     if not task.effects:
         return True
     run = EffectRun(task.effects, task.kernel, task.start_time)
+    if run.axles is not None:
+        return False
     if not task.kernel.effects:
         return not run.next_time() < np.inf and not run.begin_phase(0.0)
     known = names_of(task.kernel, "states")

@@ -313,7 +313,8 @@ class PhaseIntegrator:
         Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
         """
         low, high, h = 0.0, step.h, guess * step.h
-        if (guards.values(step.time, step.y)[passed] >= 0).any() or step.time + h == step.time:
+        waits, _ = guards.waits(step.time, step.y, step.rates)
+        if (waits[passed] <= 0).any() or step.time + h == step.time:
             phase.passed = passed
             return
         for _ in range(LANDING_TRIALS):

@@ -6,6 +6,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
@@ -104,15 +105,14 @@ class Run:
             if self.elapsed >= self.acting.next_time():
                 self.acting.pass_time(self.elapsed, self.state)
                 continue
-            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self.carry)
+            self._ask()
             passed = self.guards.beyond(0.0, self._y()) if len(self.guards) else np.zeros(0, bool)
             if not passed.any():
                 break
             self._watch(None)
             self.acting.pass_guards(passed)
-        self.phase_start = self.elapsed
         slopes, self.slopes = self.slopes, self.acting.drive(1.0) - self.acting.drive(0.0)
-        drive = self.acting.drive(0.0)
+        drive = self.acting.drive_in(self.flow, 0.0, self._y())
         if not self.rows.y:
             self._add_row()
             return
@@ -121,11 +121,21 @@ class Run:
         if (np.abs(drive - last) > rounding).any():
             self._add_row()
 
+    def _ask(self) -> None:
+        """What acts from now on, and which axles stick: the rates and what ends the phase."""
+        axles = self.acting.axles
+        if axles is not None:
+            self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
+        self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
+        if axles is not None and len(axles.sticking):
+            self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
+        self.phase_start = self.elapsed
+
     def _y(self) -> np.ndarray:
         return np.concatenate([self.state.nu, self.state.chi, self.state.pose, self.added])
 
     def _add_row(self) -> None:
-        drive = self.acting.drive(self.elapsed - self.phase_start)
+        drive = self.acting.drive_in(self.flow, self.elapsed - self.phase_start, self._y())
         self.rows.add(self.elapsed, self._y(), self.state.contact, self.state.free_axial(), drive)
 
     def _start_added(self) -> None:
@@ -148,12 +158,12 @@ class Run:
         A wheel rests where its speed would carry it over less than the rounding of its angle: without this an impact
         that sends a wheel back again and again, in less and less time, would have no last one.
         """
-        chi, chi_dot = self.state.chi, self.kernel.wheel_speeds(self.state.nu)
+        chi, chi_dot = self.state.chi, self.acting.wheel_speeds(self.state.nu)
         due = outward(chi, chi_dot, self.kernel.rollers_per_wheel)
         slow = np.abs(chi_dot) <= SLOW * np.max(np.abs(chi_dot), initial=0.0)
         if (slow & (np.abs(chi) >= self.model.joint)).any():
-            flow, _ = self.acting.phase(self.elapsed, self.state.free_axial(), self.carry)
-            chi_ddot = self.kernel.wheel_speeds(flow(0.0, self._y())[:3])
+            self._ask()
+            chi_ddot = self.acting.wheel_accelerations(self.flow(0.0, self._y())[:3])
             resting = slow & (chi_dot**2 < 2 * EPS * self.model.joint * np.abs(chi_ddot))
             due = np.where(resting, outward(chi, chi_ddot, self.kernel.rollers_per_wheel), due)
         return due
@@ -174,6 +184,8 @@ class Run:
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
+        if phase.times and self.acting.axles is not None:
+            self.acting.axles.moved()
         if phase.passed.any():
             self._watch(None)
             self.acting.pass_guards(phase.passed)
@@ -190,7 +202,7 @@ class Run:
             self.rows.step_rows.append(len(self.rows.y) - 1)
             self.rows.dense.append(dense)
             self.elapsed, self.carry = compensated_sum(start, carry, h)
-            drive = self.acting.drive(h)
+            drive = self.acting.drive_in(self.flow, h, y)
             self.rows.add(self.elapsed, y, self.state.contact, None if axial is None else axial[k], drive)
         self.rows.y[-1] = phase.y  # differs where a wheel is put onto its joint without a step
         end, plain = 3 + self.kernel.wheels, self.acting.state_vector.plain
@@ -214,10 +226,14 @@ class Run:
 
     def _switch(self, directions: np.ndarray) -> None:
         self._watch(int(np.flatnonzero(directions)[0]))
+        before = self.state.nu
         self.state = self.model.apply(self.state, directions)
         if not np.isfinite(self.state.nu).all():
             self._stop("the speeds after the switch leave the number range", int(np.flatnonzero(directions)[0]))
         self._start_added()
+        if self.acting.axles is not None:
+            self.acting.axles.jumped(before, self.state.nu)
+            self._ask()
         self.rows.switch_rows.append(len(self.rows.y))
         self.rows.directions.append(directions)
         self._add_row()

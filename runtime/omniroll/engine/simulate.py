@@ -184,8 +184,8 @@ def _rates_with_effects(task: Task) -> np.ndarray:
     state, bound = task.state, task.kernel
     acting = EffectRun(task.effects, bound, task.start_time)
     acting.pass_time(0.0, state)
-    flow, _ = acting.phase(0.0, state.free_axial())
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
     acting.state_vector.put(y, task.effects.initial(bound, state.free_axial()))
+    flow, _ = acting.phase(0.0, state.free_axial(), y)
     return flow(0.0, y)

@@ -47,12 +47,22 @@ def value(coefficients: Sequence[float], x: float) -> float:
     return row[0]
 
 
-def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """p(x) (T, c) of polynomials (T, d + 1, c), each at its own x (T,)."""
-    degree = coefficients.shape[1] - 1
+def _weights(degree: int, x: np.ndarray) -> np.ndarray:
+    """(T, d + 1) the factors of the coefficients in p(x), at x (T,)."""
     counts = np.array([comb(degree, k) for k in range(degree + 1)], float)
     powers = np.arange(degree + 1)
-    weights = counts * x[:, None] ** powers * (1 - x[:, None]) ** powers[::-1]
+    return counts * x[:, None] ** powers * (1 - x[:, None]) ** powers[::-1]
+
+
+def bernstein_through(x: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Coefficients (d + 1, c) of the polynomials that are `values` (d + 1, c) at x (d + 1,)."""
+    return np.linalg.solve(_weights(len(x) - 1, x), values)
+
+
+def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """p(x) (T, c) of polynomials (T, d + 1, c), each at its own x (T,)."""
+    powers = np.arange(coefficients.shape[1])
+    weights = _weights(coefficients.shape[1] - 1, x)
     result = weights[:, :1] * coefficients[:, 0]
     for k in powers[1:]:  # in this order, whatever the arrays' layout in memory
         result += weights[:, k, None] * coefficients[:, k]

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.effects import Motor, Slope
-from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.loads import SupportPolygon, contact_loads, refuse_collinear
@@ -211,7 +210,7 @@ def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
     """The drives' inputs of the kernel in every row, by name."""
     if trajectory.drive is None:
         return {}
-    return {name: trajectory.drive[:, k] for k, name in enumerate(DRIVES[: trajectory.drive.shape[1]])}
+    return {name: trajectory.drive[:, k] for k, name in enumerate(trajectory.effects.drives())}
 
 
 def _call(bound: Kernel, name: str, values: dict[str, Any]) -> Any:

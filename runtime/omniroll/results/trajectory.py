@@ -71,8 +71,9 @@ class Trajectory(MadeOnDemand):
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
-                  takes damping * chi' from it; None without drives. A row that ends a phase has the values of that
-                  phase, not of the next one
+                  takes damping * chi' from it; last, where axles may stick, the torque in N m of their bearings.
+                  effects.drives() names them; None where there are none. A row that ends a phase has the values of
+                  that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
     """
@@ -272,6 +273,7 @@ class Trajectory(MadeOnDemand):
             "stats": self.stats.complete(),
             "vehicle": self.vehicle.as_dict(),
             "effects": [effect.as_dict() for effect in self.effects.effects],
+            "drive_names": list(self.effects.drives()),
         }
         arrays = {name: getattr(self, name) for name in ARRAYS} | ({} if dense else {"dense": None})
         trajectory_files.write(Stored(description, arrays, self.switches), path)

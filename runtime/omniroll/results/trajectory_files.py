@@ -145,7 +145,8 @@ def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
         "energy",
     ]
     names += [f"spin_{i}_{j}" for i in wheels for j in rollers] if spins else []
-    names += [f"{name}_{i}" for name in DRIVES[:drives] for i in wheels]
+    inputs = stored.description.get("drive_names", DRIVES)[:drives]
+    names += [f"{name}_{i}" for name in inputs for i in wheels]
     return names + [f"added_{k}" for k in range(1, added + 1)]
 
 

@@ -125,11 +125,14 @@ def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, 
     present = next((other.as_dict() for other in given if isinstance(other, Bearings)), {})
     present.pop("kind", None)
     viscous, coulomb = inertia / SPIN_DOWN, inertia * speed / SPIN_DOWN
-    for law, own, coefficient, unit in (
+    laws = [
         ("viscous", {f"{body}_viscous": viscous}, viscous, "N m s"),
         ("coulomb", {f"{body}_coulomb": coulomb, f"{body}_speed": FADE * speed}, coulomb, "N m"),
-    ):
-        if coefficient > 0 and present.get(f"{body}_{law}") is None:
+    ]
+    if body == "wheel":  # the friction of rollers does not stick
+        laws.append(("sticking", {"wheel_coulomb": coulomb}, coulomb, "N m"))
+    for law, own, coefficient, unit in laws:
+        if coefficient > 0 and present.get(next(iter(own))) is None:
             setting = f"{coefficient:.2g} {unit}, which stops a {body} alone in about {SPIN_DOWN:g} s"
             changes = {"effects": (*others, Bearings(**present | own))}
             yield Variant(f"{effect}_{law}", setting, changes, coefficient, unit)

@@ -80,6 +80,10 @@ class Acting:
             given = effect.process(task.kernel, task.start_time).compiled()
             if given is None:
                 raise OmnirollError(f"no reference solution with {type(effect).__name__}: it acts through Python code")
+            if effect.axles(task.kernel) is not None:
+                raise OmnirollError(
+                    f"no reference solution with {type(effect).__name__}: axles that stick are not in it"
+                )
             forms += given
         self.number, self.wheels = number, task.kernel.wheels
         self.tables = [form for form in forms if isinstance(form, Table)]

@@ -130,7 +130,7 @@ class ScipyRun:
             if now >= self.acting.next_time():
                 self.acting.pass_time(now, self.state)
                 continue
-            self.flow, self.guards = self.acting.phase(now, self.state.free_axial())
+            self.flow, self.guards = self.acting.phase(now, self.state.free_axial(), self._y())
             passed = self.guards.beyond(0.0, self._y()) if len(self.guards) else np.zeros(0, bool)
             if not passed.any():
                 return

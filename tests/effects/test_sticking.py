@@ -1,0 +1,326 @@
+"""Axles that stick: against Moreau's time stepping, closed forms, linear programming and the regularised law."""
+
+import numpy as np
+import pytest
+
+from omniroll import (
+    Bearings,
+    Controller,
+    InvalidValueError,
+    Motor,
+    Slope,
+    Torque,
+    TorqueTable,
+    Trajectory,
+    Vehicle,
+    reactions,
+    simulate,
+)
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import difference
+
+from .test_complementarity import load
+
+PAPER = Vehicle.paper()
+FOUR = Vehicle.paper(4, 6).replace(wheel_angles=(0.1, 1.5, 3.3, 4.8))
+RATIO = PAPER.platform_radius / PAPER.wheel_radius  # chi' = - RATIO theta' where the vehicle turns on the spot
+TURNING = PAPER.yaw_inertia + PAPER.wheels * PAPER.wheel_inertia * RATIO**2
+EXACT = {"roller_model": "massless", "accuracy": 1e-11, "control": False}
+STATIC = 3e-3  # N m
+
+
+def rows_of(vehicle):
+    """(N, 3) the wheels' rates for each of nu."""
+    return kernel(vehicle, "massless", "python").wheel_speeds(np.eye(3)).T
+
+
+def bearing_torques(run):
+    return run.drive[:, run.effects.drives().index("bearing_torque")]
+
+
+def moreau(vehicle, nu, duration, steps, sliding, torque=0.0):
+    """Moreau's time stepping of massless rollers: momentum balance and the law of friction at the end of each step.
+
+    The law is solved wheel by wheel, over and over (projected Gauss-Seidel). The error is of the order of the step.
+    """
+    bound, rows, dt = kernel(vehicle, "massless", "python"), rows_of(vehicle), duration / steps
+    inverse = np.linalg.inv(bound.mass_matrix(np.zeros(vehicle.wheels)))
+    nu, taken, response = np.array(nu, float), np.zeros(vehicle.wheels), rows @ inverse @ rows.T
+    for step in range(steps):
+        driven = torque((step + 0.5) * dt) if callable(torque) else torque
+        force = bound.forces(nu, np.zeros(vehicle.wheels)) + rows.T @ (driven * np.ones(vehicle.wheels))
+        rates = rows @ (nu + dt * inverse @ force)
+        changed = 1.0
+        while changed > 1e-12 * sliding.max():
+            before = taken.copy()
+            for i in range(vehicle.wheels):
+                asked = taken[i] - (rates[i] + dt * response[i] @ taken) / (dt * response[i, i])
+                taken[i] = min(max(asked, -sliding[i]), sliding[i])
+            changed = np.abs(taken - before).max()
+        nu = nu + dt * inverse @ (force + rows.T @ taken)
+    return nu
+
+
+@pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
+def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
+    sliding = np.array([4e-3, 3e-3, 5e-3, 2e-3])[: vehicle.wheels]
+    run = simulate(vehicle, nu=(1, 0.1, 0.3), duration=3.2, effects=[Bearings(wheel_coulomb=sliding)], **EXACT)
+    coarse, fine = (moreau(vehicle, (1, 0.1, 0.3), 3.2, steps, sliding) for steps in (200, 400))
+    error = np.abs(fine - run.nu[-1]).max()
+    assert error < 2e-3 and error < 0.7 * np.abs(coarse - run.nu[-1]).max()
+    sticks = np.abs(bearing_torques(run)) < 0.999 * sliding
+    assert len({tuple(row) for row in sticks}) >= 3  # one after the other
+
+
+def test_all_stick_at_once():
+    """Turning on the spot all rates are the same; what is left of the last is nothing, and stays so."""
+    torque = 2e-3
+    run = simulate(PAPER, nu=(0, 0, 1), duration=5, effects=[Bearings(wheel_coulomb=torque)], **EXACT)
+    slowing = torque * PAPER.wheels * RATIO / TURNING  # of theta'
+    stop = 1 / PAPER.yaw_scale / slowing
+    assert 0 < stop < 5
+    moving = run.t < stop
+    np.testing.assert_allclose(run.nu[moving, 2], 1 - PAPER.yaw_scale * slowing * run.t[moving], atol=1e-11)
+    assert (run.nu[run.t > stop * (1 + 1e-10)] == 0).all()
+    assert run.t[np.flatnonzero((run.nu == 0).all(axis=1))[0]] == pytest.approx(stop, rel=1e-11)
+    assert run.quantity("axle_loss")[-1] == pytest.approx(run.energy[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("static", [1.0, 1.5])
+def test_they_break_away_together_when_torques_have_grown(static):
+    """Equal torques that grow: rest until they are at the break-away torque, then the sliding torque goes off."""
+    sliding, growth = 2e-3, 1e-3
+    effects = [
+        Bearings(wheel_coulomb=sliding, wheel_break_away=static * sliding),
+        TorqueTable([0, 10], [[0, 0, 0], [-10 * growth] * 3]),
+    ]
+    run = simulate(PAPER, nu=(0, 0, 0), duration=6, effects=effects, **EXACT)
+    start = static * sliding / growth
+    rate = PAPER.wheels * RATIO / TURNING * PAPER.yaw_scale
+    after = np.maximum(run.t - start, 0)
+    wanted = rate * (((static - 1) * sliding) * after + growth * after**2 / 2)
+    np.testing.assert_allclose(run.nu[:, 2], wanted, atol=1e-10)
+    resting = run.t < start
+    np.testing.assert_allclose(bearing_torques(run)[resting], growth * run.t[resting, None] * np.ones(3), atol=1e-15)
+    assert np.isclose(run.t, start, rtol=1e-12).any()
+
+
+@pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("heading", [0.3, 1.9])
+def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading):
+    """Held within rounding of the torques that linear programming finds, and not beyond."""
+    slope = Slope(0.02, 0.7)
+    bound = kernel(
+        vehicle, roller_model, "python", effects=("slope",),
+        constants=(("gravity", slope.gravity), ("slope_angle", 0.02), ("slope_direction", 0.7)),
+    )  # fmt: skip
+    given = {"nu": np.zeros(3), "chi": np.full(vehicle.wheels, 0.1), "heading": heading}
+    given |= {"momenta": np.zeros((vehicle.wheels, 2))}
+    force = bound.call("forces", *(given[argument.name] for argument in bound.signatures["forces"].inputs))
+    exact = load(-force, rows_of(vehicle), np.ones(vehicle.wheels))
+    start = {"nu": (0, 0, 0), "chi": 0.1, "pose": (0, 0, heading), "duration": 0.5, "roller_model": roller_model}
+
+    def run(torque):
+        return simulate(vehicle, **start, accuracy=1e-9, control=False, effects=[Bearings(wheel_coulomb=torque), slope])
+
+    for torque in (exact, exact * (1 + 1e-12), exact * 1.5):
+        held = run(torque)
+        assert (held.nu == 0).all() and len(held.t) <= 3
+        assert np.abs(bearing_torques(held)).max() <= torque
+    for torque in (exact * (1 - 1e-9), exact * 0.9):
+        assert np.abs(run(torque).nu[-1]).max() > 0
+
+
+def test_rest_is_held_where_torques_of_least_norm_would_let_go():
+    """Four wheels have torques to spare: one of the least-norm torques is above its bound, and others hold."""
+    rows = rows_of(FOUR)
+    wanted = rows.T @ np.array([1.0, 0.2, -0.3, 0.4]) * 1e-3
+    least = np.linalg.lstsq(rows.T, wanted, rcond=None)[0]
+    bounds = np.full(4, 2e-3)
+    bounds[np.argmax(np.abs(least))] = 0.8 * np.abs(least).max()
+    assert load(wanted, rows, bounds) < 1
+    driven = np.linalg.lstsq(rows.T, -wanted, rcond=None)[0]
+    run = simulate(FOUR, nu=(0, 0, 0), duration=1, effects=[Bearings(wheel_coulomb=bounds), Torque(driven)], **EXACT)
+    assert (run.nu == 0).all()
+    found = bearing_torques(run)
+    assert (np.abs(found) <= bounds).all() and (np.abs(found).max(axis=0) == bounds).any()
+    np.testing.assert_allclose(found @ rows, np.broadcast_to(wanted, (len(run), 3)), atol=1e-15)
+
+
+def test_reversal_through_zero_speed():
+    """Torques that turn the vehicle to and fro, as in Moreau's scheme; the weakest of them never turns its wheel."""
+    sliding, times = np.full(3, 1e-3), [0, 1, 2, 3]
+    values = np.array([3e-3, -3e-3, 3e-3, -3e-3])
+    table = TorqueTable(times, np.outer(values, [1, 0.6, -0.2]))
+    run = simulate(PAPER, nu=(0, 0, 0), duration=3, effects=[Bearings(wheel_coulomb=sliding), table], **EXACT)
+
+    def torque(time):
+        return np.interp(time, times, values) * np.array([1, 0.6, -0.2])
+
+    coarse, fine = (moreau(PAPER, (0, 0, 0), 3.0, steps, sliding, torque) for steps in (300, 2400))
+    assert np.abs(fine - run.nu[-1]).max() < 5e-5 < 0.25 * np.abs(coarse - run.nu[-1]).max()
+    rates = run.nu @ rows_of(PAPER).T
+    assert (rates[:, :2].max(axis=0) > 0.05).all() and (rates[:, :2].min(axis=0) < -0.02).all()
+    assert np.abs(rates[:, 2]).max() < 1e-15
+    assert (np.abs(bearing_torques(run)) <= sliding * (1 + 1e-12)).all()
+
+
+def test_the_regularised_law_tends_to_it():
+    start = {"nu": (1, 0, 0.3), "duration": 1.5, **EXACT}
+    limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=4e-3)])
+    errors = [
+        np.abs(simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=4e-3, wheel_speed=w)]).nu[-1] - limit.nu[-1])
+        for w in (0.1, 0.01)
+    ]
+    assert errors[1].max() < 0.25 * errors[0].max() < 5e-3
+
+
+def test_a_small_named_speed_costs_the_compiled_engine_few_steps():
+    """Newton's rule at the nodes: steps grow with the digits of the named speed, not with its inverse."""
+    start = {"nu": (1, 0, 1), "duration": 6, "accuracy": 1e-9, "control": False}
+    limit = simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3)])
+    plain, small = (
+        simulate(PAPER, **start, effects=[Bearings(wheel_coulomb=2e-3, wheel_speed=speed)]) for speed in (1.0, 1e-6)
+    )
+    assert small.stats["engine"] == plain.stats["engine"] == "compiled"
+    assert small.stats["steps"] < 8 * plain.stats["steps"]
+    assert small.stats["evaluations"] < 25 * plain.stats["evaluations"]
+    assert difference(small, limit) < 2e-5 < 1e-2 < difference(plain, limit)
+    assert (small.switches.wheel == limit.switches.wheel).all()
+
+
+@pytest.mark.parametrize("switching", ["impact", "smooth"])
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching):
+    """Also through switches, whose impacts may turn what stuck."""
+    torque = np.array([3e-3, 2e-3, 4e-3])
+    run = simulate(
+        PAPER, nu=(1, 0.1, 0.6), duration=2.5, roller_model=roller_model, switching=switching, accuracy=1e-9,
+        control=False, effects=[Bearings(wheel_coulomb=torque, wheel_break_away=1.3 * torque)],
+    )  # fmt: skip
+    rows = np.flatnonzero(np.diff(run.t) > 0)
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    lengths = np.diff(run.t)[rows]
+    inside = run.sample(run.t[rows, None] + lengths[:, None] * (1 + nodes) / 2)
+    turned = (np.abs(inside.nu @ rows_of(PAPER).T).swapaxes(1, 2) @ weights / 2 * lengths[:, None]).sum(axis=0)
+    assert run.quantity("axle_loss")[-1] == pytest.approx(torque @ turned, rel=1e-9)
+    assert abs(run.ledger.residual) < 1e-9 * run.energy[0]
+    assert len(run.switches) > 5
+    if switching == "impact":
+        assert (np.diff(run.energy) <= 1e-9 * run.energy[0]).all()
+
+
+def test_reported_torques_keep_what_sticks_at_rest():
+    effects = [Bearings(wheel_coulomb=(4e-3, 3e-3, 5e-3), wheel_viscous=1e-4), Slope(0.01)]
+    run = simulate(PAPER, nu=(1, 0, 0.3), duration=3, accuracy=1e-9, control=False, effects=effects)
+    bound, rows, torques = run.effects.kernel(PAPER, "free", "python"), rows_of(PAPER), bearing_torques(run)
+    stuck = 0
+    for k in range(len(run)):
+        rates = rows @ run.nu[k]
+        given = {"nu": run.nu[k], "chi": run.chi[k], "heading": run.pose[k, 2], "bearing_torque": torques[k]}
+        given |= {"momenta": bound.momenta(bound.axial_speeds(run.nu[k], run.chi[k], run.spins[k]))}
+        inputs = (given[argument.name] for argument in bound.signatures["forward_dynamics"].inputs)
+        accelerations = rows @ bound.call("forward_dynamics", *inputs)
+        sticks = (np.abs(rates) < 1e-14) & (np.abs(torques[k]) < np.array([4e-3, 3e-3, 5e-3]) * (1 - 1e-9))
+        stuck += sticks.sum()
+        assert np.abs(accelerations[sticks]).max(initial=0) < 1e-11
+        assert (np.abs(torques[k]) <= np.array([4e-3, 3e-3, 5e-3])).all()
+    assert stuck > 20
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_a_wheel_that_sticks_on_its_joint_stays_there(roller_model):
+    joint = np.pi / PAPER.rollers_per_wheel
+    start = {"nu": (0, 0, 0), "chi": (joint, 0.1, -joint), "duration": 1, "roller_model": roller_model}
+    run = simulate(
+        PAPER, **start, accuracy=1e-9, control=False, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-3, 0, -1e-3))]
+    )
+    assert (run.chi == run.chi[0]).all() and len(run.switches) == 0
+    away = simulate(
+        PAPER, **start, accuracy=1e-9, control=False, effects=[Bearings(wheel_coulomb=3e-3), Torque((2e-2, 0, -1e-3))]
+    )
+    assert len(away.switches) > 0 and np.abs(away.nu[-1]).max() > 0.1
+
+
+def test_a_controller_with_motors_stops_and_starts_what_sticks():
+    effects = [
+        Motor(0.0, 0.02, 1.5, gear_ratio=4, current_limit=0.3),
+        Controller((0.4, 0.1, 0.2), 0.5, 0.02, integral=2.0, output="voltage"),
+        Bearings(wheel_coulomb=2e-3, wheel_break_away=3e-3),
+    ]
+    run = simulate(PAPER, nu=(0, 0, 0), duration=1.2, effects=effects, accuracy=1e-9, control=False)
+    assert np.abs(run.nu[-1] - [0.4, 0.1, 0.2]).max() < 0.2
+    assert abs(run.ledger.residual) < 1e-9 * run.ledger.scale
+    assert (run.nu[0] == 0).all()
+
+
+def test_the_accuracy_is_met_and_estimated():
+    start = {"nu": (1, 0.2, 0.8), "duration": 2, "effects": [Bearings(wheel_coulomb=4e-3), Slope(0.01)]}
+    exact = simulate(PAPER, **start, accuracy=1e-12, control=False)
+    run = simulate(PAPER, **start, accuracy=1e-7)
+    assert difference(run, exact) < run.stats["error_estimate"] < 1e-7
+    assert run.stats["engine"] == "python"
+
+
+def test_reactions_and_files_have_the_bearings_torques(tmp_path):
+    """At rest on a slope the ground holds the vehicle by the wheels whose axles stick: sum of forces is the pull."""
+    slope = Slope(0.02, 0.0)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=0.2, control=False, effects=[Bearings(wheel_coulomb=0.1), slope])
+    assert (run.nu == 0).all()
+    found = reactions(run, height=0.05, friction=0.5)
+    angles = np.array(PAPER.wheel_angles)
+    along = np.column_stack([np.cos(angles), np.sin(angles)])
+    across = np.column_stack([-np.sin(angles), np.cos(angles)])
+    total = found.contact_force[..., 0] @ along + found.contact_force[..., 1] @ across
+    pull = PAPER.mass * slope.gravity * np.sin(slope.angle)
+    np.testing.assert_allclose(total, np.broadcast_to([-pull, 0], total.shape), atol=1e-12)
+    for ending in (".npz", ".csv"):
+        run.save(tmp_path / f"run{ending}")
+        again = Trajectory.load(tmp_path / f"run{ending}")
+        assert (again.drive == run.drive).all() and again.effects == run.effects
+    assert "bearing_torque_1" in (tmp_path / "run.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("field", "make"),
+    [
+        ("wheel_break_away", lambda: Bearings(wheel_break_away=1.0)),
+        ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_speed=0.1, wheel_break_away=1.0)),
+        ("wheel_break_away", lambda: Bearings(wheel_coulomb=1.0, wheel_break_away=-1.0)),
+        ("wheel_speed", lambda: Bearings(wheel_viscous=1.0, wheel_speed=0.1)),
+        (
+            "wheel_break_away",
+            lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(wheel_coulomb=2, wheel_break_away=1)]),
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(field, make):
+    with pytest.raises(InvalidValueError) as refused:
+        make()
+    assert refused.value.field == field
+
+
+@pytest.mark.parametrize("seed", [*range(24), 70])
+def test_any_vehicle_keeps_the_law_and_the_account(seed):
+    """Random wheels, some with parallel axles, and what acts; 70: a rate lands where nu is left of larger numbers."""
+    rng = np.random.default_rng(seed)
+    wheels = int(rng.choice([1, 2, 3, 4, 5, 8]))
+    angles = rng.choice([0, np.pi / 2, np.pi, 3 * np.pi / 2, 0.3, 2.0], wheels)
+    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 8))).replace(wheel_angles=tuple(angles))
+    sliding = rng.uniform(0, 1e-2, wheels)
+    holding = sliding * rng.choice([1.0, 1.0, 1.5])
+    effects = [
+        Bearings(wheel_coulomb=sliding, wheel_break_away=holding),
+        TorqueTable([0, 0.2, 0.4], rng.normal(size=(3, wheels)) * 5e-3, str(rng.choice(["linear", "hold"]))),
+        Slope(float(rng.choice([0.0, 0.02])), rng.uniform(0, 6)),
+    ]
+    run = simulate(
+        vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0]), duration=0.6, effects=effects, engine="python",
+        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False,
+    )  # fmt: skip
+    torques, rates = bearing_torques(run), run.nu @ rows_of(vehicle).T
+    assert (np.abs(torques) <= holding * (1 + 1e-12)).all()
+    turns = np.abs(rates) > 1e-10
+    np.testing.assert_allclose((torques * np.sign(rates) + sliding)[turns], 0, atol=1e-15)
+    assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
