@@ -31,13 +31,15 @@ typedef struct {
     const lanes_t *momenta;
     double joint;
     double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
+    double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
+                                                 * wheel that rests there and turns back         */
     double h;
     nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
     nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
     nodes_t rate_pose[3];
     double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
-    double late;                                /* the joint comes so long after h               */
+    double late;                                /* the event comes this much later than h        */
     long long sweeps;
 #if SET_HAS_HEADING
     double heading;                             /* at the start                                  */

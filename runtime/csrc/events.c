@@ -9,6 +9,7 @@
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define LANDED 2                    /* roundings around zero is on it                                       */
+#define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
 #if SET_IS_ACTED_ON
 /* The rate of a guard at the nodes. */
@@ -48,7 +49,7 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     s->landing = -1;
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
-        const double beyond = sign*s->end_chi[i] - s->joint, rate = sign*s->end_rate[i];
+        const double beyond = sign*s->end_chi[i] - s->edge[i], rate = sign*s->end_rate[i];
         if (!(rate > 0 || beyond > 0))
             continue;
         const double reached = rate > 0 ? s->h - beyond/rate : s->h/2;
@@ -139,7 +140,7 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
  * or 1. */
 static double turn_outside(const step_t *s, int wheel)
 {
-    const double edge = s->joint*(1 + 8*EPS);
+    const double edge = s->joint*ROUNDED;
     return turn_beyond(&s->rate_chi[wheel], s->end_rate[wheel], s->h, s->chi[wheel], -edge, edge);
 }
 

@@ -95,8 +95,10 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     s->h = most;
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
+        /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
+        s->edge[i] = fabs(s->chi[i]) >= s->joint && s->chi[i]*rate > 0 ? s->joint*ROUNDED : s->joint;
         if (rate != 0)
-            s->h = fmin(s->h, (s->joint - sign*s->chi[i])/(sign*rate));
+            s->h = fmin(s->h, (s->edge[i] - sign*s->chi[i])/(sign*rate));
     }
     if (!(s->h > 1e-3*most))
         s->h = 1e-3*most;

@@ -57,10 +57,9 @@ def peak(task: Task, wheel: int, sign: int) -> Peak:
 
 def _one_step(task: Task, duration: float) -> tuple[Taylor, Callable]:
     taylor = Taylor(task)
-    m, free = taylor.mechanics, task.state.free_axial()
-    y = [m.number(float(value)) for value in (*task.state.nu, *task.state.chi, *task.state.pose)]
-    axial = None if free is None else [[m.number(float(value)) for value in wheel] for wheel in free]
-    length, at = taylor.step(y, m.momenta(axial), m.number(duration))
+    m = taylor.mechanics
+    y, axial = m.start()
+    length, at = taylor.step(m.begin(y, axial, m.number(0.0)), m.number(duration))
     if float(length) < duration:
         raise ValueError(f"one Taylor step reaches {float(length):g}, not {duration:g}")
     return taylor, at

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import omniroll
 from omniroll import cli
-from omniroll.kinds import Choice, Whole
+from omniroll.kinds import Choice, Whole, Word
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.reading import lines_of
 from omniroll.scenes.schema import SCENE, TABLES
@@ -266,6 +266,6 @@ def test_the_schema_names_units_and_bounds():
     for table in SCENE:
         for key in table.keys:
             assert key.meaning or key.name == "gravity"
-            assert bool(key.unit) != isinstance(key.kind, (Choice, Whole)), f"[{table.name}] {key.name}"
+            assert bool(key.unit) != isinstance(key.kind, (Choice, Whole, Word)), f"[{table.name}] {key.name}"
             assert not (key.needed and key.default)
             assert math.isfinite(len(key.kind.expected({})))

@@ -430,12 +430,16 @@ def workspaces(
 
 
 def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
-    """One that no other run has."""
+    """One that no other run has, for the library that is loaded now."""
     pool = workspaces(kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS)
-    try:
-        return pool.pop()
-    except IndexError:
-        return Workspace(kernel, columns, pool)
+    while pool:
+        try:
+            space = pool.pop()
+        except IndexError:  # another thread has taken it
+            break
+        if space.ffi is engine_of(kernel).ffi:
+            return space
+    return Workspace(kernel, columns, pool)
 
 
 class Columns:
