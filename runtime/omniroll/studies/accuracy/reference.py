@@ -104,7 +104,7 @@ class Taylor:
             for c, rate in zip(coefficients, self.mechanics.rates(now), strict=True):
                 c.append(series(rate)[k].mid() / (k + 1))
         h = float(limit)
-        size = max(abs(float(value)) for value in y)
+        size = max(float(self.mechanics.joint), *(abs(float(value)) for value in y))  # a vehicle may start from rest
         for c in coefficients:
             for order in (ORDER - 1, ORDER):
                 last = abs(float(c[order]))
@@ -150,7 +150,8 @@ class Extrapolated:
             most = min(most, np.sqrt(2 * way / gain))
         h = min(limit, most * self.part)
         while True:
-            end, missed = self._extrapolate(rates, y, slope, h)
+            end, apart = self._extrapolate(rates, y, slope, h)
+            missed = apart / max(float(m.joint), float(np.abs(y).max()))
             if missed <= EXTRAPOLATION_ERROR or self.part < 1e-3:
                 break
             self.part, h = self.part / 2, h / 2
@@ -159,7 +160,7 @@ class Extrapolated:
 
     @staticmethod
     def _extrapolate(rates: Callable, y: np.ndarray, slope: np.ndarray, h: Any) -> tuple[np.ndarray, float]:
-        """y after h, and how far the last two columns are apart, relative to y."""
+        """y after h, and how far the last two columns are apart."""
         table: list[np.ndarray] = []
         parts = [2 * (k + 1) for k in range(COLUMNS)]
         for k, count in enumerate(parts):
@@ -172,8 +173,7 @@ class Extrapolated:
                 ratio = np.longdouble(count) / parts[k - j]
                 row.append(row[j - 1] + (row[j - 1] - table[j - 1]) / (ratio * ratio - 1))
             table = row
-        apart = np.abs(table[-1] - table[-2]).max()
-        return table[-1], float(apart / np.abs(y).max()) if apart > 0 else 0.0
+        return table[-1], float(np.abs(table[-1] - table[-2]).max())
 
 
 def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
