@@ -14,6 +14,7 @@ import numpy as np
 from omniroll.effects.effect import Modal, Sampler, Table
 from omniroll.effects.numbers import Curve
 from omniroll.engine.runs import Task
+from omniroll.engine.switching import EPS
 from omniroll.errors import OmnirollError
 from omniroll.generated.python import parts
 
@@ -91,30 +92,34 @@ class Acting:
             (form.signal, Sampling(form, self.wheels, number)) for form in forms if isinstance(form, Sampler)
         ]
         self.drives = [(form, np.zeros(self.wheels, int)) for form in forms if isinstance(form, Modal)]
-        self.passed = 0.0  # the last known time that has come
+        self.last_known = 0.0  # the last known time that has come
         self.signals: dict[str, tuple[list[Any], list[Any]]] = {}
         self.events: list[tuple[Event, np.ndarray]] = []
 
     def next_time(self) -> float:
         """The first time known beforehand that has not come; a sample may stand at 0."""
-        knots = [knot for table in self.tables for knot in table.curve.knots.tolist() if knot > self.passed]
+        knots = [knot for table in self.tables for knot in table.curve.knots.tolist() if knot > self.last_known]
         return min([*knots, *(sampling.next_time() for _, sampling in self.samplers)], default=np.inf)
 
     def pass_time(self, time: float, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]) -> None:
         for _, sampling in self.samplers:
             if sampling.next_time() <= time:
                 sampling.take(nu, wheel_speeds)
-        self.passed = max(time, self.passed)
+        self.last_known = max(time, self.last_known)
 
     def begin(self, now: Any) -> None:
         """A phase starts at `now`, after the last known time that has come and before the next one."""
         self.signals, self.events = {}, []
         for table in self.tables:
-            self._add(table.signal, *after(table.curve, self.passed, now, self.number))
+            self._add(table.signal, *after(table.curve, self.last_known, now, self.number))
         for signal, sampling in self.samplers:
             self._add(signal, sampling.output, [self.number(0.0)] * self.wheels)
         for drive, modes in self.drives:
             self._drive(drive, modes)
+
+    def passed(self, y: list[Any]) -> list[tuple[Event, np.ndarray]]:
+        """Events that are passed in a state y, whose first numbers are nu and whose last is the phase's time."""
+        return [(event, modes) for event, modes in self.events if is_beyond(event.value(y[-1], y), event.size)]
 
     def at(self, time: Any) -> dict[str, list[Any]]:
         """The signals at a time that counts from the phase's start."""
@@ -151,6 +156,11 @@ class Acting:
                     )
         self._add("torque", [t for t, _ in torques], [s for _, s in torques])
         self._add("damping", dampings, zero)
+
+
+def is_beyond(value: Any, size: float) -> bool:
+    """More than what doubles tell from zero: what has just been landed on is not passed again."""
+    return float(value) > EPS * size
 
 
 def after(curve: Curve, known: float, now: Any, number: Number) -> tuple[list[Any], list[Any]]:

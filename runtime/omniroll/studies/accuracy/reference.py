@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task
-from omniroll.engine.switching import EPS, tau
+from omniroll.engine.switching import tau
 from omniroll.errors import OmnirollError, SimulationStopped
+from omniroll.studies.accuracy.acting import is_beyond
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
 
@@ -213,15 +214,7 @@ class _Following:
                 acting.pass_time(acting.next_time(), m.view(self.y, "nu"), m.wheel_speeds)
                 continue
             self.y = m.begin(self.y, self.axial, self.now)
-            passed = (
-                []
-                if acting is None
-                else [
-                    (event, modes)
-                    for event, modes in acting.events
-                    if _is_beyond(event.value(self.y[-1], self.y), event.size)
-                ]
-            )
+            passed = [] if acting is None else acting.passed(self.y)
             if not passed:
                 return
             self._change_modes(passed)
@@ -314,7 +307,7 @@ def exits_in(m: Mechanics, at: Callable, h: Any, probes: int) -> list[Exit]:
     for k in range(1, probes + 1):
         time = h * k / probes
         y = at(time)
-        beyond = [margin for margin in margins if _is_beyond(margin.value(y), margin.size)]
+        beyond = [margin for margin in margins if is_beyond(margin.value(y), margin.size)]
         if beyond:
             return [Exit(_landed(m, at, time, margin), margin.wheel, margin.of) for margin in beyond]
     return []
@@ -348,11 +341,6 @@ def _margins(m: Mechanics) -> list[Margin]:
         for event, modes in (() if m.acting is None else m.acting.events)
     ]
     return of_wheels + of_events
-
-
-def _is_beyond(value: Any, size: float) -> bool:
-    """More than what doubles tell from zero: what has just been landed on is not passed again."""
-    return float(value) > EPS * size
 
 
 def _landed(m: Mechanics, at: Callable, time: Any, margin: Margin) -> Any:
