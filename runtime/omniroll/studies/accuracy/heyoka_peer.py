@@ -1,9 +1,10 @@
 """heyoka's Taylor integrator beside the others, where it is installed: terminal events at the joints."""
 
+import importlib
 import importlib.util
 from collections.abc import Callable
 from functools import lru_cache
-from types import ModuleType, SimpleNamespace
+from types import FunctionType, SimpleNamespace
 
 import numpy as np
 
@@ -88,12 +89,13 @@ def _integrator(bound: Kernel, tolerance: float):
     return heyoka.taylor_adaptive(equations, [0.0] * len(symbols), t_events=events, tol=tolerance)
 
 
-def _in_heyoka(set_name: str, sin: Callable, cos: Callable) -> ModuleType:
-    """The generated Python kernel with another algebra's sine and cosine."""
-    name = f"{generated.__name__}.python.{set_name}"
-    spec = importlib.util.find_spec(name)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    module.sin, module.cos = sin, cos
-    return module
+def _in_heyoka(set_name: str, sin: Callable, cos: Callable) -> SimpleNamespace:
+    """The functions of a generated Python kernel with another algebra's sine and cosine.
+
+    A set's module has its functions from several files, each of which knows the sine by itself.
+    """
+    module = importlib.import_module(f"{generated.__name__}.python.{set_name}")
+    own = {name: thing for name, thing in vars(module).items() if isinstance(thing, FunctionType)}
+    return SimpleNamespace(
+        **{name: FunctionType(f.__code__, f.__globals__ | {"sin": sin, "cos": cos}) for name, f in own.items()}
+    )
