@@ -71,6 +71,24 @@ def library_file(base, number_type):
     return place / file
 
 
+# What is compiled
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("wheels, library", [(3, "3"), (5, "any")])
+def test_a_run_compiles_one_engine(tmp_path, wheels, library):
+    """In a process of its own, with an empty cache."""
+    runs = f"""
+        import omniroll
+        slope = omniroll.Slope(0.1)
+        omniroll.simulate(omniroll.Vehicle.paper({wheels}), nu=(1, 0, 0), duration=0.01, effects=[slope])
+    """
+    environment = os.environ | {"OMNIROLL_CACHE": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", textwrap.dedent(runs)], env=environment, check=True, capture_output=True)
+    (made,) = tmp_path.rglob("engine-*.so")
+    assert made.stem.split("-")[-1] == library
+
+
 # Bits
 
 

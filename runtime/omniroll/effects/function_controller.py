@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect, Influence, Process, Signal
-from omniroll.effects.numbers import per_wheel, spread
+from omniroll.effects.numbers import per_wheel, read_only, spread
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -155,7 +155,7 @@ class Calling(Process):
         return self.samples * self.controller.sample_time
 
     def pass_time(self, state: State) -> None:
-        arrays = [_read_only(array) for array in (state.nu, state.chi, state.pose, state.contact)]
+        arrays = [read_only(array) for array in (state.nu, state.chi, state.pose, state.contact)]
         given = self.function(self.start_time + self.next_time(), Measured(*arrays, self.kernel))
         self.output = spread("function", per_wheel("function", given), self.kernel.wheels)
         self.samples += 1
@@ -170,9 +170,3 @@ class Calling(Process):
         self.samples, self.output = saved["samples"], saved["output"]
         self.memory.clear()
         self.memory.update(saved["memory"])
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view

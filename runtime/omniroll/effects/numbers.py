@@ -1,4 +1,5 @@
-"""Numbers that a user gives to an effect: one for all wheels, one for each wheel, or a table over time."""
+"""Numbers that a user gives to an effect, one for all wheels, one for each wheel, or a table over time; and views that
+a user gets."""
 
 import math
 from dataclasses import dataclass
@@ -32,6 +33,13 @@ def spread(field: str, value: PerWheel, wheels: int) -> np.ndarray:
 def plain(array: np.ndarray) -> Any:
     """An array as nested tuples."""
     return tuple(plain(row) for row in array) if array.ndim else float(array)
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A view of the array that cannot be written."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def table(

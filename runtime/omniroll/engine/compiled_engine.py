@@ -69,12 +69,13 @@ def engine_of(kernel: Kernel) -> Any:
 
 def names_of(kernel: Kernel, kind: str) -> list[str]:
     """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
-    return _names(kernel.base, kernel.effects, kernel.sharp, kind)
+    return _names(kernel.base, kernel.effects, kernel.wheels, kernel.sharp, kind)
 
 
 @cache
-def _names(base: str, effects: tuple[str, ...], sharp: bool, kind: str) -> list[str]:
-    engine = sets.engine(base, effects, sharp)
+def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool, kind: str) -> list[str]:
+    """They are those of the set; wheels and sharp name the library that a run opens anyway."""
+    engine = sets.engine(base, effects, wheels, sharp)
     return engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split()
 
 

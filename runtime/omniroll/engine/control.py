@@ -26,9 +26,8 @@ from omniroll.vehicles.state import State
 CONTROL = 100.0  # the tolerance of the control run is this many times that of the run
 COARSEST = 0.1  # but not above this
 ASIDE = 1e-12  # how far aside the control run starts, relative to each quantity's size
-FINE_REQUEST = (
-    1e-11  # a finer accuracy is of the size of what ASIDE makes: the sensitivity is measured by runs of its own
-)
+# A finer accuracy is of the size of what ASIDE makes: the sensitivity is then measured by runs of its own.
+FINE_REQUEST = 1e-11
 TRIALS = 4  # at most so many runs, each with a tighter tolerance, try to reach the accuracy
 SMALL_MISS = 5.0  # an estimate at most so many times the accuracy asks for one digit more, else for two
 FINEST = EPS  # the tightest tolerance that is tried: rounding is as large

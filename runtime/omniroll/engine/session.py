@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.effects.numbers import read_only
 from omniroll.effects.torque import with_torque
 from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
 from omniroll.engine.simulate import checked_task
@@ -85,7 +86,7 @@ class Session:
         self._run = SteppedRun(self._task, self._task.accuracy)
         self._elapsed, self._rest = 0.0, 0.0
         self._nu, self._chi, self._pose, self._contact = map(
-            _read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
+            read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
         )
         self._made_for = self._what_must_agree()
 
@@ -304,9 +305,3 @@ def _spread(name: str, given: ArrayLike, shape: tuple[int, ...], one_for_all: bo
     if values.shape != shape and (values.ndim or not one_for_all):
         raise InvalidValueError(name, given, f"must have the shape {shape}" + " or be one number" * one_for_all)
     return np.broadcast_to(values, shape)
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view

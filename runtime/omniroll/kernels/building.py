@@ -140,7 +140,7 @@ def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine)
 
     folder     of the set
     sources    folder of the engine's C files
-    constants  folder of gauss.h
+    constants  folder of gauss.h and controller.h
     """
     files = [sources / name for name in ENGINE_SOURCES]
     compile_library(files, folder / engine.file, [folder, sources, constants], engine.flags)

@@ -230,14 +230,13 @@ def _texts(base: str, effects: tuple[str, ...]) -> "SetKernel":
 
 @cache
 def _source_key() -> str:
-    """Of all that the texts depend on: the programs, and codegen itself."""
+    """Of all that the texts and the libraries depend on: the programs, codegen itself, the engine and its headers."""
     digest = hashlib.sha256()
     for name in ("programs", "effects", "symbols", "bounds"):
         digest.update((resources.files("omniroll.generated") / "data" / f"{name}.json").read_bytes())
-    for package in ("omniroll.codegen", "omniroll.csrc"):
-        root = resources.files(package)
-        entries = [*root.iterdir(), *((root / "templates").iterdir() if package == "omniroll.codegen" else ())]
-        for entry in sorted(entries, key=lambda entry: entry.name):
+    codegen, generated = resources.files("omniroll.codegen"), resources.files("omniroll.generated") / "c"
+    for root in (codegen, codegen / "templates", resources.files("omniroll.csrc"), generated):
+        for entry in sorted(root.iterdir(), key=lambda entry: entry.name):
             if entry.name.endswith((".py", ".j2", ".c", ".h")):
                 digest.update(entry.name.encode() + entry.read_bytes())
     return digest.hexdigest()

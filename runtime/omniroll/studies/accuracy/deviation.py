@@ -11,12 +11,13 @@ from omniroll.engine.runs import Task
 def deviation(outcome: Any, reference: Any, task: Task) -> dict[str, float]:
     """Four distances of an Outcome, or a second Reference, from a Reference.
 
-    end, trajectory  in the norm of `accuracy`, max over ((x, y)/R, theta, nu/|nu|_max), at the last and at all samples;
+    end, trajectory  in the norm of `accuracy`, max over ((x, y)/R, theta, nu/|nu|), at the last and at all samples;
                      nu jumps at switches, and is compared where both have the same rollers in contact
     switch_times     s, nan where the switches are not the same
     energy           relative to the largest
     """
-    radius, speed = task.kernel.vehicle.platform_radius, float(np.linalg.norm(reference.y[:, :3], axis=1).max()) or 1.0
+    rows = reference.y if task.effects else reference.y[:1]  # |nu| is that of the start; with effects the largest
+    radius, speed = task.kernel.vehicle.platform_radius, float(np.linalg.norm(rows[:, :3], axis=1).max()) or 1.0
     pose = np.abs(outcome.y[:, -3:] - reference.y[:, -3:]) / [radius, radius, 1.0]
     nu = np.abs(outcome.y[:, :3] - reference.y[:, :3]) / speed
     same = (outcome.contact == reference.contact).all(axis=1)
