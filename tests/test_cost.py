@@ -10,8 +10,12 @@ import numpy as np
 import pytest
 
 import omniroll
+from omniroll import Bearings, Controller, Motor, Slope
+from omniroll.effects.effect_set import EffectRun
+from omniroll.engine.control import made
+from omniroll.engine.simulate import checked_task
 from omniroll.kernels import building, sets
-from omniroll.kernels.kernel import form
+from omniroll.kernels.kernel import CompiledKernel, form
 
 SETS = ("massless", "locked", "free", "locked_sharp", "free_sharp")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
@@ -173,3 +177,44 @@ def test_a_phase_takes_few_evaluations():
 def test_digits_are_cheap():
     """Six more digits cost less than five times the evaluations."""
     assert evaluations(accuracy=1e-11)[0] < 5 * evaluations(accuracy=1e-5)[0]
+
+
+# A call, in what it makes anew
+
+
+def counted(monkeypatch, owner, name):
+    """A list that grows by one with each call of a method."""
+    calls, method = [], getattr(owner, name)
+    monkeypatch.setattr(owner, name, lambda *args, **options: (calls.append(1), method(*args, **options))[1])
+    return calls
+
+
+def test_a_call_with_effects_makes_what_it_needs_once(monkeypatch):
+    """The second call prepares nothing: no effects of a run, no rates, no checks, no laws of motors."""
+    effects = [
+        Motor(voltage=3, torque_constant=0.02, resistance=1.5, current_limit=2),
+        Controller(target=(1, 0, 0.5), proportional=0.125, sample_time=0.01, output="voltage"),
+        Slope(0.1),
+        Bearings(wheel_viscous=1e-3, roller_viscous=1e-6),
+    ]
+    runs = counted(monkeypatch, EffectRun, "__init__")
+    checks = counted(monkeypatch, Controller, "check")
+    bound = counted(monkeypatch, CompiledKernel, "bind")
+    laws = counted(monkeypatch, CompiledKernel, "motor_laws")
+    for _ in range(3):
+        omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1e-3, effects=effects)
+        assert (len(runs), len(checks), len(bound), len(laws)) == (1, 1, 0, 1)
+
+
+def test_a_run_that_asks_its_effects_makes_them_once(monkeypatch):
+    """A Python function as a controller: its run has effects of its own, and binds no kernel."""
+    runs = counted(monkeypatch, EffectRun, "__init__")
+    bound = counted(monkeypatch, CompiledKernel, "bind")
+    task = checked_task(
+        omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0.05,
+        effects=[omniroll.FunctionController(lambda time, state: 0.01, 0.01)],
+    )  # fmt: skip
+    made(task, task.accuracy).release()
+    runs.clear(), bound.clear()
+    made(task, task.accuracy).release()
+    assert (len(runs), len(bound)) == (1, 0)

@@ -95,7 +95,7 @@ class Bearings(Effect):
         return sliding, holding
 
     def axles(self, kernel: Kernel) -> Axles | None:
-        return Axles(kernel.wheel_speeds(np.eye(3)).T, *self._torques(kernel.wheels)) if self.sticks else None
+        return Axles(kernel.wheel_rows, *self._torques(kernel.wheels)) if self.sticks else None
 
     def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
         if not (self.sticks and is_sharp(vehicle, "locked")):

@@ -78,7 +78,7 @@ class Controller(Drive):
         The wheels' speeds are W nu, so that torques held for a time T change them by T W M^-1 W^T of the torques.
         """
         bound = kernel(vehicle, "massless", "python")
-        wheels = bound.wheel_speeds(np.eye(3)).T
+        wheels = bound.wheel_rows
         per_torque = wheels @ np.linalg.solve(bound.mass_matrix(np.zeros(vehicle.wheels)), wheels.T)
         gain = spread("proportional", self.proportional, vehicle.wheels)
         return float(np.abs(np.linalg.eigvals(self.sample_time * per_torque * gain)).max())

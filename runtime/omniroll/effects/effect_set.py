@@ -1,7 +1,12 @@
-"""All effects of a run together. The engine asks the set, and the set asks each effect."""
+"""All effects of a run together. The engine asks the set, and the set asks each effect.
+
+What depends on the effects and a kernel alone is found out once and kept with the set; what a run changes is an
+EffectRun's.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -9,6 +14,8 @@ from omniroll import generated_data
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Effect, Signal
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
+from omniroll.effects.kept import kept
+from omniroll.effects.plan import Plan
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
@@ -34,21 +41,24 @@ class EffectSet:
         for effect in effects:
             if not isinstance(effect, Effect):
                 raise InvalidValueError("effects", effect, "is not an effect, such as omniroll.Torque")
-        for effect in effects:
-            effect.check(vehicle, effects)
-        ordered = cls(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
-        ordered.constants(vehicle)
-        return ordered
+        effects = tuple(effects)
+        return _checked(effects, vehicle) if _can_be_hashed(effects) else _checked.__wrapped__(effects, vehicle)
 
     def __bool__(self) -> bool:
         return bool(self.effects)
 
+    def __reduce__(self) -> tuple:
+        """For pickle: without what is kept."""
+        return type(self), (self.effects,)
+
+    @kept
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle with the inertia that the effects bring."""
         for effect in self.effects:
             vehicle = effect.equipped(vehicle)
         return vehicle
 
+    @kept
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
         """Arguments of `prepare`; refuses two effects that say the same thing."""
         constants = {}
@@ -62,30 +72,42 @@ class EffectSet:
 
     def kernel(self, vehicle: Vehicle, roller_model: str, backend: str) -> Kernel:
         """The kernel with these effects, and no others."""
-        vehicle = self.equipped(vehicle)
         if not self.effects:
             return kernel(vehicle, roller_model, backend)
-        wanted = {name for effect in self.effects for name in effect.kernel_effects()}
-        names = tuple(entry["name"] for entry in generated_data.load("effects")["effects"] if entry["name"] in wanted)
+        vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
-        return kernel(vehicle, roller_model, backend, effects=names, constants=constants)
+        return kernel(vehicle, roller_model, backend, effects=self._kernel_effects, constants=constants)
 
-    def doubts(self, vehicle: Vehicle) -> list[UserWarning]:
+    @cached_property
+    def _kernel_effects(self) -> tuple[str, ...]:
+        wanted = {name for effect in self.effects for name in effect.kernel_effects()}
+        return tuple(entry["name"] for entry in generated_data.load("effects")["effects"] if entry["name"] in wanted)
+
+    @kept
+    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
         """What is allowed and yet looks wrong."""
-        return [doubt for effect in self.effects for doubt in effect.doubts(vehicle)]
+        return tuple(doubt for effect in self.effects for doubt in effect.doubts(vehicle))
 
+    @kept
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""
         named = {quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)}
         return tuple(named.values())
 
+    @kept
     def functions(self, roller_model: str) -> tuple[str, ...]:
         """Generated functions that are evaluated with the rates, each once."""
         return tuple(dict.fromkeys(name for effect in self.effects for name in effect.functions(roller_model)))
 
+    @kept
     def state_vector(self, bound: Kernel) -> StateVector:
         """Where each quantity stands in the states of a run with these effects."""
         return StateVector(bound, self.quantities(bound.roller_model))
+
+    @kept
+    def plan(self, bound: Kernel, start_time: float) -> Plan:
+        """What an engine must know of a run with these effects before it starts."""
+        return Plan(EffectRun(self, bound, start_time))
 
     def initial(self, bound: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
         """States after a switch or at the start."""
@@ -101,6 +123,7 @@ class EffectSet:
         later = (effect.axial_later(bound, axial, before, after, elapsed) for effect in self.effects)
         return next((speeds for speeds in later if speeds is not None), axial)
 
+    @kept
     def drives(self) -> tuple[str, ...]:
         """Names of the inputs in a trajectory's columns `drive`, in their order."""
         present = {name for effect in self.effects for name in effect.kernel_effects()}
@@ -108,9 +131,28 @@ class EffectSet:
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
         return tuple(name for name in DRIVES if name in given)
 
+    @kept
     def potentials(self) -> dict[str, str]:
         """Entries of the account, and the generated functions of the pose that give their potential energy."""
         return {entry: name for effect in self.effects for entry, name in effect.potentials.items()}
+
+
+def _can_be_hashed(effects: tuple[Effect, ...]) -> bool:
+    """Whether all fields of these effects can be; those that a user writes may have arrays."""
+    try:
+        hash(effects)
+    except TypeError:
+        return False
+    return True
+
+
+@lru_cache(maxsize=64)
+def _checked(effects: tuple[Effect, ...], vehicle: Vehicle) -> EffectSet:
+    for effect in effects:
+        effect.check(vehicle, effects)
+    ordered = EffectSet(tuple(sorted(effects, key=lambda effect: len(effect.needs))))
+    ordered.constants(vehicle)
+    return ordered
 
 
 class EffectRun:
@@ -125,12 +167,23 @@ class EffectRun:
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
         self.influences, self.signals = [], {}
         self.drives = effects.drives()
-        functions = effects.functions(bound.roller_model)
-        self.bound_rates = BoundRates(bound, self.state_vector, functions) if effects else None
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
-        if self.axles is not None:
-            self.held_rates = BoundRates(bound, self.state_vector, functions, "held_dynamics")
-            self.held_force = self.held_rates.buffers["held_force"]
+
+    @cached_property
+    def bound_rates(self) -> BoundRates:
+        """The rates where no axle sticks; the compiled engine has its own."""
+        return BoundRates(self.kernel, self.state_vector, self.effects.functions(self.kernel.roller_model))
+
+    @cached_property
+    def held_rates(self) -> BoundRates:
+        """The rates where axles stick."""
+        functions = self.effects.functions(self.kernel.roller_model)
+        return BoundRates(self.kernel, self.state_vector, functions, "held_dynamics")
+
+    @property
+    def held_force(self) -> np.ndarray:
+        """(3,) what holds the axles that stick, as the rates that were computed last have it."""
+        return self.held_rates.buffers["held_force"]
 
     def next_time(self) -> float:
         """When a phase must end at the latest; counted from the start of the run."""
@@ -147,7 +200,7 @@ class EffectRun:
         axial: of the free rollers, (N, n-1). Where axles may stick, it is decided which do.
         """
         momenta = None if axial is None else self.kernel.momenta(axial)
-        if self.bound_rates is None:
+        if not self.effects:
             return self.kernel.flow(momenta), NO_GUARDS
         guards = self.begin_phase(elapsed, carry)
         constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}

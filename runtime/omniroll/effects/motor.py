@@ -7,6 +7,7 @@ the mode where they become positive: guards. The generated function motor_laws g
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -122,8 +123,8 @@ class Driving(Following):
     def __init__(self, motor: Motor, kernel: Kernel, voltage: Curve):
         super().__init__("voltage", voltage)
         self.motor = motor
-        self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
-        self.laws = np.array([laws(kernel, mode) for mode in MODES])
+        self.wheel_speed_per_nu = kernel.wheel_rows
+        self.laws = laws(kernel)
         self.transitions = TRANSITIONS if motor.current_limit is not None else TRANSITIONS[:0]
         self.mode = np.full(kernel.wheels, LINEAR, np.int64)
         self.leads_to: list[tuple[int, int]] = []  # wheel and new mode, of each guard
@@ -172,11 +173,15 @@ class Driving(Following):
             self.mode[wheel] = mode
 
 
-def laws(kernel: Kernel, mode: int) -> np.ndarray:
-    """(N, 3, 3) what motors in one mode make of voltage u and wheel rate w: the torque, and the two event functions.
+@lru_cache(maxsize=64)
+def laws(kernel: Kernel) -> np.ndarray:
+    """(modes, N, 3, 3) what motors make of voltage u and wheel rate w: the torque, and the two event functions.
 
     Each is a + b u + c w, and its row is a, b, c.
     """
-    at_zero, per_volt, lost_per_rate, *margins = kernel.motor_laws(np.full(kernel.wheels, mode))
+    modes = np.repeat(np.array(MODES, float)[:, None], kernel.wheels, axis=1)
+    at_zero, per_volt, lost_per_rate, *margins = kernel.motor_laws(modes)
     torque = np.stack([at_zero, per_volt, -lost_per_rate], axis=-1)
-    return np.concatenate([torque[:, None], np.stack(margins, axis=-1)], axis=1)
+    found = np.concatenate([torque[:, :, None], np.stack(margins, axis=-1)], axis=2)
+    found.flags.writeable = False
+    return found

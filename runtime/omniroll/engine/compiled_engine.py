@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects import registry
-from omniroll.effects.effect import Modal, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
-from omniroll.effects.numbers import Curve
+from omniroll.effects.registry import Quantity
+from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task, assembled, least_speed
+from omniroll.engine.what_acts import what_acts
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
@@ -51,15 +52,14 @@ def can_run(task: Task) -> bool:
         return False
     if not task.effects:
         return True
-    run = EffectRun(task.effects, task.kernel, task.start_time)
-    if run.axles is not None:
+    plan = task.effects.plan(task.kernel, task.start_time)
+    if plan.sticks:
         return False
     if not task.kernel.effects:
-        return not run.next_time() < np.inf and not run.begin_phase(0.0)
+        return not plan.has_events
     known = names_of(task.kernel, "states")
-    return all(quantity.name in known for quantity in run.state_vector.quantities) and all(
-        len(guard.weights) <= 3 for guard in run.begin_phase(0.0)
-    )
+    integrated = task.effects.quantities(task.kernel.roller_model)
+    return plan.guards_read_nu_alone and all(quantity.name in known for quantity in integrated)
 
 
 def engine_of(kernel: Kernel) -> Any:
@@ -67,16 +67,16 @@ def engine_of(kernel: Kernel) -> Any:
     return sets.engine(kernel.base, kernel.effects, kernel.wheels, kernel.sharp)
 
 
-def names_of(kernel: Kernel, kind: str) -> list[str]:
+def names_of(kernel: Kernel, kind: str) -> tuple[str, ...]:
     """What the engine of a set integrates beside nu, chi and the pose ("states"), or needs as "inputs"."""
     return _names(kernel.base, kernel.effects, kernel.wheels, kernel.sharp, kind)
 
 
 @cache
-def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool, kind: str) -> list[str]:
+def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool, kind: str) -> tuple[str, ...]:
     """They are those of the set; wheels and sharp name the library that a run opens anyway."""
     engine = sets.engine(base, effects, wheels, sharp)
-    return engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split()
+    return tuple(engine.ffi.string(getattr(engine.lib, f"omniroll_run_{kind}")()).decode().split())
 
 
 class CompiledRun:
@@ -86,15 +86,12 @@ class CompiledRun:
         self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
         self.module = engine_of(self.kernel)
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
-        self.columns = Columns(self.kernel, task)
+        self.columns = columns(self.kernel, task.effects.quantities(self.kernel.roller_model))
         self.space = self._workspace()
         self.struct = self.space.begin()
         self.run, self.status = self.struct[0], None
         self._fill()
         if self.task.effects:
-            self.acting = EffectRun(task.effects, self.kernel, task.start_time)
-            self.described: dict[str, list[dict[str, Any]]] = {}
-            self.kept: list[Any] = []  # what the engine has pointers to
             self._describe_what_acts()
 
     def _workspace(self) -> "Workspace":
@@ -216,56 +213,17 @@ class CompiledRun:
 
     def _describe_what_acts(self) -> None:
         """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
-        described = [process.compiled() for process in self.acting.processes]
-        forms = [form for forms in described if forms is not None for form in forms]
-        by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Modal)}
-        if None in described or len(by_kind[Modal]) > 1:
-            self.run.asks = 1
-            self._give_inputs()
+        plan = self.task.effects.plan(self.kernel, self.task.start_time)
+        if plan.asks:
+            self._ask(EffectRun(self.task.effects, self.kernel, self.task.start_time))
             return
-        signals = [*self.columns.inputs, "voltage"]
-        for form in by_kind[Table]:
-            self._put("tables", {"signal": signals.index(form.signal), "curve": self._curve(form.curve)})
-        for form in by_kind[Sampler]:
-            numbers = {"sum": np.zeros(self.wheels), "output": np.zeros(self.wheels)}
-            numbers |= {"proportional": form.proportional, "integral": form.integral}
-            own = {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
-            self._put("samplers", own | {"target": self._curve(form.target)} | self._pointers(numbers))
-        for form in by_kind[Modal]:
-            own = {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
-            own |= {"transition_count": len(form.transitions)} | self._pointers({"wheel_rows": form.wheel_rows})
-            own |= {name: self._places(getattr(form, name)) for name in ("modes", "transitions")}
-            own["laws"] = self.module.ffi.cast("omniroll_affine_t *", self._pointers({"": form.laws})[""])
-            self._put("modal", own)
-        for name, entries in self.described.items():
-            kind = name.removesuffix("s")
-            array = self.module.ffi.new(f"omniroll_{kind}_t[]", entries)
-            self.kept.append(array)
-            setattr(self.run, name, array)
-            setattr(self.run, f"{kind}_count", len(entries))
+        self.acts = what_acts(self.module.ffi, plan, self.columns.inputs, self.wheels)
+        self.kept = self.acts.put_into(self.run, [form.modes.copy() for form in plan.modal])
 
-    def _put(self, kind: str, entry: dict[str, Any]) -> None:
-        self.described.setdefault(kind, []).append(entry)
-
-    def _pointers(self, arrays: dict[str, np.ndarray]) -> dict[str, Any]:
-        """Pointers to the arrays, made contiguous, which live as long as this run."""
-        made = {name: np.ascontiguousarray(array, float) for name, array in arrays.items()}
-        self.kept += made.values()
-        return {name: self._pointer(array) for name, array in made.items()}
-
-    def _places(self, numbers: np.ndarray) -> Any:
-        """A pointer to whole numbers, which live as long as this run."""
-        self.kept.append(np.ascontiguousarray(numbers, np.int64))
-        return self.module.ffi.from_buffer("long long[]", self.kept[-1])
-
-    def _curve(self, curve: Curve) -> dict[str, Any]:
-        numbers = {"times": curve.knots, "values": curve.values}
-        return {
-            "width": curve.values.shape[1],
-            "held": int(curve.interpolation == "hold"),
-            "count": len(curve.knots),
-            "next": int(np.searchsorted(curve.knots, 0.0, side="right")),
-        } | self._pointers(numbers)
+    def _ask(self, acting: EffectRun) -> None:
+        """Have the engine ask these effects at their events."""
+        self.acting, self.run.asks = acting, 1
+        self._give_inputs()
 
     # The start
 
@@ -286,7 +244,7 @@ class CompiledRun:
         run.sweep_tolerance = max(SWEEP * self.tolerance / self._shares(), FINEST_SWEEP)
         run.speed, run.next_time = least_speed(task, step), math.inf
         if self.columns.states:
-            space.part_sizes[:] = self.columns.part_sizes(self.kernel)
+            space.part_sizes[:] = self.columns.part_sizes
 
     def _shares(self) -> float:
         """Into how many parts the engine is given what iterations may leave; with effects it divides that itself."""
@@ -294,9 +252,6 @@ class CompiledRun:
             return 1.0
         speeds = np.abs(self.kernel.wheel_speeds(self.nu)).sum()
         return 1 + float(speeds) * self.task.duration / (2 * self.run.joint)
-
-    def _pointer(self, array: np.ndarray):
-        return self.module.ffi.from_buffer("double[]", array)
 
     # What the run left
 
@@ -449,16 +404,18 @@ class Columns:
     inputs  names of the kernel's inputs
     added   how many numbers the set integrates beside nu, chi and the pose; the last `accounts` of them are accounts
     order   of these in the trajectory, as places in the row of the engine
+    part_sizes  the size at |nu| = 1 of each state
     """
 
-    def __init__(self, kernel: Kernel, task: Task):
+    def __init__(self, kernel: Kernel, quantities: tuple[Quantity, ...]):
         self.states, self.inputs = names_of(kernel, "states"), names_of(kernel, "inputs")
-        self.state_vector = task.effects.state_vector(kernel) if task.effects else None
+        self.state_vector = StateVector(kernel, quantities)
         self.sizes: list[int] = []
         self.accounts = 0
         self.order = np.zeros(0, int)
         if self.states:
             self._place_states(kernel)
+            self.part_sizes = self._sizes_of_parts(kernel)
         self.added = sum(self.sizes)
         self.end = 7 + kernel.wheels + self.added
         self.width = self.end + kernel.wheels * (1 + len(self.inputs))
@@ -477,7 +434,7 @@ class Columns:
         ]
         self.order = np.concatenate([np.zeros(0, int), *places]).astype(int)
 
-    def part_sizes(self, kernel: Kernel) -> np.ndarray:
+    def _sizes_of_parts(self, kernel: Kernel) -> np.ndarray:
         """The size at |nu| = 1 of each state."""
         scale, place = self.state_vector.scale_of_added(kernel, 1.0), {}
         for quantity in self.state_vector.quantities:
@@ -489,6 +446,9 @@ class Columns:
         if not self.added:
             return numbers
         return np.concatenate([numbers[..., : self.plain], numbers[..., self.plain + self.order]], axis=-1)
+
+
+columns = lru_cache(maxsize=64)(Columns)
 
 
 class Recorded:

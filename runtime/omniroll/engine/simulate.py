@@ -12,7 +12,7 @@ from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.control import accuracy_doubts, controlled_run, one_run
 from omniroll.engine.runs import Progress, Task
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import VEHICLE_SCALARS, Kernel, best_backend
+from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
 from omniroll.vehicles.state import State
@@ -149,12 +149,14 @@ def _far_inside(task: Task) -> bool:
 
     The rates are products of a few of these numbers, and of the sharpness of the rollers' tips, which is not large.
     """
-    vehicle, state = task.kernel.vehicle, task.state
-    if task.effects or vehicle.has_layout or task.kernel.sharp or task.duration > USUAL:
+    bound, state = task.kernel, task.state
+    if bound.vehicle.has_layout or bound.sharp or task.duration > USUAL:
         return False
-    numbers = [getattr(vehicle, name) for name in VEHICLE_SCALARS]
+    if task.effects and not task.effects.plan(bound, task.start_time).largest < USUAL:
+        return False
+    smallest, largest = bound.magnitudes
     moving = [*state.nu.tolist(), *(() if state.axial is None else state.axial.ravel().tolist())]
-    return all(1 / USUAL < number < USUAL for number in numbers) and max(map(abs, moving)) < USUAL
+    return 1 / USUAL < smallest and largest < USUAL and max(map(abs, moving)) < USUAL
 
 
 def _check_range(task: Task) -> None:

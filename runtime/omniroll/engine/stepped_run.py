@@ -11,9 +11,11 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
+from omniroll.effects.plan import Plan
 from omniroll.engine.compiled_engine import ASK, FULL, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
+from omniroll.engine.what_acts import WhatActs
 
 STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
 CAPACITY = 16  # rows of the engine's buffer, which nobody reads
@@ -23,9 +25,8 @@ class SteppedRun(CompiledRun):
     """A run that pauses where its duration is over, and keeps neither rows nor steps."""
 
     def __init__(self, task: Task, tolerance: float):
+        self.acting, self.kept = EffectRun(task.effects, task.kernel, task.start_time), []
         super().__init__(task, tolerance)
-        if not task.effects:
-            self.acting, self.kept = EffectRun(task.effects, self.kernel, task.start_time), []
         self.run.pauses = 1
         self.names = (*self.columns.inputs, "voltage")  # of the signals
         self.call: Callable = self.module.lib.omniroll_run
@@ -43,6 +44,15 @@ class SteppedRun(CompiledRun):
 
     def _workspace(self) -> Workspace:
         return Workspace(self.kernel, self.columns, [], CAPACITY, keeps_steps=False)
+
+    def _describe_what_acts(self) -> None:
+        """The engine reads and writes the processes' own arrays, which steps write and `readings` read."""
+        plan = Plan(self.acting)
+        if plan.asks:
+            self._ask(self.acting)
+            return
+        self.acts = WhatActs(self.module.ffi, plan, self.columns.inputs, self.wheels)
+        self.kept = self.acts.put_into(self.run, [form.modes for form in plan.modal])
 
     def _shares(self) -> float:
         return STEPS_EXPECTED

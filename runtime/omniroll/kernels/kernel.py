@@ -190,6 +190,19 @@ class Kernel:
         self.has_spins = roller_model == "free"
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
+    @cached_property
+    def magnitudes(self) -> tuple[float, float]:
+        """The smallest and the largest magnitude among the constants that are not 0."""
+        sizes = np.abs(np.concatenate([value.ravel() for value in self.constants]))
+        return float(sizes[sizes > 0].min()), float(sizes.max())
+
+    @cached_property
+    def wheel_rows(self) -> np.ndarray:
+        """(N, 3) the wheels' speeds for each of nu."""
+        rows = np.ascontiguousarray(self.wheel_speeds(np.eye(3)).T)
+        rows.flags.writeable = False
+        return rows
+
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
         return form(name, self.sharp)

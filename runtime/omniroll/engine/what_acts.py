@@ -1,0 +1,86 @@
+"""What acts in a run, as the compiled engine takes it: C structs with the tables, controllers and drives of a plan.
+
+What no run changes stands in memory once, for all runs of a plan; a run copies the structs and has its own numbers
+where the engine writes.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from omniroll.effects.numbers import Curve
+from omniroll.effects.plan import Plan
+
+
+class WhatActs:
+    """The structs of a plan, as they are before a run.
+
+    ffi     of the engine's library
+    inputs  names of the kernel's inputs
+    wheels  N
+    """
+
+    def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
+        self.ffi, self.plan, self.wheels = ffi, plan, wheels
+        self.kept: list[np.ndarray] = []  # what the structs point to
+        signals = [*inputs, "voltage"]
+        tables = [{"signal": signals.index(form.signal), "curve": self._curve(form.curve)} for form in plan.tables]
+        samplers = [
+            {"signal": signals.index(form.signal), "sample_time": form.sample_time, "limit": form.limit}
+            | {"target": self._curve(form.target)}
+            | {name: self._pointer(getattr(form, name)) for name in ("proportional", "integral")}
+            for form in plan.samplers
+        ]
+        modal = [
+            {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
+            | {"transition_count": len(form.transitions), "transitions": self._places(form.transitions)}
+            | {"laws": ffi.cast("omniroll_affine_t *", self._pointer(form.laws))}
+            | {"wheel_rows": self._pointer(form.wheel_rows)}
+            for form in plan.modal
+        ]
+        entries = {"table": tables, "sampler": samplers, "modal": modal}
+        self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
+
+    def put_into(self, run: Any, modes: list[np.ndarray]) -> list[Any]:
+        """Have a run's struct point to structs of its own; gives what must live as long as the run.
+
+        modes  (N,) of each drive with modes, which the engine changes
+        """
+        ffi, kept = self.ffi, list(modes)
+        for name, pattern in self.patterns.items():
+            own = ffi.new(ffi.typeof(pattern), len(pattern))
+            ffi.memmove(own, pattern, ffi.sizeof(pattern))
+            setattr(run, name if name == "modal" else f"{name}s", own)
+            setattr(run, f"{name}_count", len(own))
+            kept.append(own)
+        for k in range(len(self.plan.samplers)):
+            numbers = np.zeros((2, self.wheels))
+            sampler = run.samplers[k]
+            sampler.sum = ffi.from_buffer("double[]", numbers)
+            sampler.output = sampler.sum + self.wheels
+            kept.append(numbers)
+        for k, numbers in enumerate(modes):
+            run.modal[k].modes = ffi.from_buffer("long long[]", numbers)
+        return kept
+
+    def _pointer(self, array: np.ndarray) -> Any:
+        self.kept.append(np.ascontiguousarray(array, float))
+        return self.ffi.from_buffer("double[]", self.kept[-1])
+
+    def _places(self, numbers: np.ndarray) -> Any:
+        self.kept.append(np.ascontiguousarray(numbers, np.int64))
+        return self.ffi.from_buffer("long long[]", self.kept[-1])
+
+    def _curve(self, curve: Curve) -> dict[str, Any]:
+        return {
+            "width": curve.values.shape[1],
+            "held": int(curve.interpolation == "hold"),
+            "count": len(curve.knots),
+            "next": int(np.searchsorted(curve.knots, 0.0, side="right")),
+            "times": self._pointer(curve.knots),
+            "values": self._pointer(curve.values),
+        }
+
+
+what_acts = lru_cache(maxsize=64)(WhatActs)  # of the plans that runs share
