@@ -218,3 +218,19 @@ def test_a_run_that_asks_its_effects_makes_them_once(monkeypatch):
     runs.clear(), bound.clear()
     made(task, task.accuracy).release()
     assert (len(runs), len(bound)) == (1, 0)
+
+
+def test_a_sample_of_a_python_function_calls_nothing_else(monkeypatch):
+    """The engine knows the motors and their limits; it leaves the function's samples alone to Python."""
+    times = []
+    controller = omniroll.FunctionController(lambda time, state: times.append(time) or 3.0, 0.125, output="voltage")
+    session = omniroll.Session(
+        omniroll.Vehicle.paper(), nu=(1, 0, 1), driven=False,
+        effects=[Motor(voltage=0, torque_constant=0.02, resistance=1.5, current_limit=0.5), controller],
+    )  # fmt: skip
+    times.clear()
+    others = [counted(monkeypatch, EffectRun, name) for name in ("__init__", "begin_phase", "pass_time", "pass_guards")]
+    for _ in range(9):
+        session.step(0.125)
+    assert times == [0.125 * k for k in range(9)] and others == [[], [], [], []]
+    assert (session.outputs["currents"] == 0.5).all()

@@ -17,7 +17,8 @@ typedef struct {
     omniroll_curve_t curve;
 } omniroll_table_t;
 
-/* A sampled controller of the wheels' speeds, whose output a signal holds up to the next sample. */
+/* A sampled controller of the wheels' speeds, whose output a signal holds up to the next sample. Where `proportional` is
+ * not given, the caller takes the samples: it writes the output and counts the sample. */
 typedef struct {
     int signal;
     double sample_time, limit;
@@ -110,7 +111,8 @@ enum {
     OMNIROLL_RUN_FULL = 1,          /* no room for more rows or switches: empty them and call again         */
     OMNIROLL_RUN_STUCK = 2,         /* patience is at its end: switches without progress in time            */
     OMNIROLL_RUN_NO_STEP = 3,       /* no step is short enough                                              */
-    OMNIROLL_RUN_ASK = 4,           /* a guard is passed or next_time has come: give new inputs and call again */
+    OMNIROLL_RUN_ASK = 4,           /* the caller takes the samples that have come; or, where it gives the inputs: a
+                                     * guard is passed or next_time has come. Then call again                  */
     OMNIROLL_RUN_WHEELS = 5         /* the library is compiled for another number of wheels                 */
 };
 

@@ -54,6 +54,17 @@ static void pass_times(omniroll_run_t *run, const work_t *work)
             take_sample(run, work, &run->samplers[k]);
 }
 
+/* Whether a sample has come that the caller must take. */
+static int caller_samples(const omniroll_run_t *run)
+{
+    for (int k = 0; k < run->sampler_count; k++) {
+        const omniroll_sampler_t *const sampler = &run->samplers[k];
+        if (!sampler->proportional && (double)sampler->samples*sampler->sample_time <= run->elapsed)
+            return 1;
+    }
+    return 0;
+}
+
 static double next_known_time(const omniroll_run_t *run)
 {
     double time = INFINITY;
@@ -154,6 +165,8 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
             run->at_event = 0;
             return OMNIROLL_RUN_DONE;
         }
+        if (is_time && caller_samples(run))
+            return OMNIROLL_RUN_ASK;
         run->phase_start = run->elapsed;
         run->at_event = 0;
         if (!has_progress(run, 1))

@@ -68,7 +68,7 @@ class Influence:
 
 @dataclass(frozen=True)
 class Table:
-    """A signal that follows a curve (K, N): a form in which the compiled engine knows a process. So are these two."""
+    """A signal that follows a curve (K, N): a form in which the compiled engine knows a process, as the next three."""
 
     signal: str
     curve: Curve
@@ -84,6 +84,14 @@ class Sampler:
     target: Curve
     proportional: np.ndarray
     integral: np.ndarray
+
+
+@dataclass(frozen=True)
+class Called:
+    """A signal that holds between samples: the engine calls pass_time of the process and then reads `output` (N,)."""
+
+    signal: str
+    sample_time: float
 
 
 @dataclass(frozen=True)
@@ -103,6 +111,9 @@ class Modal:
     modes: np.ndarray
 
 
+Form = Table | Sampler | Called | Modal
+
+
 class Process:
     """An effect in one run. Times are counted from the start of the run.
 
@@ -112,7 +123,7 @@ class Process:
 
     remembers: ClassVar[tuple[str, ...] | None] = None
 
-    def compiled(self) -> "tuple[Table | Sampler | Modal, ...] | None":
+    def compiled(self) -> tuple[Form, ...] | None:
         """The same for the compiled engine, before the run starts; None where that must ask this process."""
         return () if type(self) is Process else None
 

@@ -4,6 +4,7 @@ What depends on the effects and a kernel alone is found out once and kept with t
 EffectRun's.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -12,10 +13,9 @@ import numpy as np
 
 from omniroll import generated_data
 from omniroll.effects.bound_rates import BoundRates
-from omniroll.effects.effect import Effect, Signal
+from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Table
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
-from omniroll.effects.plan import Plan
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
@@ -105,7 +105,7 @@ class EffectSet:
         return StateVector(bound, self.quantities(bound.roller_model))
 
     @kept
-    def plan(self, bound: Kernel, start_time: float) -> Plan:
+    def plan(self, bound: Kernel, start_time: float) -> "Plan":
         """What an engine must know of a run with these effects before it starts."""
         return Plan(EffectRun(self, bound, start_time))
 
@@ -286,3 +286,50 @@ class EffectRun:
                 process.pass_guards(own)
         if self.axles is not None and passed[start:].any():
             self.axles.pass_guards(passed[start:])
+
+
+class Plan:
+    """The forms in which the compiled engine knows the processes of a run, in the order of the effects.
+
+    acting    the run's effects at its start; where an engine calls a process, a run has others of its own
+    tables, samplers, modal  the forms
+    called    of the processes that an engine calls at their samples: place among the processes, and form
+    asks      whether some process has none, so that an engine must ask all of them at their events
+    """
+
+    def __init__(self, acting: EffectRun):
+        self.acting = acting
+        described = [process.compiled() for process in acting.processes]
+        forms = [form for forms in described if forms is not None for form in forms]
+        self.called = [
+            (place, form) for place, own in enumerate(described) for form in own or () if isinstance(form, Called)
+        ]
+        self.tables = [form for form in forms if isinstance(form, Table)]
+        self.samplers = [form for form in forms if isinstance(form, Sampler)]
+        self.modal = [form for form in forms if isinstance(form, Modal)]
+        self.asks = None in described or len(self.modal) > 1
+
+    @property
+    def sticks(self) -> bool:
+        """Whether axles may stick."""
+        return self.acting.axles is not None
+
+    @cached_property
+    def has_events(self) -> bool:
+        """Whether the effects have times or guards at the start."""
+        return self.acting.next_time() < math.inf or bool(self.acting.begin_phase(0.0))
+
+    @cached_property
+    def guards_read_nu_alone(self) -> bool:
+        """Whether no guard reads what stands behind nu in a state; of those that an engine must ask for."""
+        return not self.asks or all(len(guard.weights) <= 3 for guard in self.acting.begin_phase(0.0))
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest number that torques and voltages are made of; inf where only a call of a process tells."""
+        if self.asks or self.called:
+            return math.inf
+        numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
+        for sampler in self.samplers:
+            numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
+        return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

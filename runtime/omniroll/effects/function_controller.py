@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll.effects.effect import Effect, Influence, Process, Signal
-from omniroll.effects.numbers import per_wheel, read_only, spread
+from omniroll.effects.effect import Called, Effect, Influence, Process, Signal
+from omniroll.effects.numbers import per_wheel, plain_numbers, read_only, spread
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -151,13 +151,16 @@ class Calling(Process):
         self.samples = 0
         self.output = np.zeros(kernel.wheels)
 
+    def compiled(self) -> tuple[Called]:
+        return (Called(self.controller.output, self.controller.sample_time),)
+
     def next_time(self) -> float:
         return self.samples * self.controller.sample_time
 
     def pass_time(self, state: State) -> None:
         arrays = [read_only(array) for array in (state.nu, state.chi, state.pose, state.contact)]
         given = self.function(self.start_time + self.next_time(), Measured(*arrays, self.kernel))
-        self.output = spread("function", per_wheel("function", given), self.kernel.wheels)
+        self.output = _output(given, self.kernel.wheels)
         self.samples += 1
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
@@ -170,3 +173,9 @@ class Calling(Process):
         self.samples, self.output = saved["samples"], saved["output"]
         self.memory.clear()
         self.memory.update(saved["memory"])
+
+
+def _output(given: ArrayLike, wheels: int) -> np.ndarray:
+    """(N,) what a function has given. Raises InvalidValueError."""
+    numbers = plain_numbers(given, wheels)
+    return spread("function", per_wheel("function", given), wheels) if numbers is None else np.array(numbers)

@@ -15,11 +15,12 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects import registry
+from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task, assembled, least_speed
-from omniroll.engine.what_acts import what_acts
+from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
@@ -91,6 +92,8 @@ class CompiledRun:
         self.struct = self.space.begin()
         self.run, self.status = self.struct[0], None
         self._fill()
+        self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
+        self.called: list[tuple[int, Process]] = []  # samplers whose samples are taken here
         if self.task.effects:
             self._describe_what_acts()
 
@@ -188,13 +191,26 @@ class CompiledRun:
     # What acts
 
     def _answer(self) -> None:
-        """A time has come, or guards are passed: the effects say what acts from now on."""
+        """Samples have come, or whatever the engine asks for: the effects say what acts from now on."""
+        if not self.run.asks:
+            self._take_samples()
+            return
         if self.run.elapsed >= self.acting.next_time():
-            nu, chi, pose, contact = (array.copy() for array in (self.nu, self.chi, self.pose, self.contact))
-            self.acting.pass_time(self.run.elapsed, State(nu, chi, pose, contact))
+            self.acting.pass_time(self.run.elapsed, self._state())
         else:
             self.acting.pass_guards(self.passed[: self.run.guard_count] != 0)
         self._give_inputs()
+
+    def _take_samples(self) -> None:
+        for k, process in self.called:
+            if process.next_time() <= self.run.elapsed:
+                process.pass_time(self._state())
+                self.sampled[k, 1] = process.output
+                self.run.samplers[k].samples += 1
+
+    def _state(self) -> State:
+        """A copy of where the run has come; without the axial speeds."""
+        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), self.contact.copy())
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)
@@ -214,16 +230,20 @@ class CompiledRun:
     def _describe_what_acts(self) -> None:
         """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
         plan = self.task.effects.plan(self.kernel, self.task.start_time)
+        if plan.asks or plan.called:
+            self.acting = EffectRun(self.task.effects, self.kernel, self.task.start_time)
         if plan.asks:
-            self._ask(EffectRun(self.task.effects, self.kernel, self.task.start_time))
-            return
-        self.acts = what_acts(self.module.ffi, plan, self.columns.inputs, self.wheels)
-        self.kept = self.acts.put_into(self.run, [form.modes.copy() for form in plan.modal])
+            self.run.asks = 1
+            self._give_inputs()
+        else:
+            acts = what_acts(self.module.ffi, plan, self.columns.inputs, self.wheels)
+            self._put(acts, [form.modes.copy() for form in plan.modal])
 
-    def _ask(self, acting: EffectRun) -> None:
-        """Have the engine ask these effects at their events."""
-        self.acting, self.run.asks = acting, 1
-        self._give_inputs()
+    def _put(self, acts: WhatActs, modes: list[np.ndarray]) -> None:
+        self.acts, self.modes = acts, modes
+        self.kept, self.sampled = acts.put_into(self.run, modes)
+        first = len(acts.plan.samplers)
+        self.called = [(first + k, self.acting.processes[place]) for k, (place, _) in enumerate(acts.plan.called)]
 
     # The start
 

@@ -5,7 +5,6 @@ instant of a pause, such as a controller's sample, happens at the start of the n
 known then. A torque or a voltage that differs from the one before is an event, as a knot of a table is.
 """
 
-import math
 import pickle
 import warnings
 from collections.abc import Mapping
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects.numbers import read_only
+from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
 from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
 from omniroll.engine.simulate import checked_task
@@ -131,11 +130,9 @@ class Session:
         if len(there) != 1:
             bound = "is taken by no effect of this session" if not there else "is taken by more than one effect"
             raise InvalidValueError(name, given, bound)
-        shape = there[0].shape
-        numbers = _plain(given)  # on few numbers lists are faster than arrays
-        if numbers is None or len(numbers) != shape[0] or not all(map(math.isfinite, numbers)):
-            numbers = _spread(name, given, shape, name in self._run.names).tolist()
-        return numbers
+        shape, one_for_all = there[0].shape, name in self._run.names
+        numbers = plain_numbers(given, shape[0]) if one_for_all or type(given) is not float else None
+        return _spread(name, given, shape, one_for_all).tolist() if numbers is None else numbers
 
     def _hold(self, name: str, numbers: list[float]) -> None:
         """Hold a value from now on. The same one again is no event."""
@@ -290,13 +287,6 @@ def _asked(subject: Vehicle | Described, options: dict[str, Any]) -> tuple[Vehic
         raise InvalidValueError("subject", subject, "must be a Vehicle or a scene")
     given = {name: value for name, value in subject.options.items() if name not in NOT_IN_SESSIONS}
     return subject.vehicle, given | options
-
-
-def _plain(given: ArrayLike) -> list[float] | None:
-    """What is given as a list where it is a row of floats, which needs no further check but that of its length."""
-    if type(given) is np.ndarray:
-        return given.tolist() if given.dtype == float and given.ndim == 1 else None
-    return list(given) if type(given) in (list, tuple) and set(map(type, given)) == {float} else None
 
 
 def _spread(name: str, given: ArrayLike, shape: tuple[int, ...], one_for_all: bool) -> np.ndarray:

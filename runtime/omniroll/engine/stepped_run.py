@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects.effect import Process
-from omniroll.effects.effect_set import EffectRun
-from omniroll.effects.plan import Plan
+from omniroll.effects.effect_set import EffectRun, Plan
 from omniroll.engine.compiled_engine import ASK, FULL, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
@@ -25,7 +24,7 @@ class SteppedRun(CompiledRun):
     """A run that pauses where its duration is over, and keeps neither rows nor steps."""
 
     def __init__(self, task: Task, tolerance: float):
-        self.acting, self.kept = EffectRun(task.effects, task.kernel, task.start_time), []
+        self.acting = EffectRun(task.effects, task.kernel, task.start_time)
         super().__init__(task, tolerance)
         self.run.pauses = 1
         self.names = (*self.columns.inputs, "voltage")  # of the signals
@@ -49,22 +48,22 @@ class SteppedRun(CompiledRun):
         """The engine reads and writes the processes' own arrays, which steps write and `readings` read."""
         plan = Plan(self.acting)
         if plan.asks:
-            self._ask(self.acting)
-            return
-        self.acts = WhatActs(self.module.ffi, plan, self.columns.inputs, self.wheels)
-        self.kept = self.acts.put_into(self.run, [form.modes for form in plan.modal])
+            self.run.asks = 1
+            self._give_inputs()
+        else:
+            acts = WhatActs(self.module.ffi, plan, self.columns.inputs, self.wheels)
+            self._put(acts, [form.modes for form in plan.modal])
 
     def _shares(self) -> float:
         return STEPS_EXPECTED
 
     def _structs(self) -> list:
-        return [self.struct, *(kept for kept in self.kept if not isinstance(kept, np.ndarray))]
+        return [self.struct, *self.kept]
 
     def _arrays(self) -> list[np.ndarray]:
         """All that the engine or a step writes."""
         own = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
-        kept = [array for array in self.kept if isinstance(array, np.ndarray)]
-        return [*own, *kept, *(values for arrays in self.held.values() for values in arrays)]
+        return [*own, *self.modes, self.sampled, *(values for arrays in self.held.values() for values in arrays)]
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
@@ -81,8 +80,8 @@ class SteppedRun(CompiledRun):
 
     @property
     def asked(self) -> list[Process]:
-        """The processes that the engine asks at their events; none where it does by itself what they say."""
-        return self.acting.processes if self.run.asks else []
+        """The processes that the engine asks at their events; of most it does by itself what they say."""
+        return self.acting.processes if self.run.asks else [process for _, process in self.called]
 
     def change_what_acts(self) -> None:
         """What acts has been written into: this instant is an event, at which the signals are made anew."""
@@ -99,12 +98,13 @@ class SteppedRun(CompiledRun):
         """Go back to the start. Processes that the engine asks are made anew: not each of them can be saved."""
         if self.asked:
             self.acting = EffectRun(self.task.effects, self.kernel, self.task.start_time)
+            self._describe_what_acts()
             self._find_memory()
         self._write(self.at_start)
 
     def _write(self, memory: bytes) -> None:
         self.memory.write(memory)
-        if self.asked:
+        if self.run.asks:
             self.acting.begin_phase(self.run.inputs_elapsed, self.run.inputs_carry)
 
     def start(self, task: Task) -> None:

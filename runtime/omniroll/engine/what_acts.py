@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from omniroll.effects.effect_set import Plan
 from omniroll.effects.numbers import Curve
-from omniroll.effects.plan import Plan
 
 
 class WhatActs:
@@ -32,6 +32,8 @@ class WhatActs:
             | {name: self._pointer(getattr(form, name)) for name in ("proportional", "integral")}
             for form in plan.samplers
         ]
+        for _, form in plan.called:
+            samplers.append({"signal": signals.index(form.signal), "sample_time": form.sample_time})
         modal = [
             {"signal": signals.index(form.signal), "event_count": form.laws.shape[2] - 1}
             | {"transition_count": len(form.transitions), "transitions": self._places(form.transitions)}
@@ -42,27 +44,28 @@ class WhatActs:
         entries = {"table": tables, "sampler": samplers, "modal": modal}
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
-    def put_into(self, run: Any, modes: list[np.ndarray]) -> list[Any]:
-        """Have a run's struct point to structs of its own; gives what must live as long as the run.
+    def put_into(self, run: Any, modes: list[np.ndarray]) -> tuple[list[Any], np.ndarray]:
+        """Have a run's struct point to structs of its own: these, and the sums and outputs (S, 2, N) of its samplers.
 
         modes  (N,) of each drive with modes, which the engine changes
+
+        All three must live as long as the run.
         """
-        ffi, kept = self.ffi, list(modes)
+        ffi, kept = self.ffi, []
         for name, pattern in self.patterns.items():
             own = ffi.new(ffi.typeof(pattern), len(pattern))
             ffi.memmove(own, pattern, ffi.sizeof(pattern))
             setattr(run, name if name == "modal" else f"{name}s", own)
             setattr(run, f"{name}_count", len(own))
             kept.append(own)
-        for k in range(len(self.plan.samplers)):
-            numbers = np.zeros((2, self.wheels))
-            sampler = run.samplers[k]
-            sampler.sum = ffi.from_buffer("double[]", numbers)
-            sampler.output = sampler.sum + self.wheels
-            kept.append(numbers)
+        sampled = np.zeros((run.sampler_count, 2, self.wheels))
+        first = ffi.from_buffer("double[]", sampled) + 0
+        for k in range(run.sampler_count):
+            run.samplers[k].sum = first + 2 * k * self.wheels
+            run.samplers[k].output = first + (2 * k + 1) * self.wheels
         for k, numbers in enumerate(modes):
             run.modal[k].modes = ffi.from_buffer("long long[]", numbers)
-        return kept
+        return kept, sampled
 
     def _pointer(self, array: np.ndarray) -> Any:
         self.kept.append(np.ascontiguousarray(array, float))
