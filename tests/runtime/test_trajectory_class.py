@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Trajectory, Vehicle, simulate
+from omniroll import Bearings, Torque, Trajectory, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 ARRAYS = (
@@ -88,6 +88,25 @@ def test_sampling_between_rows(run):
     axial = run.kernel.axial_speeds(found.nu, found.chi, found.spins)
     rows_axial = run.kernel.axial_speeds(run.nu, run.chi, run.spins)[row]
     np.testing.assert_allclose(axial, rows_axial, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("engine", "effects"),
+    [("compiled", ()), ("compiled", (Torque(0.01), Bearings(roller_viscous=1e-6))), ("python", ())],
+)
+def test_few_samples_are_computed_alone(effects, engine):
+    """What few samples need is a part of the whole, to the bit, and the whole is not made."""
+    run, whole = (
+        simulate(PAPER, nu=(1, 0, 1), duration=4, effects=effects, engine=engine, control=False) for _ in range(2)
+    )
+    times = np.append(whole.t[[0, 10]], [0.321, 2.65])
+    arrays = [getattr(whole, name) for name in ("dense", "spins", "energy", "contact_spin")]
+    assert len(arrays[0]) > 12
+    found, wanted = run.sample(times), whole.sample(times)
+    for name in ("nu", "chi", "contact", "contact_spin", "spins", "pose", "energy"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name), err_msg=name)
+    assert not {"dense", "spins", "energy", "contact_spin"} & set(vars(run))
+    assert not {"spins", "energy", "contact_spin"} & set(vars(whole.sample(times)))
 
 
 def test_sampling_a_number(run):

@@ -19,7 +19,7 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task, assembled, least_speed
+from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Places, Task, assembled, least_speed
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
@@ -33,6 +33,7 @@ ROWS = 4096  # of a call
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 2 * MOST_WHEELS  # run.c
+LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
 TOO_LONG = 6  # beside those of engine_calls.h
 REASONS = {
@@ -141,7 +142,7 @@ class CompiledRun:
     def _end_axial(self) -> np.ndarray | None:
         if not self.kernel.has_spins:
             return None
-        return Recorded(self).axial[-1] if self.task.effects else self.axial.copy()
+        return Recorded(self).axial(LAST)[0] if self.task.effects else self.axial.copy()
 
     @property
     def done(self) -> bool:
@@ -513,27 +514,21 @@ class Recorded:
     def switch_rows(self) -> np.ndarray:
         return self.switches[:, 1].astype(int)
 
-    @property
-    def axial(self) -> np.ndarray | None:
-        """(T, N, n-1): those after the last switch, and what has become of them."""
-        if not self.has_spins:
-            return None
+    def axial(self, some: Places) -> np.ndarray:
+        """(..., N, n-1) in some rows: those after the last switch, and what has become of them."""
         table = np.concatenate([np.asarray(self.task.state.free_axial())[None], self.later_axial])
-        switched = np.searchsorted(self.switch_rows, np.arange(len(self.rows)), side="right")
+        switched = np.searchsorted(self.switch_rows, np.arange(len(self.rows))[some], side="right")
         axial, effects = table[switched], self.task.effects
         if not effects:
             return axial
         since = np.append(0, self.switch_rows)[switched]
         bound = effects.kernel(self.task.vehicle, self.task.kernel.roller_model, "python")  # works on all rows at once
-        before, after = self.columns.state_vector.views(self.y[since]), self.columns.state_vector.views(self.y)
-        found = effects.axial_later(bound, axial, before, after, self.elapsed - self.elapsed[since])
+        before, after = self.columns.state_vector.views(self.y[since]), self.columns.state_vector.views(self.y[some])
+        found = effects.axial_later(bound, axial, before, after, self.elapsed[some] - self.elapsed[since])
         return np.array(np.broadcast_to(found, axial.shape))
 
-    def dense(self) -> np.ndarray | None:
-        starts = self.step_rows
-        if not len(starts):
-            return None
-        return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, starts, self.columns)
+    def dense(self, some: Places) -> np.ndarray:
+        return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, self.step_rows[some], self.columns)
 
 
 def _kept(buffer: np.ndarray, count: int) -> np.ndarray:

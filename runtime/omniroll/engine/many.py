@@ -10,7 +10,8 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,8 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
 CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
-SAMPLED = tuple(field.name for field in fields(Samples))
+ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
+SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
 COUNTS = ("switches", "steps", "evaluations")
 NOT_RUN = "interrupted before it was run"
 
@@ -404,7 +406,9 @@ def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
     samples = None
     if sweep.times is not None:
         parts = [one.get("samples") or {} for one in found]
-        samples = Samples(**{name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED})
+        stacked = {name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED}
+        made = {name: partial(stacked.get, name) for name in ON_DEMAND}
+        samples = Samples(**{name: stacked[name] for name in SAMPLED if name not in made}, made=made)
     states = _States(shape, sweep.runs, found)
     wheels = sweep.runs[0]["vehicle"].wheels
     missing = {"t": np.nan, "nu": np.full(3, np.nan), "pose": np.full(3, np.nan), "chi": np.full(wheels, np.nan)}

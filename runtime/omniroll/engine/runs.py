@@ -18,6 +18,8 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 Progress = Callable[[float, float], Any]
+Places = np.ndarray | slice
+ALL = slice(None)
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
@@ -45,8 +47,8 @@ class Rows:
     elapsed      (T,) time since the start of the run
     y            (T, 6 + N + E) nu, chi, pose, and E numbers that the effects integrate
     contact      (T, N) physical roller in contact
-    axial        (T, N, n-1) axial speeds of the free rollers by place, or None
-    dense        a function that gives the (S, d + 1, 6 + N + E) Bernstein coefficients of y on each step, or None
+    axial        a function that gives the axial speeds of the free rollers by place, (..., N, n-1), in some rows
+    dense        a function that gives the (..., d + 1, 6 + N + E) Bernstein coefficients of y on some steps
     step_rows    (S,) the row at which a step starts
     directions   (K, N) +1, -1, or 0 for a wheel that did not switch
     switch_rows  (K,) the row after a switch
@@ -56,8 +58,8 @@ class Rows:
     elapsed: np.ndarray
     y: np.ndarray
     contact: np.ndarray
-    axial: np.ndarray | None
-    dense: Callable[[], np.ndarray | None]
+    axial: Callable[[Places], np.ndarray]
+    dense: Callable[[Places], np.ndarray]
     step_rows: np.ndarray
     directions: np.ndarray
     switch_rows: np.ndarray
@@ -94,16 +96,18 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
     def bound() -> Kernel:
         return kernel(task.kernel.vehicle, model, "python")  # works on all rows at once
 
-    def spins() -> np.ndarray | None:
-        axial = rows.axial
-        return None if axial is None else bound().spins_from_axial(trajectory.nu, trajectory.chi, axial)
+    def contact_spin(some: Places = ALL) -> np.ndarray:
+        return bound().wheel_rates(trajectory.nu[some], trajectory.chi[some])[1]
+
+    def spins(some: Places = ALL) -> np.ndarray:
+        return bound().spins_from_axial(trajectory.nu[some], trajectory.chi[some], rows.axial(some))
+
+    def energy(some: Places = ALL) -> np.ndarray:
+        own = (trajectory.spins if some is ALL else spins(some),) if task.kernel.has_spins else ()
+        return bound().energy(trajectory.nu[some], trajectory.chi[some], *own)
 
     def added() -> np.ndarray | None:
         return rows.y[:, 6 + wheels :].copy() if task.effects else None
-
-    def energy() -> np.ndarray:
-        kernel = bound()
-        return kernel.energy(trajectory.nu, trajectory.chi, *kernel.spins_or_nothing(trajectory.spins))
 
     def columns(part: slice) -> np.ndarray:
         return rows.y[:, part].copy()
@@ -120,11 +124,11 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
             "t": lambda: task.start_time + rows.elapsed,
             "elapsed": lambda: rows.elapsed,
             "contact": lambda: rows.contact,
-            "contact_spin": lambda: bound().wheel_rates(trajectory.nu, trajectory.chi)[1],
-            "spins": spins,
+            "contact_spin": contact_spin,
+            "spins": spins if task.kernel.has_spins else lambda: None,
             "energy": energy,
             "switches": lambda: _switches(task, rows, trajectory.energy),
-            "dense": rows.dense,
+            "dense": lambda: rows.dense(ALL) if len(rows.step_rows) else None,
             "step_rows": lambda: rows.step_rows,
             "added": added,
             "drive": lambda: rows.drive,
@@ -134,6 +138,8 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
             {"phase_energy_drift": lambda: _phase_drift(trajectory, rows.switch_rows)},
         ),
         effects=task.effects,
+        in_part={"contact_spin": contact_spin, "spins": spins, "energy": energy}
+        | ({"dense": rows.dense} if len(rows.step_rows) else {}),
     )
     return trajectory
 

@@ -536,21 +536,23 @@ class CompiledKernel(Kernel):
         """The function for each state of the leading axes."""
         lead, arrays = self._broadcast(name, values, self.dtype)
         outputs = tuple(np.empty(lead + shape, self.dtype) for shape in bound.out_shapes)
-        places = [
-            (self._pointer(array), math.prod(shape), not shape)
-            for array, shape in zip(arrays, bound.in_shapes, strict=True)
-        ]
-        places += [
-            (self._pointer(array), math.prod(shape), False)
-            for array, shape in zip(outputs, bound.out_shapes, strict=True)
-        ]
-        for k in range(math.prod(lead)):
-            # A scalar input goes by value, everything else by pointer.
-            bound.function(
-                self._model,
-                *(pointer[k] if by_value else pointer + k * size for pointer, size, by_value in places),
-            )
+        count = math.prod(lead)
+        arguments = [self._arguments(a, shape, count) for a, shape in zip(arrays, bound.in_shapes, strict=True)]
+        arguments += [self._pointers(a, shape, count) for a, shape in zip(outputs, bound.out_shapes, strict=True)]
+        for of_one in zip(*arguments, strict=True):
+            bound.function(self._model, *of_one)
         return outputs if len(outputs) > 1 else outputs[0]
+
+    def _arguments(self, array: np.ndarray, shape: tuple[int, ...], count: int) -> list:
+        """An input of `count` states, as C takes it: a scalar goes by value, everything else by pointer."""
+        if shape:
+            return self._pointers(array, shape, count)
+        pointer = self._pointer(array)
+        return [pointer[k] for k in range(count)]
+
+    def _pointers(self, array: np.ndarray, shape: tuple[int, ...], count: int) -> list:
+        first, size = self._pointer(array), math.prod(shape)
+        return [first + k * size for k in range(count)]
 
     def flow(self, momenta: np.ndarray | None) -> Flow:
         wheels = self.wheels

@@ -48,25 +48,28 @@ def value(coefficients: Sequence[float], x: float) -> float:
 
 
 def _weights(degree: int, x: np.ndarray) -> np.ndarray:
-    """(T, d + 1) the factors of the coefficients in p(x), at x (T,)."""
-    counts = np.array([comb(degree, k) for k in range(degree + 1)], float)
-    powers = np.arange(degree + 1)
-    return counts * x[:, None] ** powers * (1 - x[:, None]) ** powers[::-1]
+    """(d + 1, T) the factors of the coefficients in p(x), at x (T,)."""
+    counts = np.array([[comb(degree, k)] for k in range(degree + 1)], float)
+    return counts * _powers(degree, x) * _powers(degree, 1 - x)[::-1]
+
+
+def _powers(degree: int, x: np.ndarray) -> np.ndarray:
+    """(d + 1, T) x^0 ... x^d, by multiplication: a power function costs twenty times as much."""
+    factors = np.empty((degree + 1, len(x)))
+    factors[0], factors[1:] = 1, x
+    return np.multiply.accumulate(factors)
 
 
 def bernstein_through(x: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Coefficients (d + 1, c) of the polynomials that are `values` (d + 1, c) at x (d + 1,)."""
-    return np.linalg.solve(_weights(len(x) - 1, x), values)
+    return np.linalg.solve(_weights(len(x) - 1, x).T, values)
 
 
 def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
     """p(x) (T, c) of polynomials (T, d + 1, c), each at its own x (T,)."""
-    powers = np.arange(coefficients.shape[1])
     weights = _weights(coefficients.shape[1] - 1, x)
-    result = weights[:, :1] * coefficients[:, 0]
-    for k in powers[1:]:  # in this order, whatever the arrays' layout in memory
-        result += weights[:, k, None] * coefficients[:, k]
-    return result
+    # One layout in memory, so that the sums are always made in one order.
+    return (np.ascontiguousarray(weights.T)[:, None] @ np.ascontiguousarray(coefficients))[:, 0]
 
 
 def halves(coefficients: Sequence[float]) -> tuple[list[float], list[float]]:

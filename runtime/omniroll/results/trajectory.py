@@ -1,6 +1,6 @@
 """A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from os import PathLike
@@ -22,11 +22,12 @@ from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
+FEW = 3  # an array that has less than so many times the rows that are wanted is computed as a whole
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
-@dataclass(frozen=True)
-class Samples:
+@dataclass(frozen=True, eq=False)
+class Samples(MadeOnDemand):
     """A motion at given times, which may have any shape (...).
 
     t             (...) in s
@@ -38,16 +39,19 @@ class Samples:
                   model "free"
     pose          (..., 3) x, y in m, theta in rad
     energy        (...) in J, (3.2)
+    made          how contact_spin, spins and energy are computed when they are first read
     """
 
     t: np.ndarray
     nu: np.ndarray
     chi: np.ndarray
     contact: np.ndarray
-    contact_spin: np.ndarray
-    spins: np.ndarray | None
     pose: np.ndarray
-    energy: np.ndarray
+    made: Mapping[str, Maker]
+
+    contact_spin = OnDemand()
+    spins = OnDemand()
+    energy = OnDemand()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,6 +80,7 @@ class Trajectory(MadeOnDemand):
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
+    in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
     """
 
     vehicle: Vehicle
@@ -87,6 +92,7 @@ class Trajectory(MadeOnDemand):
     made: Mapping[str, Maker]
     stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
+    in_part: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
 
     t = OnDemand()
     elapsed = OnDemand()
@@ -105,6 +111,9 @@ class Trajectory(MadeOnDemand):
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __getstate__(self) -> dict:
+        return super().__getstate__() | {"in_part": {}}
 
     def __repr__(self) -> str:
         return (
@@ -175,13 +184,20 @@ class Trajectory(MadeOnDemand):
 
     def _polynomials(self, elapsed: np.ndarray) -> np.ndarray:
         """y (..., 6 + N + E) from the steps' polynomials, at times since the start."""
-        if self.dense is None:
+        if "dense" not in self.in_part and self.dense is None:
             raise InvalidValueError("t", None, "lies between rows, and the dense output was not saved")
         starts, lengths = self._steps
         step = np.clip(np.searchsorted(starts, elapsed, side="right") - 1, 0, len(starts) - 1)
         with np.errstate(divide="ignore", invalid="ignore"):  # a step may be shorter than the rounding of the time
             x = np.where(lengths[step] > 0, (elapsed - starts[step]) / lengths[step], 0.0)
-        return values_at(self.dense[step], x)
+        return values_at(self._some("dense", step, len(starts)), x)
+
+    def _some(self, name: str, places: np.ndarray, count: int) -> np.ndarray:
+        """Some of the `count` rows of an array, which are computed alone where they are few."""
+        wanted, back = np.unique(places, return_inverse=True)
+        if name in vars(self) or name not in self.in_part or FEW * len(wanted) > count:
+            return getattr(self, name)[places]
+        return self.in_part[name](wanted)[back.reshape(places.shape)]
 
     @cached_property
     def _steps(self) -> tuple[np.ndarray, np.ndarray]:
@@ -190,25 +206,42 @@ class Trajectory(MadeOnDemand):
         return starts, np.append(starts[1:], self.elapsed[-1]) - starts
 
     def _complete(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> Samples:
-        """All fields from y = (nu, chi, pose), where `row` is the last row at or before each time."""
-        bound, end = self.kernel, 3 + self.vehicle.wheels
+        """Samples from y = (nu, chi, pose), where `row` is the last row at or before each time."""
+        end = 3 + self.vehicle.wheels
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
-        _, contact_spin = bound.wheel_rates(nu, chi)
-        spins = None
-        if self.spins is not None:
-            axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
-            if self.effects:
-                before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
-                elapsed = (times - self.start_time) - self.elapsed[row]
-                axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
-            spins = bound.spins_from_axial(nu, chi, axial)
-        energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
-        at_row = times == self.t[row]
-        for values, rows in ((contact_spin, self.contact_spin), (spins, self.spins), (energy, self.energy)):
-            if values is not None:
-                values[at_row] = rows[row[at_row]]
-        return Samples(times, nu, chi, self.contact[row], contact_spin, spins, pose, energy)
+        on_row = times == self.t[row]
+
+        def with_rows(name: str, values: np.ndarray) -> np.ndarray:
+            if on_row.any():
+                values[on_row] = self._some(name, row[on_row], len(self))
+            return values
+
+        def spins() -> np.ndarray | None:
+            if self.roller_model != "free":
+                return None
+            return with_rows("spins", self.kernel.spins_from_axial(nu, chi, self._axial(times, y, row)))
+
+        def energy() -> np.ndarray:
+            bound = self.kernel
+            return with_rows("energy", bound.energy(nu, chi, *bound.spins_or_nothing(samples.spins)))
+
+        def contact_spin() -> np.ndarray:
+            return with_rows("contact_spin", self.kernel.wheel_rates(nu, chi)[1])
+
+        made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
+        samples = Samples(times, nu, chi, self.contact[row], pose, made)
+        return samples
+
+    def _axial(self, times: np.ndarray, y: np.ndarray, row: np.ndarray) -> np.ndarray:
+        """The free rollers' axial speeds (..., N, n-1), from the last row at or before each time."""
+        spins = self._some("spins", row, len(self))
+        axial = self.kernel.axial_speeds(self.nu[row], self.chi[row], spins)
+        if not self.effects:
+            return axial
+        before, after = self._state_vector.views(self._rows(row)), self._state_vector.views(y)
+        elapsed = (times - self.start_time) - self.elapsed[row]
+        return self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
 
     @property
     def kernel(self) -> Kernel:
