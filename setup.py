@@ -1,9 +1,11 @@
 """What pyproject.toml cannot say: packages from several folders, and the libraries that are compiled.
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
-goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the sets of effects.
+goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
+the set without effects, and those of all effects, which run any scene where a scene's own set cannot be compiled.
 """
 
+import json
 import os
 import runpy
 import shutil
@@ -21,17 +23,21 @@ ROOT = Path(__file__).resolve().parent
 SETS = ("massless", "locked", "free")
 
 
-def write_sets(names: Sequence[str], place: Path) -> Iterator[Path]:
-    """The folders of the sets with their texts, new."""
+NEEDED = ("declarations.h", "functions.json", ".so", ".sha256")  # what is kept of a general set
+
+
+def write_sets(sets: Sequence[tuple[str, tuple[str, ...]]], place: Path) -> Iterator[Path]:
+    """The folders of the sets, (roller model, effects), with their texts, new."""
     sys.path.insert(0, str(ROOT))
     from codegen.on_demand import Programs
 
     programs = Programs.load(ROOT / "generated/data")
     shutil.rmtree(place, ignore_errors=True)
-    for name in names:
-        folder = place / name
+    for base, effects in sets:
+        made = programs.kernel(base, effects)
+        folder = place / made.name
         folder.mkdir(parents=True)
-        for file, text in programs.kernel(name, ()).files().items():
+        for file, text in made.files().items():
             (folder / file).write_text(text, encoding="utf-8")
         yield folder
 
@@ -44,24 +50,27 @@ class BuildLibraries(build_ext):
         top = ROOT / "runtime" if inplace else Path(self.build_lib).resolve()
         building = SimpleNamespace(**runpy.run_path(str(ROOT / "runtime/omniroll/kernels/building.py")))
         levels = os.environ.get("OMNIROLL_LEVELS", "").split() or building.levels_here()[:1]
-        names = os.environ.get("OMNIROLL_SETS", "").split() or SETS
-        folders = list(write_sets(names, top / "omniroll/kernels/built"))
+        models = os.environ.get("OMNIROLL_SETS", "").split() or SETS
+        registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
+        general = [(model, effects) for model in models for effects in building.general_sets(registry, model)]
+        place = top / "omniroll/kernels/built"
+        folders = list(write_sets([*((model, ()) for model in models), *general], place))
+        engines = [building.Engine(level, wheels) for level in levels for wheels in (*building.UNROLLED, None)]
+        jobs = [(folder, engine) for folder in folders[: len(models)] for engine in engines]
+        lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
+        own = folders[len(models) :]
+        jobs += [(f, building.Engine.general(lowest, model)) for f, (model, _) in zip(own, general, strict=True)]
+        sources = ROOT / "runtime/csrc", ROOT / "generated/c"
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                jobs = [pool.submit(building.kernel_library, folder, "double") for folder in folders]
-                jobs += [
-                    pool.submit(
-                        building.engine_library, folder, ROOT / "runtime/csrc", ROOT / "generated/c",
-                        building.Engine(level, wheels),
-                    )
-                    for folder in folders
-                    for level in levels
-                    for wheels in (*building.UNROLLED, None)
-                ]  # fmt: skip
-                for job in jobs:
+                pairs = [pool.submit(building.kernel_library, folder, "double") for folder in folders]
+                made = [pool.submit(building.engine_library, folder, *sources, engine) for folder, engine in jobs]
+                for job in (*pairs, *made):
                     job.result()
         except building.CompilationError as problem:
             print(f"omniroll: {problem}; the kernels in Python are there", file=sys.stderr)
+        for text in (text for folder in own for text in folder.iterdir() if not text.name.endswith(NEEDED)):
+            text.unlink()
 
     def get_outputs(self) -> list[str]:
         return []

@@ -1,6 +1,6 @@
 """The compiled engine against the Python engine over random scenes of every effect: motion, events, accounts, rows."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,8 +10,10 @@ from omniroll import Controller, Motor, TorqueTable, simulate
 from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.torque import Drive
 from omniroll.engine.compiled_engine import can_run
+from omniroll.engine.control import one_run
 from omniroll.engine.python_engine import Run
 from omniroll.engine.simulate import checked_task
+from omniroll.kernels import sets
 from omniroll.results.comparison import difference
 
 ACCURACY = 1e-11
@@ -38,21 +40,43 @@ def pairs(run):
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("seed", [0, 3, 5])
 def test_both_engines_agree(name, model, seed):
-    compiled, python = both(*scene(name, model, seed))
-    assert compiled.switches.wheel.tolist() == python.switches.wheel.tolist()
-    assert compiled.switches.direction.tolist() == python.switches.direction.tolist()
-    np.testing.assert_allclose(compiled.switches.t, python.switches.t, rtol=0, atol=3e-9)
-    assert difference(compiled, python) < 3e-10
+    assert_agreement(*both(*scene(name, model, seed)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("name", "seed"), [(name, k % 2) for k, name in enumerate(SCENES)])
+def test_the_kernel_of_all_effects_runs_each_scene(name, model, seed):
+    """What runs where the kernel of a scene is not compiled; seed 1 gives the vehicle another layout."""
+    vehicle, options = scene(name, model, seed)
+    task = checked_task(vehicle, **options)
+    own = one_run(task, ACCURACY)
+    general = one_run(replace(task, kernel=task.effects.kernel(vehicle, model, "python")), ACCURACY)
+    kernels = [run.stats["kernel"] for run in (own, general)]
+    assert own.stats["engine"] == general.stats["engine"] == "compiled"
+    assert kernels[0] == task.kernel.set_name and kernels[1] in general_names(model) and kernels[0] != kernels[1]
+    assert_agreement(own, general)
+    assert (own.drive is None) == (general.drive is None) and own.added.shape[1:] == general.added.shape[1:]
+
+
+def general_names(model):
+    return [sets.set_name(model, effects) for effects in sets.general_sets(model)]
+
+
+def assert_agreement(compiled, other):
+    assert compiled.switches.wheel.tolist() == other.switches.wheel.tolist()
+    assert compiled.switches.direction.tolist() == other.switches.direction.tolist()
+    np.testing.assert_allclose(compiled.switches.t, other.switches.t, rtol=0, atol=3e-9)
+    assert difference(compiled, other) < 3e-10
     np.testing.assert_allclose(
-        compiled.added[-1], python.added[-1], rtol=0, atol=1e-8 * (1 + np.abs(python.added).max(initial=0))
+        compiled.added[-1], other.added[-1], rtol=0, atol=1e-8 * (1 + np.abs(other.added).max(initial=0))
     )
-    for run in (compiled, python):
+    for run in (compiled, other):
         assert abs(run.ledger.residual) < 1e-9 * (1e-3 + run.energy.max())
-    one, other = pairs(compiled), pairs(python)
-    assert len(one) == len(other)
+    rows, others = pairs(compiled), pairs(other)
+    assert len(rows) == len(others)
     if compiled.drive is not None:
         for step in (0, 1):
-            np.testing.assert_allclose(compiled.drive[one + step], python.drive[other + step], rtol=1e-6, atol=1e-9)
+            np.testing.assert_allclose(compiled.drive[rows + step], other.drive[others + step], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("interpolation, rows", [("hold", 2), ("linear", 1)])

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shlex
 import shutil
 import stat
 import subprocess
@@ -220,3 +221,59 @@ def test_a_folder_that_cannot_be_written_gives_one_message(fresh_cache, tmp_path
         assert isinstance(sloped(), CompiledKernel)
         assert isinstance(kernel(PAPER, "massless", effects=("slope",), constants=SLOPE), CompiledKernel)
     assert len(said) == 1 and str(blocked) in str(said[0].message)
+
+
+WITHOUT_A_COMPILER = """
+    import sys, warnings
+    import omniroll
+    from omniroll.engine.simulate import checked_task
+    from omniroll.scenes import load_scene
+    from omniroll.scenes.explanation import runs_on
+    from omniroll.scenes.outcome import run_scene
+    warnings.simplefilter("ignore")
+    scene = load_scene(sys.argv[1])
+    run = run_scene(scene)
+    session = omniroll.Session(scene, driven=False)
+    session.step(0.1)
+    assert abs(session.nu - run.trajectory.nu[-1]).max() < 1e-8 and not session.outputs
+    print(run.summary()["engine"], run.summary()["kernel"])
+    print(runs_on(checked_task(scene.vehicle, **scene.options)))
+"""
+SCENE = """
+[vehicle]
+preset = "paper"
+[start]
+nu = [1, 0, 1]
+[run]
+duration = 0.1
+[slope]
+angle = 0.1
+"""
+
+
+@pytest.mark.parametrize("compiler", ["false", "no compiler of this name"])
+def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, fresh_cache, tmp_path):
+    """And `explain` and the summary say so."""
+    scene = tmp_path / "scene.toml"
+    scene.write_text(SCENE)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(WITHOUT_A_COMPILER), str(scene)],
+        capture_output=True, text=True, env=os.environ | {"CC": shlex.quote(compiler)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == [
+        f"compiled {sets.set_name('free', sets.general_sets('free')[0])}",
+        "compiled engine, precompiled kernel of all effects, since the one of this scene is not compiled",
+    ]
+
+
+def test_general_sets():
+    """All effects, without those that exclude others or change no motion; first those that keep the states small."""
+    friction = ("axle_viscous", "axle_coulomb", "roller_viscous")
+    everything = ("layout", "drive", "motor", *friction, "roller_coulomb", "slope")
+    smaller = ("layout", "drive", "motor", *friction, "slope")
+    assert sets.general_sets("locked") == sets.general_sets("massless") == [everything]
+    assert sets.general_sets("free") == [smaller, everything]
+    for model in MODELS:
+        for effects in sets.general_sets(model):
+            assert sets.is_general(model, effects) and not sets.is_general(model, effects[1:])

@@ -84,7 +84,7 @@ def _cost(explanation: dict[str, Any]) -> list[str]:
         ),
         f"  {'total':<44}{explanation['operations']['total']:>10}",
         f"  {measured['nanoseconds']:.3g} ns per evaluation, measured here over {measured['evaluations']}: "
-        f"steps and switches included, {measured['engine']} engine, {explanation['backend']} kernel",
+        f"steps and switches included, {explanation['runs_on']}",
         *_prices(explanation["prices"]),
     ]
 

@@ -8,6 +8,7 @@ control of another, is never copied.
 """
 
 import math
+import warnings
 from functools import cache, cached_property, lru_cache
 from math import comb
 from typing import Any
@@ -21,9 +22,9 @@ from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Places, Task, assembled, least_speed
 from omniroll.engine.what_acts import WhatActs, what_acts
-from omniroll.errors import SimulationStopped
+from omniroll.errors import KernelsMissingError, SimulationStopped
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.kernel import Kernel, general_kernel
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
@@ -50,18 +51,42 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    if task.kernel.wheels > MOST_WHEELS or task.kernel.backend != "compiled":
+    bound = None if task.kernel.wheels > MOST_WHEELS else kernel_of(task)
+    if bound is None:
         return False
     if not task.effects:
         return True
     plan = task.effects.plan(task.kernel, task.start_time)
     if plan.sticks:
         return False
-    if not task.kernel.effects:
+    if not bound.effects:
         return not plan.has_events
-    known = names_of(task.kernel, "states")
+    known = names_of(bound, "states")
     integrated = task.effects.quantities(task.kernel.roller_model)
     return plan.guards_read_nu_alone and all(quantity.name in known for quantity in integrated)
+
+
+def kernel_of(task: Task) -> Kernel | None:
+    """The kernel on which the compiled engine runs a task: its own, or where that is not compiled the general one.
+
+    None for the Python engine. Raises KernelsMissingError where a kernel that was built has lost its engine.
+    """
+    return _kernel_of(task.kernel) if task.engine == "compiled" else None
+
+
+@lru_cache(maxsize=64)
+def _kernel_of(kernel: Kernel) -> Kernel | None:
+    if kernel.backend != "compiled":
+        return general_kernel(kernel)
+    try:
+        engine_of(kernel)
+    except KernelsMissingError as problem:
+        general = general_kernel(kernel)
+        if general is None:
+            raise
+        warnings.warn(f"the precompiled engine of all effects runs, which is slower: {problem}", RuntimeWarning, 2)
+        return general
+    return kernel
 
 
 def engine_of(kernel: Kernel) -> Any:
@@ -85,7 +110,7 @@ class CompiledRun:
     """One simulation with one tolerance."""
 
     def __init__(self, task: Task, tolerance: float):
-        self.task, self.kernel, self.tolerance = task, task.kernel, tolerance
+        self.task, self.kernel, self.tolerance = task, kernel_of(task), tolerance
         self.module = engine_of(self.kernel)
         self.wheels, self.places = self.kernel.wheels, self.kernel.rollers_per_wheel - 1
         self.columns = columns(self.kernel, task.effects.quantities(self.kernel.roller_model))
@@ -230,9 +255,9 @@ class CompiledRun:
 
     def _describe_what_acts(self) -> None:
         """Tables, controllers and drives with modes act by themselves; the engine asks effects of other kinds here."""
-        plan = self.task.effects.plan(self.kernel, self.task.start_time)
+        plan = self.task.effects.plan(self.task.kernel, self.task.start_time)
         if plan.asks or plan.called:
-            self.acting = EffectRun(self.task.effects, self.kernel, self.task.start_time)
+            self.acting = EffectRun(self.task.effects, self.task.kernel, self.task.start_time)
         if plan.asks:
             self.run.asks = 1
             self._give_inputs()
@@ -281,6 +306,7 @@ class CompiledRun:
         run = self.run
         return {
             "engine": "compiled",
+            "kernel": self.kernel.set_name,
             "steps": int(run.step_count),
             "rejected_steps": int(run.rejected_count),
             "phases": int(run.phase_count) + 1,
@@ -497,10 +523,11 @@ class Recorded:
 
     @property
     def drive(self) -> np.ndarray | None:
-        if not self.columns.inputs:
+        places = [self.columns.inputs.index(name) for name in self.task.effects.drives()]
+        if not places:
             return None
         wheels = self.task.vehicle.wheels
-        return self.rows[:, self.columns.end + wheels :].reshape(len(self.rows), -1, wheels).copy()
+        return self.rows[:, self.columns.end + wheels :].reshape(len(self.rows), -1, wheels)[:, places]
 
     @cached_property
     def step_rows(self) -> np.ndarray:

@@ -276,6 +276,7 @@ class Run:
         )
         stats = {
             "engine": "python",
+            "kernel": self.kernel.set_name,
             "steps": counts.steps,
             "evaluations": counts.evaluations,
             "phases": self.phases,

@@ -97,7 +97,7 @@ class SteppedRun(CompiledRun):
     def go_to_start(self) -> None:
         """Go back to the start. Processes that the engine asks are made anew: not each of them can be saved."""
         if self.asked:
-            self.acting = EffectRun(self.task.effects, self.kernel, self.task.start_time)
+            self.acting = EffectRun(self.task.effects, self.task.kernel, self.task.start_time)
             self._describe_what_acts()
             self._find_memory()
         self._write(self.at_start)
@@ -122,8 +122,8 @@ class SteppedRun(CompiledRun):
         if self.run.asks:
             return {name: signal.at(since) for name, signal in self.acting.signals.items()}
         values = self.signals[0] + self.signals[1] * since
-        names = self.names if self.run.modal_count else self.columns.inputs
-        return dict(zip(names, values, strict=False))
+        given = (*self.task.effects.drives(), *(["voltage"] if self.run.modal_count else []))
+        return {name: value for name, value in zip(self.names, values, strict=True) if name in given}
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""
@@ -140,4 +140,4 @@ class SteppedRun(CompiledRun):
             return self.axial
         before, after = self.integrated(self.space.core_before), self.integrated(self.space.core)
         since = np.array(self.run.elapsed - self.run.axial_elapsed)
-        return self.task.effects.axial_later(self.kernel, self.axial, before, after, since)
+        return self.task.effects.axial_later(self.task.kernel, self.axial, before, after, since)

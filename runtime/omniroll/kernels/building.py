@@ -12,7 +12,7 @@ import shlex
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -47,6 +47,14 @@ def compiler() -> list[str]:
     return [*shlex.split(os.environ.get("CC", "cc")), *FLAGS, *shlex.split(os.environ.get("OMNIROLL_CFLAGS", ""))]
 
 
+def find_compiler() -> list[str]:
+    """The same, of a compiler that is there. Raises CompilationError."""
+    command = compiler()
+    if shutil.which(command[0]) is None:
+        raise CompilationError(f"no C compiler: {command[0]} is not there; set CC")
+    return command
+
+
 def levels_here() -> list[str]:
     """The levels that this machine has, the widest first."""
     try:
@@ -55,6 +63,28 @@ def levels_here() -> list[str]:
         lines = []
     flags = set(next((line.partition(":")[2].split() for line in lines if line.startswith("flags")), []))
     return [level for level, needed in LEVELS.items() if flags.issuperset(needed)]
+
+
+def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]]:
+    """The effects of the sets that run any scene of a roller model, where absent ones are at neutral values.
+
+    registry  the effects of generated/data/effects.json
+    base      the roller model
+
+    The last set has all effects. Where an effect changes what another one integrates, a set without it comes first. An
+    effect that excludes another is left out, and so is one that changes no motion.
+    """
+    names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
+    cases = [
+        term
+        for effect in registry
+        for state in effect["states"]
+        if state["kind"] == "core" and base in state["models"]
+        for term in state["case"]
+    ]
+    changing = [name for name in names if f"-{name}" in cases]
+    smaller = [tuple(name for name in names if name not in changing)] if changing else []
+    return [*smaller, tuple(names)]
 
 
 def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:
@@ -72,9 +102,7 @@ def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Pat
 
 def _compile(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str]) -> None:
     """Call the compiler once. Raises CompilationError."""
-    command = compiler()
-    if shutil.which(command[0]) is None:
-        raise CompilationError(f"no C compiler: {command[0]} is not there; set CC")
+    command = find_compiler()
     include = [f"-I{folder}" for folder in folders]
     try:
         done = subprocess.run(
@@ -123,6 +151,11 @@ class Engine:
     level: str
     wheels: int | None
     sharp: bool = False
+
+    @classmethod
+    def general(cls, level: str, base: str) -> "Engine":
+        """For any vehicle with the rollers of a model."""
+        return cls(level, None, base != "massless")
 
     @property
     def file(self) -> str:

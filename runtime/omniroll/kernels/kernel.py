@@ -43,6 +43,8 @@ VEHICLE_SCALARS = (
     "roller_axis_radius",
 )
 
+OF_THE_VEHICLE = ("wheel_places", "center_of_mass")  # constants of the layout
+
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
 SOLVING = ("forward_dynamics", "accelerations", "impact")  # functions with a form for sharp tips beside the usual one
 SHARP_FORMS = tuple(f"{name}_sharp" for name in SOLVING)
@@ -127,12 +129,20 @@ def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
     return tuple(effect for effect in optional_effects() if effect in present)
 
 
-def _constants_of(vehicle: Vehicle, constants: Constants) -> dict[str, ArrayLike]:
+def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
     """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
-    if vehicle.has_layout:
+    if "layout" in effects:
         own |= {"wheel_places": _wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
     return own | dict(constants)
+
+
+def _neutral_constants(effects: Sequence[str]) -> Constants:
+    """The arguments of `prepare` that belong to these effects, so that they do nothing; 1 for what must be positive."""
+    positive = {bound["field"] for bound in generated_data.load("bounds")["bounds"] if "positive" in bound}
+    present = [effect for effect in generated_data.load("effects")["effects"] if effect["name"] in effects]
+    names = [name for effect in present for name in effect["constants"]]
+    return tuple((name, 1.0 if name in positive else 0.0) for name in names if name not in OF_THE_VEHICLE)
 
 
 def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> list[np.ndarray]:
@@ -186,7 +196,8 @@ class Kernel:
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
         prepare = self.signatures.pop("prepare")
         self.constant_names = [argument.name for argument in prepare.inputs]
-        self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
+        self.given = constants
+        self.constants = _prepare_arguments(prepare, _constants_of(vehicle, self.effects, constants))
         self.has_spins = roller_model == "free"
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
@@ -648,8 +659,8 @@ def kernel(
     constants     (name, value) of the arguments of `prepare` that belong to the effects
 
     A set of effects that was not generated beforehand is made now; its kernel is a Python one where there is
-    no C compiler. Raises InvalidValueError for unknown names, KernelsMissingError where the C kernels were
-    not built.
+    no C compiler, and runs take `general_kernel`. Raises InvalidValueError for unknown names, KernelsMissingError
+    where the C kernels were not built.
     """
     choice("roller_model", roller_model, ROLLER_MODELS)
     choice("backend", backend, BACKENDS)
@@ -662,5 +673,25 @@ def kernel(
         if not _effects_of(vehicle, effects):  # built with omniroll
             raise
         made = PythonKernel(vehicle, roller_model, effects, constants)
-        warnings.warn(f"the Python kernel runs, which is slower: {problem}", RuntimeWarning, stacklevel=2)
+        slower = "the Python kernel runs, which is slower"
+        if general_kernel(made) is not None:
+            slower = (
+                "runs take the precompiled kernel of all effects, which is slower, and other calls the Python kernel"
+            )
+        warnings.warn(f"{slower}: {problem}", RuntimeWarning, stacklevel=2)
         return made
+
+
+@lru_cache(maxsize=64)
+def general_kernel(bound: Kernel) -> CompiledKernel | None:
+    """The precompiled kernel of all effects that runs take in the place of this one: others are at neutral values.
+
+    None where there is none: it was not built, or does not know all effects.
+    """
+    for effects in sets.general_sets(bound.base):
+        if set(bound.effects) <= set(effects) and sets.is_general(bound.base, effects):
+            neutral = _neutral_constants([name for name in effects if name not in bound.effects])
+            made = CompiledKernel(bound.vehicle, bound.roller_model, "double", effects, neutral + bound.given)
+            made.sharp = bound.roller_model != "massless"  # the engine's functions are those for any tips
+            return made
+    return None

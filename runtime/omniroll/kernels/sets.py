@@ -15,7 +15,9 @@ The folders of the sets that are built with omniroll are beside this file. Any o
 Maxima) in a folder that is named after all that it depends on, so that it is found again and never out of date;
 omniroll.codegen.cache says where.
 
-Where there is no C compiler ($CC or cc) only the Python kernel can be made.
+Where there is no C compiler ($CC or cc) only the Python kernel of another set can be made. The compiled engine then
+runs on a general set, which is built with omniroll for any vehicle: it has all effects, and those that a scene does not
+call for are at neutral values.
 """
 
 import hashlib
@@ -67,12 +69,24 @@ def set_name(base: str, effects: tuple[str, ...]) -> str:
     return "_".join([base, *(name for name in effects if name not in implied)])
 
 
+@cache
+def general_sets(base: str) -> list[tuple[str, ...]]:
+    """The effects of the sets that are built with omniroll and run any scene with the rollers of this model."""
+    return building.general_sets(generated_data.load("effects")["effects"], base)
+
+
+def is_general(base: str, effects: tuple[str, ...]) -> bool:
+    """Whether this is such a set, and was built."""
+    return effects in general_sets(base) and (BUILT / set_name(base, effects) / "functions.json").exists()
+
+
 def functions(base: str, effects: tuple[str, ...]) -> list[dict]:
     """What the functions of a set take and give, and the operations that they are; as in generated/data/kernels."""
     name = set_name(base, effects)
     if name in set_names():
         return [f for f in generated_data.load("kernels")["functions"] if name in f["sets"]]
-    return json.loads((folder(base, effects) / "functions.json").read_text(encoding="utf-8"))
+    place = BUILT / name if is_general(base, effects) else folder(base, effects)
+    return json.loads((place / "functions.json").read_text(encoding="utf-8"))
 
 
 def python_module(base: str, effects: tuple[str, ...]) -> ModuleType:
@@ -111,8 +125,9 @@ def engine(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False
 
     Raises KernelsMissingError where it cannot be had.
     """
+    unrolled = wheels in building.UNROLLED and not is_general(base, effects)
     with MAKING:  # two threads get one library
-        return _opened_engine(base, effects, wheels if wheels in building.UNROLLED else None, sharp)
+        return _opened_engine(base, effects, wheels if unrolled else None, sharp)
 
 
 @cache
@@ -166,8 +181,9 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
         if (built / file).exists():
             return built, file
     with MAKING:
-        place = c_folder(base, effects)
         try:
+            building.find_compiler()
+            place = c_folder(base, effects)
             with cache_folder.lock(place / "libraries"):
                 if not building.is_whole(place / files[0]):
                     build(place)

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from omniroll import generated_data
+from omniroll.engine.compiled_engine import can_run, kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.scenes.acting import MAKERS
@@ -31,6 +32,7 @@ def explained(scene: Scene) -> dict[str, Any]:
         "vehicle": scene.vehicle.as_dict(),
         "set": task.kernel.set_name,
         "backend": task.kernel.backend,
+        "runs_on": runs_on(task),
         "state": state_variables(task),
         "effects": [
             {
@@ -50,6 +52,16 @@ def explained(scene: Scene) -> dict[str, Any]:
         "prices": [asdict(price) for price in prices(scene)],
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
+
+
+def runs_on(task: Task) -> str:
+    """The engine that runs, and on which kernel, in words."""
+    bound = kernel_of(task) if can_run(task) else None
+    if bound is None:
+        return f"Python engine, {task.kernel.backend} kernel"
+    if bound is task.kernel:
+        return "compiled engine, compiled kernel"
+    return "compiled engine, precompiled kernel of all effects, since the one of this scene is not compiled"
 
 
 def events_of(task: Task) -> list[str]:
