@@ -5,7 +5,7 @@ import pytest
 from oracle import references
 from oracle.bridge import project_vehicle
 
-from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle
+from omniroll import Bearings, Controller, FunctionController, Motor, Slope, Torque, TorqueTable, Vehicle
 from omniroll.effects import effect
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import OmnirollError, SimulationStopped
@@ -67,6 +67,28 @@ ACTING = {
 def test_references_with_effects_agree_with_each_other_and_with_the_engine(name):
     start = {"nu": (1.0, 0.2, 0.8), "chi": (-0.5, 0.55, -0.6), "spins": np.linspace(-1, 1, 12).reshape(3, 4)}
     task = checked_task(Vehicle.paper(), **start, duration=0.3, effects=ACTING[name])
+    found = confirmed(task, np.linspace(0, 0.3, 5))
+    assert 0 < found.confirmed < 1e-15 and found.switches
+    engine = outcome_of(one_run(task, 1e-13), task, found.times)
+    assert max(deviation(engine, found, task).values()) < 1e-12
+
+
+class Tracking:
+    """A controller that remembers: the integral of the distance in x."""
+
+    def __init__(self):
+        self.sum = 0.0
+
+    def __call__(self, time, state):
+        self.sum += 0.07 * (0.1 - state.pose[0])
+        return 0.05 * self.sum * (1 + time) - 0.01 * state.wheel_speeds + 1e-3 * state.chi + 1e-4 * state.contact
+
+
+def test_a_python_function_is_called_at_its_samples_and_its_output_is_held():
+    """Doubles go in and out of it, so that the two references agree no better than it rounds."""
+    start = {"nu": (1.0, 0.2, 0.8), "chi": (-0.5, 0.55, -0.6), "start_time": 2.5}
+    effects = [FunctionController(Tracking, 0.07), Slope(0.1)]
+    task = checked_task(Vehicle.paper(), **start, duration=0.3, effects=effects)
     found = confirmed(task, np.linspace(0, 0.3, 5))
     assert 0 < found.confirmed < 1e-15 and found.switches
     engine = outcome_of(one_run(task, 1e-13), task, found.times)

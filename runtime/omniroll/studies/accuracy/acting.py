@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.effects.effect import Modal, Sampler, Table
+from omniroll.effects.effect import Called, Modal, Process, Sampler, Table
 from omniroll.effects.numbers import Curve
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
 from omniroll.errors import OmnirollError
 from omniroll.generated.python import parts
+from omniroll.vehicles.state import State
 
 Number = Callable[[float], Any]
 
@@ -53,7 +54,7 @@ class Sampling:
     def next_time(self) -> float:
         return self.samples * self.form.sample_time
 
-    def take(self, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]) -> None:
+    def take(self, state: State, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]) -> None:
         """Rules of the controller: where the output is cut off, the sum waits."""
         number, form = self.number, self.form
         wanted, _ = after(form.target, self.next_time(), number(self.next_time()), number)
@@ -69,6 +70,21 @@ class Sampling:
         self.samples += 1
 
 
+class Calling:
+    """A Python function as a controller, which computes in doubles: its process, and the output that it holds."""
+
+    def __init__(self, process: Process, wheels: int, number: Number):
+        self.process, self.number = process, number
+        self.output = [number(0.0)] * wheels
+
+    def next_time(self) -> float:
+        return self.process.next_time()
+
+    def take(self, state: State, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]) -> None:
+        self.process.pass_time(state)
+        self.output = [self.number(output) for output in self.process.output.tolist()]
+
+
 class Acting:
     """What acts in one run. `signals` {name: (values, slopes)} and `events` are those of the phase that `begin` starts.
 
@@ -76,9 +92,12 @@ class Acting:
     """
 
     def __init__(self, task: Task, number: Number):
+        self.number, self.wheels = number, task.kernel.wheels
         forms: list[Any] = []
+        self.samplers: list[tuple[str, Sampling | Calling]] = []
         for effect in task.effects.effects:
-            given = effect.process(task.kernel, task.start_time).compiled()
+            process = effect.process(task.kernel, task.start_time)
+            given = process.compiled()
             if given is None:
                 raise OmnirollError(f"no reference solution with {type(effect).__name__}: it acts through Python code")
             if effect.axles(task.kernel) is not None:
@@ -86,11 +105,12 @@ class Acting:
                     f"no reference solution with {type(effect).__name__}: axles that stick are not in it"
                 )
             forms += given
-        self.number, self.wheels = number, task.kernel.wheels
+            for form in given:
+                if isinstance(form, Sampler):
+                    self.samplers.append((form.signal, Sampling(form, self.wheels, number)))
+                elif isinstance(form, Called):
+                    self.samplers.append((form.signal, Calling(process, self.wheels, number)))
         self.tables = [form for form in forms if isinstance(form, Table)]
-        self.samplers = [
-            (form.signal, Sampling(form, self.wheels, number)) for form in forms if isinstance(form, Sampler)
-        ]
         self.drives = [(form, np.zeros(self.wheels, int)) for form in forms if isinstance(form, Modal)]
         self.last_known = 0.0  # the last known time that has come
         self.signals: dict[str, tuple[list[Any], list[Any]]] = {}
@@ -101,10 +121,13 @@ class Acting:
         knots = [knot for table in self.tables for knot in table.curve.knots.tolist() if knot > self.last_known]
         return min([*knots, *(sampling.next_time() for _, sampling in self.samplers)], default=np.inf)
 
-    def pass_time(self, time: float, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]) -> None:
+    def pass_time(
+        self, time: float, state: State, nu: list[Any], wheel_speeds: Callable[[list[Any]], list[Any]]
+    ) -> None:
+        """A known time has come, in the state with these numbers nu; `state` has it in doubles."""
         for _, sampling in self.samplers:
             if sampling.next_time() <= time:
-                sampling.take(nu, wheel_speeds)
+                sampling.take(state, nu, wheel_speeds)
         self.last_known = max(time, self.last_known)
 
     def begin(self, now: Any) -> None:

@@ -23,6 +23,7 @@ from omniroll.errors import OmnirollError, SimulationStopped
 from omniroll.studies.accuracy.acting import is_beyond
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
+from omniroll.vehicles.state import State
 
 DIGITS, ORDER = 28, 26
 TAYLOR_ERROR = 1e-22  # relative error of a Taylor step
@@ -211,13 +212,17 @@ class _Following:
         m, acting = self.m, self.m.acting
         while True:
             if acting is not None and acting.next_time() <= float(self.now):
-                acting.pass_time(acting.next_time(), m.view(self.y, "nu"), m.wheel_speeds)
+                acting.pass_time(acting.next_time(), self._in_doubles(), m.view(self.y, "nu"), m.wheel_speeds)
                 continue
             self.y = m.begin(self.y, self.axial, self.now)
             passed = [] if acting is None else acting.passed(self.y)
             if not passed:
                 return
             self._change_modes(passed)
+
+    def _in_doubles(self) -> State:
+        nu, chi, pose = (np.array([float(v) for v in self.m.view(self.y, name)]) for name in ("nu", "chi", "pose"))
+        return State(nu, chi, pose, self.contact.copy())
 
     def _step(self) -> None:
         """One step, up to a switch, an event, a known time or the end."""
