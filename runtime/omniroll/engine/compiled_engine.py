@@ -30,7 +30,7 @@ MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
-MOST_GUARDS = 2 * MOST_WHEELS  # run.c
+MOST_GUARDS = 3 * MOST_WHEELS  # run.c
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
 TOO_LONG = 6  # beside those of engine_calls.h
 REASONS = {
@@ -52,8 +52,6 @@ def can_run(task: Task) -> bool:
     if not task.effects:
         return True
     run = EffectRun(task.effects, task.kernel, task.start_time)
-    if run.axles is not None:
-        return False
     if not task.kernel.effects:
         return not run.next_time() < np.inf and not run.begin_phase(0.0)
     known = names_of(task.kernel, "states")
@@ -219,9 +217,11 @@ class CompiledRun:
         described = [process.compiled() for process in self.acting.processes]
         forms = [form for forms in described if forms is not None for form in forms]
         by_kind = {kind: [form for form in forms if isinstance(form, kind)] for kind in (Table, Sampler, Modal)}
+        self._put_axles()
         if None in described or len(by_kind[Modal]) > 1:
             self.run.asks = 1
             self._give_inputs()
+            self._hand_over()
             return
         signals = [*self.columns.inputs, "voltage"]
         for form in by_kind[Table]:
@@ -237,6 +237,18 @@ class CompiledRun:
             own |= {name: self._places(getattr(form, name)) for name in ("modes", "transitions")}
             own["laws"] = self.module.ffi.cast("omniroll_affine_t *", self._pointers({"": form.laws})[""])
             self._put("modal", own)
+        self._hand_over()
+
+    def _put_axles(self) -> None:
+        """Axles that may stick; it is to be decided which do."""
+        axles = self.acting.axles
+        if axles is not None:
+            self.run.hold.undecided = 1
+            for row, sliding, holding in zip(axles.rows.tolist(), axles.sliding, axles.holding, strict=True):
+                self._put("axles", {"row": row, "sliding": sliding, "holding": holding})
+
+    def _hand_over(self) -> None:
+        """What acts, to the engine."""
         for name, entries in self.described.items():
             kind = name.removesuffix("s")
             array = self.module.ffi.new(f"omniroll_{kind}_t[]", entries)
