@@ -360,7 +360,7 @@ static void complete_rows(omniroll_run_t *run)
     int same = 1;
     for (int k = 0; k < size; k++) {
         const double now = input_shown(run, k);
-        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed);
+        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed) + size_of_held(run, k);
         same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
     }
     if (!same)

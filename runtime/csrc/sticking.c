@@ -267,6 +267,14 @@ static int pass_axles(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
+/* What an input is rounded against beside itself: the torque of an axle that sticks is what is left of others. */
+ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
+{
+    const int wheel = input%run->wheels;
+    const int holds = input/run->wheels == SET_BEARING_INPUT && sticks(run, wheel);
+    return holds ? length3(run->hold.size)/length3(run->axles[wheel].row) : 0;
+}
+
 /* Some time has passed. */
 static void axles_have_moved(omniroll_run_t *run, const work_t *work)
 {
@@ -300,6 +308,12 @@ ALWAYS_INLINE void settle_axles(omniroll_run_t *run, const work_t *work)
 ALWAYS_INLINE int pass_axles(omniroll_run_t *run, const work_t *work)
 {
     (void)run, (void)work;
+    return 0;
+}
+
+ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
+{
+    (void)run, (void)input;
     return 0;
 }
 #endif

@@ -223,6 +223,13 @@ class EffectRun:
             drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
         return drive
 
+    def drive_sizes(self) -> np.ndarray:
+        """(D, N) what the inputs of the drives are rounded against beside themselves."""
+        sizes = np.zeros((len(self.drives), self.kernel.wheels))
+        if self.axles is not None:
+            sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
+        return sizes
+
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of this phase, (m,) bool, have ended it."""
         start = 0

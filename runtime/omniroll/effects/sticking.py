@@ -124,6 +124,11 @@ class Axles:
         torques[self.sticking] = least_torques(force, self.rows[self.sticking], bounds)
         return torques
 
+    def torque_sizes(self) -> np.ndarray:
+        """(N,) what the torques of axles that stick are rounded against: they are what is left of other torques."""
+        sizes = np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
+        return np.where(self.modes == 0, sizes, 0.0)
+
     def rate_guards(self, nu: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
         sizes = self._sizes(nu)

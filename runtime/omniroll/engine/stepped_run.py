@@ -110,10 +110,15 @@ class SteppedRun(CompiledRun):
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""
         since = (self.run.elapsed - self.run.inputs_elapsed) + (self.run.carry - self.run.inputs_carry)
         if self.run.asks:
-            return {name: signal.at(since) for name, signal in self.acting.signals.items()}
+            return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._bearings()
         values = self.signals[0] + self.signals[1] * since
         names = self.names if self.run.modal_count else self.columns.inputs
-        return dict(zip(names, values, strict=False))
+        return dict(zip(names, values, strict=False)) | self._bearings()
+
+    def _bearings(self) -> dict[str, np.ndarray]:
+        """(N,) the torques of bearings that may stick."""
+        count = self.run.axle_count
+        return {"bearing_torque": np.array([self.run.axles[k].torque for k in range(count)])} if count else {}
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""
