@@ -240,7 +240,7 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
-/* How far a line may be followed from z so that the torques, rows z cut off at their bounds, give the force along it: the
+/* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force along it: the
  * zero of a function that grows and is linear between the places where a torque meets its bound. The last of these
  * where there is no zero. */
 static double length_along(const bearings_t *bearings, const double *force, const double *z, const double *line)
@@ -250,7 +250,7 @@ static double length_along(const bearings_t *bearings, const double *force, cons
     for (int round = 0; round <= 2*bearings->count + 1; round++) {
         double value = -wanted, next = INFINITY;
         for (int i = 0; i < bearings->count; i++) {
-            const double start = dot3(bearings->rows[i], z), rate = dot3(bearings->rows[i], line);
+            const double start = dot3(bearings->rows[i], z), rate = moved_by(bearings->rows[i], line);
             value += clipped(start + place*rate, bearings->bounds[i])*rate;
             for (int side = -1; side <= 1 && rate != 0; side += 2) {
                 const double meets = (side*bearings->bounds[i] - start)/rate;
@@ -300,7 +300,8 @@ static void least_torques(const bearings_t *bearings, const double *force, doubl
         if (rank == 3 || length3(across) <= 8*EPS*sizes)
             least_norm(&free, rest, 0, line);
         else                                    /* no free torque gives this part: those at their bounds come back */
-            memcpy(line, across, sizeof line), normalise3(line);
+            memcpy(line, across, sizeof line);
+        normalise3(line);
         const double length = length_along(bearings, force, z, line);
         if (!(length > 0))
             break;

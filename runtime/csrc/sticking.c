@@ -267,12 +267,13 @@ static int pass_axles(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* What an input is rounded against beside itself: the torque of an axle that sticks is what is left of others. */
+/* What an input is rounded against beside itself: a torque that holds is what is left of others. An axle that breaks away
+ * on a facet has been held with as many roundings above its bound as the facet is passed with. */
 ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 {
-    const int wheel = input%run->wheels;
-    const int holds = input/run->wheels == SET_BEARING_INPUT && sticks(run, wheel);
-    return holds ? length3(run->hold.size)/length3(run->axles[wheel].row) : 0;
+    if (!run->axle_count || input/run->wheels != SET_BEARING_INPUT)
+        return 0;
+    return FACET_PASSED/PASSED*length3(run->hold.size)/length3(run->axles[input%run->wheels].row);
 }
 
 /* Some time has passed. */

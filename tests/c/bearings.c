@@ -1,7 +1,7 @@
 /* The compiled engine's complementarity problem alone. For each case of the input, a line of numbers: how many bearings,
  * their rows, their bounds, the mass matrix, the force, a force that they can hold.
- * It prints a line each: nu', the torques that make it, the largest part of its reach that the force asks a facet for, and
- * the least torques that hold the second force. */
+ * It prints a line each: nu', the torques that make it, the largest part of its reach that the second force asks a facet
+ * for, and the least torques that hold that force, and this force made larger by some roundings. */
 #include "lanes.h"
 
 #include <math.h>
@@ -45,8 +45,12 @@ int main(void)
         for (int k = 0; k < count; k++)
             most = fmax(most, dot3(facets[k].normal, held)/facets[k].reach);
         show(&most, 1);
-        least_torques(&bearings, held, torques);
-        show(torques, bearings.count);
+        for (int larger = 0; larger < 2; larger++) {
+            least_torques(&bearings, held, torques);
+            show(torques, bearings.count);
+            for (int k = 0; k < 3; k++)
+                held[k] *= 1 + 256*EPS;
+        }
         printf("\n");
     }
     return 0;

@@ -26,7 +26,7 @@ def problem(seed):
 
 
 def answers(folder, problems):
-    """For each problem nu' and the torques that make it, the largest part of a facet's reach, and the least torques."""
+    """For each problem nu' and its torques, the largest part of a facet's reach, the least torques twice."""
     compiler = shutil.which("gcc")
     if compiler is None:
         pytest.skip("no gcc")
@@ -56,7 +56,7 @@ def test_the_problem_is_solved_as_in_python(tmp_path):
 
 def check(rows, bounds, mass_matrix, force, held, answer):
     count = len(rows)
-    nu_dot, torques, (part,), least = np.split(answer, [3, 3 + count, 4 + count])
+    nu_dot, torques, (part,), least, of_more = np.split(answer, [3, 3 + count, 4 + count, 4 + 2 * count])
     size = np.abs(force).max()
     wanted, _ = nearest_force(mass_matrix, force, rows, bounds)
     np.testing.assert_allclose(nu_dot, wanted, rtol=0, atol=1e-10 * (1e-3 + np.abs(wanted).max()))
@@ -70,3 +70,4 @@ def check(rows, bounds, mass_matrix, force, held, answer):
     assert (np.abs(least) <= bounds).all()
     of_python = least_torques(held, rows, bounds)
     np.testing.assert_allclose(least, of_python, atol=1e-9 * bounds.max())
+    np.testing.assert_allclose(of_more, least, atol=1e-9 * bounds.max())  # also where no torques give that force

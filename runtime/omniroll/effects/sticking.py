@@ -125,9 +125,8 @@ class Axles:
         return torques
 
     def torque_sizes(self) -> np.ndarray:
-        """(N,) what the torques of axles that stick are rounded against: they are what is left of other torques."""
-        sizes = np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
-        return np.where(self.modes == 0, sizes, 0.0)
+        """(N,) what torques that hold are rounded against, several times: they are what is left of other torques."""
+        return PASSED * np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
 
     def rate_guards(self, nu: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
