@@ -75,7 +75,7 @@ SCENES = {
     },
     "axles that stick": {"effects": [Bearings(wheel_coulomb=(6e-3, 4e-3, 5e-3), wheel_break_away=7e-3)]},
     "motors with axles that stick": {
-        "effects": [LIMITED, Controller((0.5, 0, 0.5), 1.0, 0.07, 0.5, "voltage"), Bearings(wheel_coulomb=4e-3)]
+        "effects": [LIMITED, Controller((1.5, 0, -1), 1.0, 0.07, 0.5, "voltage"), Bearings(wheel_coulomb=3e-3)]
     },
     "a function": {"effects": [FunctionController(ToAPlace, 0.05, "voltage"), LIMITED]},
 }  # fmt: skip
