@@ -18,6 +18,8 @@ INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in tim
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+HELD = "held_dynamics"  # instead of forward_dynamics where axles stick, whose bearings' torques are this input:
+BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -52,7 +54,9 @@ class EngineSet:
         names = [state.name for state in self.core]
         self.rollers = SINGLE if "axial" in names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.plain = [f for f in map(effects.function, PLAIN) if f is not None]
+        self.holds = effects.function(HELD) is not None
+        plain = (*PLAIN, "mass_matrix") if self.holds else PLAIN
+        self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property
     def solving(self) -> bool:
@@ -94,14 +98,23 @@ class EngineSet:
         own = [f"const lanes_t *{a.name}" if a.shape else f"lanes_t {a.name}" for a in function.inputs]
         return ["const int wheels", "const vehicle_t *v", *own, *(f"lanes_t *{a.name}" for a in function.outputs)]
 
-    def core_calls(self) -> list[Call]:
-        """What gives the rates of the core, in order."""
-        dynamics = self.function("forward_dynamics")
+    @property
+    def bearing_input(self) -> int:
+        """The place of the bearings' torques among the inputs."""
+        return self.inputs.index(BEARING_INPUT)
+
+    def core_calls(self, dynamics: str = "forward_dynamics") -> list[Call]:
+        """What gives the rates of the core, in order; the last is `dynamics`."""
+        solving = self.function(dynamics)
         states = self._giving([state.rate for state in self.core])
-        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in dynamics.inputs)
-        functions = ([self.function("momenta")] if needs_momenta else []) + states + [dynamics]
+        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
+        functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
-        return self._calls(functions, {"nu_dot": "nu_dot"} | rates)
+        return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
+
+    def held_call(self) -> Call:
+        """The dynamics where axles stick."""
+        return self.core_calls(HELD)[-1]
 
     def account_calls(self) -> list[Call]:
         """What gives the rates of the accounts."""
@@ -138,7 +151,8 @@ class EngineSet:
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
-        known = {"nu": "at->nu", "chi": "at->chi", "heading": "at->heading", "momenta": "at->momenta"}
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent")
+        known = {name: f"at->{name}" for name in plain}
         known |= {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         calls = []

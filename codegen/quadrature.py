@@ -22,8 +22,10 @@ class Gauss:
     weights: list[str]
     start: list[str]  # value at 0 from the values at the nodes
     end: list[str]  # value at 1
+    end_slope: list[str]  # derivative at 1
     integral: list[list[str]]  # integral from 0 to node j
     legendre: list[list[str]]  # coefficients a_k
+    slope: list[list[str]]  # derivative at node j
     last: list[list[str]]  # the rows of the last two coefficients
 
 
@@ -35,14 +37,18 @@ def gauss(count: int) -> Gauss:
         rows = [[(2 * k + 1) * b * legendre(k, z) for b, z in zip(weights, roots, strict=True)] for k in range(count)]
         columns = list(map(list, zip(*rows, strict=True)))
         integral = [[mp.fdot(column, [_area(k, z) for k in range(count)]) for z in roots] for column in columns]
+        slope = [[mp.fdot(column, [2 * _derivative(k, z) for k in range(count)]) for z in roots] for column in columns]
         start = [mp.fdot(column, [(-1) ** k for k in range(count)]) for column in columns]
+        end_slope = [mp.fdot(column, [k * (k + 1) for k in range(count)]) for column in columns]
         return Gauss(
             nodes=_texts((1 + z) / 2 for z in roots),
             weights=_texts(weights),
             start=_texts(start),
             end=_texts(map(mp.fsum, columns)),
+            end_slope=_texts(end_slope),
             integral=list(map(_texts, integral)),
             legendre=list(map(_texts, columns)),
+            slope=list(map(_texts, slope)),
             last=list(map(_texts, rows[-2:])),
         )
 

@@ -47,6 +47,15 @@ def coulomb(rng):
     return Bearings(wheel_coulomb=1e-3, wheel_speed=0.5, roller_coulomb=1e-5, roller_speed=0.5, roller_viscous=1e-6)
 
 
+def sticking(rng):
+    sliding = rng.uniform(0, 8e-3, 3)
+    return Bearings(wheel_coulomb=sliding, wheel_break_away=sliding * rng.choice([1.0, 1.5]))
+
+
+def sticking_with_viscous(rng):
+    return Bearings(wheel_coulomb=rng.uniform(1e-3, 8e-3, 3), wheel_viscous=5e-4, roller_viscous=1e-5)
+
+
 def slope(rng):
     return Slope(rng.uniform(0, 0.1), rng.uniform(-9, 9))
 
@@ -64,6 +73,8 @@ SCENES = {
     "slope": (slope,),
     "all with viscous friction": (limited_motors, voltage_controller, torques, viscous, slope),
     "all with Coulomb's friction": (held_table, limited_motors, controller, coulomb, slope),
+    "axles that stick": (linear_table, sticking),
+    "all with axles that stick": (limited_motors, voltage_controller, torques, sticking_with_viscous, slope),
 }
 
 

@@ -12,9 +12,9 @@
 #include <math.h>
 
 #define BLOCKS (NODES/LANES)
-#define EPS 2.220446049250313e-16
 #define TURN 6.283185307179586
 #define DIFFERENCE 1e-9             /* of the size of a state, for slopes                                   */
+#define FORCE_NOISE 64              /* roundings that the polynomials of a held force may have               */
 #define FINE_DIFFERENCE 1e-11       /* the same of nu, which turns wheels that a small named speed holds         */
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
 
@@ -58,6 +58,15 @@ typedef struct {
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[SET_ACCOUNTS];
+#endif
+#if SET_HOLDS
+    int held, facets;                           /* axles that stick; the facets of what they can take   */
+    const facet_t *facet;
+    double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
+    lanes_t directions[9], absent[3];           /* of nu                                         */
+    nodes_t force[3];                           /* that holds, at the nodes                      */
+    double force_start[3], force_size[3], per_force[3];
+    double force_late[3];                       /* what its polynomials lack at the step's end   */
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
@@ -114,6 +123,17 @@ ALWAYS_INLINE double largest3(const double *v)
     return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
 }
 
+/* Whether a wheel turns: where its axle sticks, its rate is zero but for rounding, and no angle is to creep. */
+ALWAYS_INLINE double turns(const step_t *s, int wheel)
+{
+#if SET_HOLDS
+    return s->turns[wheel];
+#else
+    (void)s, (void)wheel;
+    return 1;
+#endif
+}
+
 /* nu and chi, and what else the rates need, at the nodes from the rates. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
@@ -124,7 +144,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         lanes_t chi_dot[MOST_WHEELS];
         set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
         for (int i = 0; i < wheels; i++)
-            s->rate_chi[i].lanes[b] = chi_dot[i];
+            s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
 #if SET_HAS_HEADING
         lanes_t pose_dot[3];
         set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
@@ -147,6 +167,9 @@ typedef struct {
     lanes_t nu[3], chi[MOST_WHEELS];
 #if SET_INPUTS
     lanes_t input[SET_INPUTS*MOST_WHEELS];
+#endif
+#if SET_HOLDS
+    lanes_t held_force[3];
 #endif
 } arrays_t;
 
@@ -173,7 +196,22 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.core = s->core_here;
     point.scratch = s->core_dot;
 #endif
+#if SET_HOLDS
+    point.directions = s->held ? s->directions : 0;
+    point.absent = s->absent;
+    point.held_force = at->held_force;
+#endif
     return point;
+}
+
+/* The force that holds what sticks, from the last evaluation at a vector of nodes. */
+ALWAYS_INLINE void keep_held_force(step_t *s, int b, const arrays_t *at)
+{
+#if SET_HOLDS
+    for (int k = 0; s->held && k < 3; k++)
+        s->force[k].lanes[b] = at->held_force[k];
+#endif
+    (void)s, (void)b, (void)at;
 }
 
 #if SET_IS_ACTED_ON
@@ -327,6 +365,9 @@ static double stiff_sweep(step_t *s, const int wheels, int renew)
 #if SET_CORE_PARTS
         for (int c = 0; c < s->core; c++)
             s->found_core[c].lanes[b] = s->core_dot[c];
+#endif
+        keep_held_force(s, b, &at);
+#if SET_CORE_PARTS
         slopes_of_core(s, wheels, b, &point);
 #endif
         if (renew)
@@ -383,6 +424,7 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int renew)
         core_dot = s->core_dot;
 #endif
         core_rates(wheels, &point, nu_dot, core_dot);
+        keep_held_force(s, b, &at);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
@@ -418,6 +460,12 @@ ALWAYS_INLINE double missed(const step_t *s)
     for (int c = 0; c < s->core; c++)
         largest = fmax(largest, s->weight[c]*tail(&s->rate_core[c]));
     tails += largest;
+#endif
+#if SET_HOLDS
+    for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
+        const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
+        tails += s->per_force[k]*fmax(missing, 0);
+    }
 #endif
     return s->h*tails/(2*NODES);
 }

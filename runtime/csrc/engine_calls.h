@@ -43,6 +43,26 @@ typedef struct {
     long long *modes;                   /* N                                                            */
 } omniroll_modal_t;
 
+/* An axle whose friction is the set-valued law. */
+typedef struct {
+    double row[3];              /* its rate for each of nu                                              */
+    double sliding, holding;    /* its bearing's torque while it turns, and the largest at rest         */
+    int resting;                /* whether its rate is zero                                             */
+    int mode;                   /* 0 where it sticks, else the sign of its rate                         */
+    int released;               /* the sign with which it has been let go at this instant, else 0       */
+    double torque;              /* of its bearing at this instant; out                                  */
+} omniroll_axle_t;
+
+/* What sticks in a phase. */
+typedef struct {
+    int undecided;              /* whether it must be decided anew                                      */
+    int count, free;            /* axles that stick, and directions of nu that they allow               */
+    int facet_count, guard_count;
+    double directions[9], absent[3];    /* these directions, by columns; 0 and 1 where there is none    */
+    double force[3], size[3];   /* what holds, and the sizes of the terms that it is made of            */
+    double per_force[3];        /* of nu'; 0 where nothing moves                                        */
+} omniroll_hold_t;
+
 typedef struct {
     int wheels, rollers_per_wheel;
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
@@ -83,8 +103,11 @@ typedef struct {
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
     omniroll_modal_t *modal;    /* one or none                                                          */
+    int axle_count;             /* axles that may stick: N or none                                      */
+    omniroll_axle_t *axles;
+    omniroll_hold_t hold;
     double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
-    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)           */
+    long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)          */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
     int started, at_event;      /* whether there is a first row; whether a step has ended at an event    */
     double sweep_error;         /* what the iterations of all steps leave, over |nu|                    */

@@ -7,7 +7,6 @@
 #define MOST_SWEEPS 60
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
-#define PASSED 16                   /* roundings above zero is beyond                                       */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
@@ -22,6 +21,75 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
             + weights[2]*s->rate_nu[2].lanes[b]);
     return rate;
 }
+
+#if SET_HOLDS
+#define FACET_PASSED 256            /* roundings above zero is beyond a facet                               */
+#define FACET_RISES 1e5             /* of these its slope at the end of a step is known                      */
+#define FACET_NOISE 4096            /* roundings of a facet inside a step                                   */
+
+/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope is
+ * rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
+ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const double *force, const double *slope,
+                                  double *rate)
+{
+    double rounding, at_start;
+    const double value = excess(facet, force, s->force_size, &rounding);
+    const double start = excess(facet, s->force_start, s->force_size, &at_start);
+    *rate = dot3(facet->normal, slope);
+    if (fabs(*rate)*s->h < FACET_RISES*rounding)
+        *rate = (value - start)/s->h;
+    if (fabs(*rate)*s->h < 0.5*FACET_PASSED*rounding)       /* it is as it was                            */
+        *rate = 0;
+    return value - FACET_PASSED*rounding;
+}
+
+/* The length at which the first facet is passed, if that is before `length`. */
+ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
+{
+    double force[3], slope[3];
+    for (int k = 0; s->held && k < 3; k++) {
+        force[k] = weighted(&s->force[k], &gauss_end) + s->force_late[k];
+        slope[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
+    }
+    for (int f = 0; f < s->facets; f++) {
+        double rate;
+        const double value = facet_at_end(s, s->facet + f, force, slope, &rate);
+        if (!(rate > 0 || value > 0))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = wheels + s->guards + f;
+        }
+    }
+    return length;
+}
+
+/* What the polynomials of the held force lack at the end of a step that ends at a facet, from an evaluation there. */
+NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
+{
+    arrays_t at;
+    lanes_t nu_dot[3], *core_dot = 0;
+    point_t point = point_at(s, wheels, 0, &at);
+    for (int k = 0; k < 3; k++)
+        at.nu[k] = lanes_of(s->end_nu[k]);
+    for (int i = 0; i < wheels; i++)
+        at.chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
+#if SET_HAS_HEADING
+    point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
+#endif
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        at.input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(s->end_core[c]);
+    core_dot = s->core_dot;
+#endif
+    core_rates(wheels, &point, nu_dot, core_dot);
+    for (int k = 0; k < 3; k++)
+        s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
+}
+#endif
 
 /* The length at which the first guard is reached, if that is before `length`. */
 ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
@@ -61,6 +129,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_IS_ACTED_ON
     length = length_to_guard(s, wheels, length);
 #endif
+#if SET_HOLDS
+    length = length_to_facet(s, wheels, length);
+#endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
@@ -71,8 +142,12 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 {
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
-    s->late = length_to_event(s, wheels, most) - s->h;
     end_of_core(s);
+#if SET_HOLDS
+    if (s->landing >= wheels + s->guards)
+        measure_force_at_end(s, wheels);
+#endif
+    s->late = length_to_event(s, wheels, most) - s->h;
     return fabs(s->late) <= reach*s->h;
 }
 
@@ -151,5 +226,19 @@ static double turn_of_guard(const step_t *s, int guard)
     const nodes_t rate = guard_rate(s, guard);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, s->guard_start[guard],
                        -INFINITY, PASSED*s->guard_noise[guard]);
+}
+#endif
+
+#if SET_HOLDS
+/* A facet that is passed inside the step and not at its end: where it is farthest beyond, or 1. */
+static double turn_of_facet(const step_t *s, const nodes_t *force_rate, const facet_t *facet)
+{
+    double rounding;
+    nodes_t rate;
+    const double start = excess(facet, s->force_start, s->force_size, &rounding);
+    for (int b = 0; b < BLOCKS; b++)
+        rate.lanes[b] = facet->normal[0]*force_rate[0].lanes[b] + facet->normal[1]*force_rate[1].lanes[b]
+            + facet->normal[2]*force_rate[2].lanes[b];
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, FACET_NOISE*rounding);
 }
 #endif

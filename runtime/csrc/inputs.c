@@ -156,12 +156,15 @@ static void pass_guards(omniroll_run_t *run)
             run->modal->modes[run->leads_to[2*k + 1]] = run->leads_to[2*k];
 }
 
-/* What happens at this instant beside switches: times that have come, guards that are passed. Returns a status. */
+/* What happens at this instant beside switches: times that have come, guards that are passed, axles that stop or break
+ * away. Returns a status. */
 static int pass_events(omniroll_run_t *run, const work_t *work)
 {
     for (;;) {
+        settle_axles(run, work);
         const int is_time = run->elapsed >= run->next_time;
-        if (!is_time && !guards_passed(run, work)) {
+        const int guards = is_time ? 0 : guards_passed(run, work), axles = is_time ? 0 : pass_axles(run, work);
+        if (!is_time && !guards && !axles) {
             run->at_event = 0;
             return OMNIROLL_RUN_DONE;
         }
@@ -171,6 +174,9 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
         run->at_event = 0;
         if (!has_progress(run, 1))
             return OMNIROLL_RUN_STUCK;
+        if (!is_time && !guards)
+            continue;
+        run->hold.undecided = 1;            /* since the inputs change                                  */
         if (run->asks)
             return OMNIROLL_RUN_ASK;
         if (is_time)

@@ -9,6 +9,10 @@ typedef struct {
     nodes_t *rate_core, *at_core, *found_core, *slope_core;
     lanes_t *core_here, *core_dot;
     double *end_core, *weight, *rise_core;
+#if SET_HOLDS
+    lanes_t *held_force;
+    facet_t *facets;                /* of what the axles that stick can take                                 */
+#endif
 } work_t;
 
 /* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. */
@@ -31,7 +35,29 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
     next += (3*core + LANES - 1)/LANES;
 #endif
+#if SET_HOLDS
+    work->held_force = next, next += 3;
+    work->facets = (facet_t *)next;
+    next += (most_facets(wheels)*(long long)sizeof(facet_t) + (long long)sizeof(lanes_t) - 1)/(long long)sizeof(lanes_t);
+#endif
     return next - memory;
+}
+
+/* Whether the axle of a wheel is at rest, and whether it sticks in this phase. */
+ALWAYS_INLINE int rests(const omniroll_run_t *run, int wheel)
+{
+    return SET_HOLDS && run->axle_count && run->axles[wheel].resting;
+}
+
+ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
+{
+    return SET_HOLDS && run->axle_count && run->axles[wheel].mode == 0;
+}
+
+/* Guards of the effects, then of turning axles. */
+ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
+{
+    return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0);
 }
 
 static long long row_size(const omniroll_run_t *run)
@@ -61,6 +87,18 @@ ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 }
 #endif
 
+#if SET_INPUTS
+/* The same as rows show it: of bearings the torque that they take now, also where they hold. */
+ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
+{
+#if SET_HOLDS
+    if (run->axle_count && input/run->wheels == SET_BEARING_INPUT)
+        return run->axles[input%run->wheels].torque;
+#endif
+    return input_now(run, input);
+}
+#endif
+
 static void put_row(omniroll_run_t *run)
 {
     double *row = run->rows + row_size(run)*run->row_count++;
@@ -75,7 +113,7 @@ static void put_row(omniroll_run_t *run)
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*run->wheels; k++)
-        *row++ = input_now(run, k);
+        *row++ = input_shown(run, k);
 #endif
 }
 

@@ -3,21 +3,31 @@
  * collocation.c  a step: the state at its nodes
  * events.c       where it ends
  * rows.c         what the caller gets
- * transitions.c  what happens there
+ * instant.c      the rates at an instant
+ * sticking.c     which axles stick
+ * complementarity.c  the small problem of which bearings can hold
+ * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
  * distance.c     how far two runs are apart */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
 
-#define MOST_GUARDS (2*MOST_WHEELS)
+#define EPS 2.220446049250313e-16
+#define PASSED 16                   /* roundings above zero is beyond                                       */
+#define MOST_GUARDS (3*MOST_WHEELS)
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 #define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 
+#if SET_HOLDS
+#include "complementarity.c"
+#endif
 #include "collocation.c"
 #include "events.c"
 #include "rows.c"
+#include "instant.c"
+#include "sticking.c"
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"
@@ -45,9 +55,22 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core_here = work->core_here, s->core_dot = work->core_dot;
     s->found_core = work->found_core, s->slope_core = work->slope_core;
 #endif
+#if SET_HOLDS
+    s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
+    for (int i = 0; i < wheels; i++)
+        s->turns[i] = !sticks(run, i);
+    for (int k = 0; k < 9; k++)
+        s->directions[k] = lanes_of(run->hold.directions[k]);
+    for (int k = 0; k < 3; k++) {
+        s->absent[k] = lanes_of(run->hold.absent[k]);
+        s->force_start[k] = run->hold.force[k];
+        s->force_size[k] = run->hold.size[k];
+        s->per_force[k] = run->hold.per_force[k];
+    }
+#endif
 #if SET_IS_ACTED_ON
-    s->guards = run->guard_count;
-    for (int k = 0; k < run->guard_count; k++) {
+    s->guards = all_guards(run);
+    for (int k = 0; k < s->guards; k++) {
         s->guard_start[k] = guard_value(run, run->guards + 6*k, &s->guard_noise[k]);
         s->guard_slope[k] = run->guards[6*k + 1];
         for (int m = 0; m < 3; m++)
@@ -93,8 +116,12 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     rates_at_this_instant(run, work, wheels, nu_dot);
     set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
     s->h = most;
+#if SET_HOLDS
+    for (int k = 0; k < 3; k++)
+        s->force_late[k] = 0;
+#endif
     for (int i = 0; i < wheels; i++) {
-        const double rate = chi_dot[i][0], sign = rate < 0 ? -1 : 1;
+        const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
         s->edge[i] = fabs(s->chi[i]) >= s->joint && s->chi[i]*rate > 0 ? s->joint*ROUNDED : s->joint;
         if (rate != 0)
@@ -140,6 +167,13 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #if SET_IS_ACTED_ON
     for (int k = 0; k < s->guards; k++)
         turned = fmin(turned, turn_of_guard(s, k));
+#endif
+#if SET_HOLDS
+    nodes_t force_rate[3];
+    for (int k = 0; s->facets && k < 3; k++)
+        force_rate[k] = times(gauss_slope, &s->force[k]);
+    for (int f = 0; f < s->facets; f++)
+        turned = fmin(turned, turn_of_facet(s, force_rate, s->facet + f));
 #endif
     return turned;
 }
@@ -307,6 +341,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
     take_what_acts(run, s, work, wheels);
 #endif
+#if SET_HOLDS
+    axles_have_moved(run, work);
+#endif
     (void)work;
     put_row(run);
 }
@@ -322,8 +359,8 @@ static void complete_rows(omniroll_run_t *run)
     const double *const slopes_before = run->signals + 2*(SET_INPUTS + 1)*run->wheels;
     int same = 1;
     for (int k = 0; k < size; k++) {
-        const double now = input_now(run, k);
-        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed);
+        const double now = input_shown(run, k);
+        const double sizes = fabs(last[k]) + fabs(now) + fabs(slopes_before[k]*run->elapsed) + size_of_held(run, k);
         same &= fabs(now - last[k]) <= PASSED*EPS*sizes;
     }
     if (!same)

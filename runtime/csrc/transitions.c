@@ -4,92 +4,6 @@
 #define CHATTER 1e-6                /* of pi/n: where no wheel turns by more, switches are no progress       */
 #define SLOW_WHEEL 1e-6             /* of the fastest wheel's speed: only slower ones are asked whether they rest */
 
-/* The state at this instant, in all lanes. */
-typedef struct {
-    arrays_t arrays;
-    point_t point;
-} instant_t;
-
-ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
-{
-    now->point = (point_t){
-        .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
-    for (int k = 0; k < 3; k++)
-        now->arrays.nu[k] = lanes_of(run->nu[k]);
-    for (int i = 0; i < wheels; i++)
-        now->arrays.chi[i] = lanes_of(run->chi[i]);
-#if SET_HAS_HEADING
-    now->point.heading = lanes_of(remainder(run->pose[2], TURN));
-#endif
-#if SET_INPUTS
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
-        now->arrays.input[k] = lanes_of(input_now(run, k));
-    now->point.inputs = now->arrays.input;
-#endif
-#if SET_CORE_PARTS
-    for (int c = 0; c < work->core; c++)
-        work->core_here[c] = lanes_of(run->core[c]);
-    now->point.core = work->core_here;
-    now->point.scratch = work->core_dot;
-#endif
-}
-
-/* The rates of the core at this instant, in all lanes. */
-NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels,
-                                        lanes_t *nu_dot)
-{
-    instant_t now;
-    at_this_instant(run, work, wheels, &now);
-#if SET_CORE_PARTS
-    core_rates(wheels, &now.point, nu_dot, work->core_dot);
-#else
-    core_rates(wheels, &now.point, nu_dot, 0);
-#endif
-}
-
-#ifdef LANES_HAS_MOMENTA
-static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
-{
-    const int size = run->wheels*(run->rollers_per_wheel - 1);
-    for (int k = 0; k < size; k++)
-        axial[k] = lanes_of(run->axial[k]);
-}
-
-/* The two numbers of each wheel's free rollers, which are constant up to the next switch unless the core has them. */
-static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
-{
-    axial_in_lanes(run, work->axial);
-    set_momenta(run->wheels, &work->vehicle, work->axial, work->momenta);
-}
-#endif
-
-#if SET_CORE_PARTS
-/* The rest of the core begins anew with the rollers that are free now. */
-static void begin_core(omniroll_run_t *run, const work_t *work)
-{
-    axial_in_lanes(run, work->axial);
-    start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
-    for (int c = 0; c < work->core; c++)
-        run->core[c] = run->core_before[c] = work->core_here[c][0];
-    run->axial_elapsed = run->elapsed;
-}
-
-/* The axial speeds of the free rollers as they are now. */
-static void update_axial(omniroll_run_t *run, const work_t *work)
-{
-    const int size = run->wheels*(run->rollers_per_wheel - 1);
-    axial_in_lanes(run, work->axial);
-    for (int c = 0; c < work->core; c++) {
-        work->core_here[c] = lanes_of(run->core[c]);
-        work->core_dot[c] = lanes_of(run->core_before[c]);
-    }
-    axial_later(run->wheels, &work->vehicle, work->axial, work->core_dot, work->core_here,
-                lanes_of(run->elapsed - run->axial_elapsed), work->later);
-    for (int k = 0; k < size; k++)
-        run->axial[k] = work->later[k][0];
-}
-#endif
-
 /* The switching law, rules 4 to 7. directions: +1, -1, or 0 for a wheel that does not switch. */
 
 #ifdef LANES_HAS_MOMENTA
@@ -158,6 +72,10 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
 #else
     (void)vehicle, (void)nu, (void)before, (void)after;
 #endif
+#if SET_HOLDS
+    const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};
+    axles_have_jumped(run, nu_before);
+#endif
 }
 
 /* Located times closer than this are one switch (rule 5). */
@@ -195,7 +113,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         nu[k] = lanes_of(run->nu[k]);
     set_wheel_speeds(run->wheels, &work->vehicle, nu, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
-        rates[i] = chi_dot[i][0];
+        rates[i] = rests(run, i) ? 0 : chi_dot[i][0];
         fastest = fmax(fastest, fabs(rates[i]));
     }
     for (int i = 0; i < run->wheels; i++)
@@ -204,18 +122,19 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
         return;
     wheel_accelerations(run, work, chi_ddot);
     for (int i = 0; i < run->wheels; i++)
-        if (slow[i] && rates[i]*rates[i] < 2*EPS*run->joint*fabs(chi_ddot[i][0]))
+        if (slow[i] && !sticks(run, i) && rates[i]*rates[i] < 2*EPS*run->joint*fabs(chi_ddot[i][0]))
             rates[i] = chi_ddot[i][0];
 }
 
 /* Rule 3: the wheels that stand at their joint and move outwards, or rest there and will; with those whose joint is
  * closer in time than tau (rule 5), be it to a switch or to another event. Returns how many. */
-static int switching_wheels(const omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
+static int switching_wheels(omniroll_run_t *run, const work_t *work, double phase_length, int *directions)
 {
     double rates[MOST_WHEELS];
     const int at_end = (is_over(run) || run->at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
+    settle_axles(run, work);
     speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
@@ -262,6 +181,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
+        settle_axles(run, work);
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
         *out++ = run->elapsed;
@@ -294,24 +214,26 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
 }
 
 /* Which guards are passed now: those beyond their rounding, and those that are on it, or closer in time than tau to it,
- * and rise. Returns how many. */
+ * and rise. Returns how many there are of the effects. */
 static int guards_passed(const omniroll_run_t *run, const work_t *work)
 {
     const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
     int count = 0, near = run->at_event;
     double noise;
-    for (int k = 0; k < run->guard_count && !near; k++)
-        near = guard_value(run, run->guards + 6*k, &noise) >= -LANDED*noise;
+    for (int k = 0; k < all_guards(run); k++) {
+        near |= guard_value(run, run->guards + 6*k, &noise) >= -LANDED*noise;
+        run->passed[k] = 0;
+    }
     if (!near)
         return 0;
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    for (int k = 0; k < run->guard_count; k++) {
+    for (int k = 0; k < all_guards(run); k++) {
         const double *const guard = run->guards + 6*k;
         const double value = guard_value(run, guard, &noise);
         const double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
-        count += run->passed[k] != 0;
+        count += k < run->guard_count && run->passed[k];
     }
     return count;
 }

@@ -1,5 +1,5 @@
-/* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows.
- * It prints a line for each switch, time and directions, and one for the end. */
+/* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
+ * axles stick. It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -8,6 +8,11 @@
 #include <stdlib.h>
 
 enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
+#ifdef STICKING
+enum { INPUTS = 1, ACCOUNTS = 1, GUARDS = 3*WHEELS };
+#else
+enum { INPUTS = 0, ACCOUNTS = 0 };
+#endif
 
 int main(int count, char **arguments)
 {
@@ -33,14 +38,30 @@ int main(int count, char **arguments)
     omniroll_axial_speeds(&model, nu, chi, spins, axial);
 
     double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS));
-    static double rows[ROWS*(7 + 2*WHEELS)], steps[ROWS*(2 + 16*(6 + WHEELS))], switches[ROWS*(2 + WHEELS)];
-    static double switch_axial[ROWS*WHEELS*PLACES];
+    static double rows[ROWS*(7 + (2 + INPUTS)*WHEELS + ACCOUNTS)], steps[ROWS*(2 + 16*(6 + WHEELS + ACCOUNTS))];
+    static double switches[ROWS*(2 + WHEELS)], switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
         .tolerance = 1e-11, .sweep_tolerance = 1e-14, .joint = 3.141592653589793/ROLLERS, .patience = 600,
         .nu = nu, .chi = chi, .pose = pose, .axial = axial, .contact = contact, .work = work,
         .rows = rows, .steps = steps, .row_capacity = ROWS,
         .switches = switches, .switch_axial = switch_axial, .switch_capacity = ROWS};
+#ifdef STICKING
+    double accounts[ACCOUNTS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, signals[3*(INPUTS + 1)*WHEELS] = {0}, guards[6*GUARDS];
+    double wheel_rates[WHEELS];
+    long long passed[GUARDS], leads_to[2*GUARDS];
+    omniroll_axle_t axles[WHEELS];
+    for (int i = 0; i < WHEELS; i++)
+        axles[i] = (omniroll_axle_t){.sliding = 1e-3*(3 + i), .holding = 1.2e-3*(3 + i)};
+    for (int k = 0; k < 3; k++) {
+        const double along[3] = {k == 0, k == 1, k == 2};
+        omniroll_wheel_speeds(&model, along, wheel_rates);
+        for (int i = 0; i < WHEELS; i++)
+            axles[i].row[k] = wheel_rates[i];
+    }
+    run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
+    run.passed = passed, run.leads_to = leads_to, run.axle_count = WHEELS, run.axles = axles, run.hold.undecided = 1;
+#endif
     int status = OMNIROLL_RUN_FULL;
     long long switched = 0;
     while (status == OMNIROLL_RUN_FULL) {

@@ -32,8 +32,12 @@ FLAGS = [
 ]
 
 
+BEARINGS = {"wheel_coulomb": (3e-3, 4e-3, 5e-3), "wheel_break_away": (3.6e-3, 4.8e-3, 6e-3)}  # those of engine.c
+
+
 @pytest.mark.slow
-def test_engine_from_c_under_sanitizers(tmp_path):
+@pytest.mark.parametrize("effects", [(), ("axle_sticking",)], ids=["bare", "axles that stick"])
+def test_engine_from_c_under_sanitizers(tmp_path, effects):
     import omniroll
 
     compiler = shutil.which("gcc")
@@ -41,11 +45,22 @@ def test_engine_from_c_under_sanitizers(tmp_path):
         pytest.skip("no gcc")
     csrc, constants = ROOT / "runtime/csrc", ROOT / "generated/c"
     program = tmp_path / "engine"
-    for name, text in sets.programs().kernel("free", ()).files().items():
+    for name, text in sets.programs().kernel("free", effects).files().items():
         (tmp_path / name).write_text(text)
     sources = [ROOT / "tests/c/engine.c", tmp_path / "omniroll.c", *(csrc / name for name in building.ENGINE_SOURCES)]
     built = subprocess.run(
-        [compiler, *FLAGS, f"-I{tmp_path}", f"-I{csrc}", f"-I{constants}", *map(str, sources), "-lm", "-o", program],
+        [
+            compiler,
+            *FLAGS,
+            *(["-DSTICKING"] if effects else []),
+            f"-I{tmp_path}",
+            f"-I{csrc}",
+            f"-I{constants}",
+            *map(str, sources),
+            "-lm",
+            "-o",
+            program,
+        ],
         capture_output=True,
         text=True,
     )
@@ -57,7 +72,8 @@ def test_engine_from_c_under_sanitizers(tmp_path):
     ran = subprocess.run([program, *map(repr, map(float, numbers)), "0"], capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stderr
     status, switched, *state = ran.stdout.splitlines()[-1].split()
-    run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11)
+    acting = [omniroll.Bearings(**BEARINGS)] if effects else []
+    run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11, effects=acting)
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T
     np.testing.assert_allclose(nu, run.nu[-1], atol=1e-10)

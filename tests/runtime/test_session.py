@@ -73,6 +73,10 @@ SCENES = {
             Bearings(wheel_coulomb=1e-3, wheel_speed=0.5, roller_coulomb=1e-5, roller_speed=0.5), Slope(0.1, 0.5),
         ]
     },
+    "axles that stick": {"effects": [Bearings(wheel_coulomb=(6e-3, 4e-3, 5e-3), wheel_break_away=7e-3)]},
+    "motors with axles that stick": {
+        "effects": [LIMITED, Controller((1.5, 0, -1), 1.0, 0.07, 0.5, "voltage"), Bearings(wheel_coulomb=3e-3)]
+    },
     "a function": {"effects": [FunctionController(ToAPlace, 0.05, "voltage"), LIMITED]},
 }  # fmt: skip
 START = {"nu": (1.0, 0.2, 0.8), "chi": (0.1, -0.3, 0.2), "start_time": 0.05}
@@ -427,6 +431,19 @@ def test_outputs_are_those_of_a_run(name):
         assert (session.spins is None) == (there.spins is None)
         if there.spins is not None:
             np.testing.assert_allclose(session.spins, there.spins, atol=1e-7)
+
+
+def test_torques_of_bearings_are_those_of_the_rows():
+    """Also where an axle sticks: inside a phase, at the ends of its steps."""
+    session, run = made("axles that stick"), one_run("axles that stick")
+    place = run.effects.drives().index("bearing_torque")
+    alone = np.flatnonzero(~np.isin(run.elapsed, instants(run)) & (run.elapsed > 0))
+    stuck = 0
+    for row in alone:
+        go_to(session, run.elapsed[row])
+        np.testing.assert_allclose(session.outputs["bearing_torque"], run.drive[row, place], rtol=0, atol=1e-9)
+        stuck += (np.abs(run.drive[row, place]) < 3.9e-3).any()
+    assert stuck > 0
 
 
 def test_torque_and_damping_are_those_of_the_rows():

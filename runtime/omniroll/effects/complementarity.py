@@ -23,6 +23,7 @@ from scipy.optimize import lsq_linear
 
 PARALLEL = 1e-12  # sine of the angle below which rows are parallel, and a row lies in the span of others
 HEAVY = 1e6  # weight of an equation beside what is made small under it
+CUT_OFF = 1e-10  # of its bound: the weighted equation leaves a torque at it as far from it as this
 ITERATIONS = 20  # of the library's active set, for each bearing
 
 
@@ -112,7 +113,8 @@ def least_torques(force: np.ndarray, rows: np.ndarray, bounds: np.ndarray) -> np
     size = np.abs(rows).max()
     columns = np.concatenate([HEAVY / size * rows.T, np.eye(len(rows))])
     torques = _fitted(columns, np.concatenate([HEAVY / size * force, np.zeros(len(rows))]), bounds)
-    free = np.abs(torques) < bounds  # these once more, without the equation's weight in their digits
+    free = np.abs(torques) < bounds * (1 - CUT_OFF)  # these once more, without the equation's weight in their digits
+    torques[~free] = np.copysign(bounds, torques)[~free]
     torques[free] = np.linalg.lstsq(rows[free].T, force - rows[~free].T @ torques[~free], rcond=PARALLEL)[0]
     return np.clip(torques, -bounds, bounds)
 

@@ -276,6 +276,13 @@ class EffectRun:
             drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
         return drive
 
+    def drive_sizes(self) -> np.ndarray:
+        """(D, N) what the inputs of the drives are rounded against beside themselves."""
+        sizes = np.zeros((len(self.drives), self.kernel.wheels))
+        if self.axles is not None:
+            sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
+        return sizes
+
     def pass_guards(self, passed: np.ndarray) -> None:
         """Some guards of this phase, (m,) bool, have ended it."""
         start = 0
@@ -309,11 +316,6 @@ class Plan:
         self.modal = [form for form in forms if isinstance(form, Modal)]
         self.asks = None in described or len(self.modal) > 1
 
-    @property
-    def sticks(self) -> bool:
-        """Whether axles may stick."""
-        return self.acting.axles is not None
-
     @cached_property
     def has_events(self) -> bool:
         """Whether the effects have times or guards at the start."""
@@ -332,4 +334,6 @@ class Plan:
         numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
         for sampler in self.samplers:
             numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
+        if self.acting.axles is not None:
+            numbers.append(self.acting.axles.holding)
         return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

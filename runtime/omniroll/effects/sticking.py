@@ -124,6 +124,10 @@ class Axles:
         torques[self.sticking] = least_torques(force, self.rows[self.sticking], bounds)
         return torques
 
+    def torque_sizes(self) -> np.ndarray:
+        """(N,) what torques that hold are rounded against, several times: they are what is left of other torques."""
+        return PASSED * np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
+
     def rate_guards(self, nu: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
         sizes = self._sizes(nu)

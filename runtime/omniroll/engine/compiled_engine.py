@@ -33,7 +33,7 @@ MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call
 ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
-MOST_GUARDS = 2 * MOST_WHEELS  # run.c
+MOST_GUARDS = 3 * MOST_WHEELS  # run.c
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
 TOO_LONG = 6  # beside those of engine_calls.h
@@ -57,8 +57,6 @@ def can_run(task: Task) -> bool:
     if not task.effects:
         return True
     plan = task.effects.plan(task.kernel, task.start_time)
-    if plan.sticks:
-        return False
     if not bound.effects:
         return not plan.has_events
     known = names_of(bound, "states")
@@ -258,16 +256,16 @@ class CompiledRun:
         plan = self.task.effects.plan(self.task.kernel, self.task.start_time)
         if plan.asks or plan.called:
             self.acting = EffectRun(self.task.effects, self.task.kernel, self.task.start_time)
-        if plan.asks:
-            self.run.asks = 1
-            self._give_inputs()
-        else:
-            acts = what_acts(self.module.ffi, plan, self.columns.inputs, self.wheels)
-            self._put(acts, [form.modes.copy() for form in plan.modal])
+        acts = what_acts(self.module.ffi, plan, self.columns.inputs, self.wheels)
+        self._put(acts, [form.modes.copy() for form in plan.modal])
 
     def _put(self, acts: WhatActs, modes: list[np.ndarray]) -> None:
         self.acts, self.modes = acts, modes
         self.kept, self.sampled = acts.put_into(self.run, modes)
+        if acts.plan.asks:
+            self.run.asks = 1
+            self._give_inputs()
+            return
         first = len(acts.plan.samplers)
         self.called = [(first + k, self.acting.processes[place]) for k, (place, _) in enumerate(acts.plan.called)]
 

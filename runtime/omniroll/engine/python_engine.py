@@ -117,8 +117,8 @@ class Run:
             self._add_row()
             return
         last = self.rows.drive[-1]
-        rounding = ROUNDINGS * EPS * (np.abs(last) + np.abs(drive) + np.abs(slopes * self.elapsed))
-        if (np.abs(drive - last) > rounding).any():
+        sizes = np.abs(last) + np.abs(drive) + np.abs(slopes * self.elapsed) + self.acting.drive_sizes()
+        if (np.abs(drive - last) > ROUNDINGS * EPS * sizes).any():
             self._add_row()
 
     def _ask(self) -> None:

@@ -258,9 +258,9 @@ class Session:
     def outputs(self) -> dict[str, np.ndarray]:
         """What the effects give, by name: a new dict.
 
-        Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, (N,) each: as they act
-        before this instant's events, and so 0 before the first step. What the effects integrate: drive_work,
-        axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
+        Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, of axles that may stick
+        bearing_torque in N m, (N,) each: as they act before this instant's events, and so 0 before the first step. What
+        the effects integrate: drive_work, axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
         """
         signals = self._run.signals_now()
         found = signals | self._run.integrated(self._run.space.core)

@@ -47,12 +47,8 @@ class SteppedRun(CompiledRun):
     def _describe_what_acts(self) -> None:
         """The engine reads and writes the processes' own arrays, which steps write and `readings` read."""
         plan = Plan(self.acting)
-        if plan.asks:
-            self.run.asks = 1
-            self._give_inputs()
-        else:
-            acts = WhatActs(self.module.ffi, plan, self.columns.inputs, self.wheels)
-            self._put(acts, [form.modes for form in plan.modal])
+        acts = WhatActs(self.module.ffi, plan, self.columns.inputs, self.wheels)
+        self._put(acts, [form.modes for form in plan.modal])
 
     def _shares(self) -> float:
         return STEPS_EXPECTED
@@ -120,10 +116,10 @@ class SteppedRun(CompiledRun):
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""
         since = (self.run.elapsed - self.run.inputs_elapsed) + (self.run.carry - self.run.inputs_carry)
         if self.run.asks:
-            return {name: signal.at(since) for name, signal in self.acting.signals.items()}
+            return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._bearings()
         values = self.signals[0] + self.signals[1] * since
         given = (*self.task.effects.drives(), *(["voltage"] if self.run.modal_count else []))
-        return {name: value for name, value in zip(self.names, values, strict=True) if name in given}
+        return {name: value for name, value in zip(self.names, values, strict=True) if name in given} | self._bearings()
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""

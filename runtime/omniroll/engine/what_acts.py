@@ -1,4 +1,5 @@
-"""What acts in a run, as the compiled engine takes it: C structs with the tables, controllers and drives of a plan.
+"""What acts in a run, as the compiled engine takes it: C structs with the axles that may stick, and with the tables,
+controllers and drives of a plan where the engine does these by itself.
 
 What no run changes stands in memory once, for all runs of a plan; a run copies the structs and has its own numbers
 where the engine writes.
@@ -24,6 +25,19 @@ class WhatActs:
     def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
         self.kept: list[np.ndarray] = []  # what the structs point to
+        entries = {"axle": self._axles()} | ({} if plan.asks else self._forms(inputs))
+        self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
+
+    def _axles(self) -> list[dict[str, Any]]:
+        axles = self.plan.acting.axles
+        if axles is None:
+            return []
+        numbers = zip(axles.rows.tolist(), axles.sliding, axles.holding, strict=True)
+        return [{"row": row, "sliding": sliding, "holding": holding} for row, sliding, holding in numbers]
+
+    def _forms(self, inputs: tuple[str, ...]) -> dict[str, list[dict[str, Any]]]:
+        """Tables, controllers and drives with modes."""
+        plan, ffi = self.plan, self.ffi
         signals = [*inputs, "voltage"]
         tables = [{"signal": signals.index(form.signal), "curve": self._curve(form.curve)} for form in plan.tables]
         samplers = [
@@ -41,11 +55,12 @@ class WhatActs:
             | {"wheel_rows": self._pointer(form.wheel_rows)}
             for form in plan.modal
         ]
-        entries = {"table": tables, "sampler": samplers, "modal": modal}
-        self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
+        return {"table": tables, "sampler": samplers, "modal": modal}
 
     def put_into(self, run: Any, modes: list[np.ndarray]) -> tuple[list[Any], np.ndarray]:
         """Have a run's struct point to structs of its own: these, and the sums and outputs (S, 2, N) of its samplers.
+
+        Where axles may stick, it is to be decided which do.
 
         modes  (N,) of each drive with modes, which the engine changes
 
@@ -58,12 +73,13 @@ class WhatActs:
             setattr(run, name if name == "modal" else f"{name}s", own)
             setattr(run, f"{name}_count", len(own))
             kept.append(own)
+        run.hold.undecided = int("axle" in self.patterns)
         sampled = np.zeros((run.sampler_count, 2, self.wheels))
         first = ffi.from_buffer("double[]", sampled) + 0
         for k in range(run.sampler_count):
             run.samplers[k].sum = first + 2 * k * self.wheels
             run.samplers[k].output = first + (2 * k + 1) * self.wheels
-        for k, numbers in enumerate(modes):
+        for k, numbers in enumerate(modes[: run.modal_count]):
             run.modal[k].modes = ffi.from_buffer("long long[]", numbers)
         return kept, sampled
 

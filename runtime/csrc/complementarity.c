@@ -1,0 +1,408 @@
+/* Which bearings at rest stick and which break away: the complementarity problem of the set-valued law of friction.
+ *
+ * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
+ * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
+#define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
+#define TIE 1e-12                   /* of the largest rates: those that come to rest together               */
+
+typedef double vector3_t[3];
+
+/* Bearings at rest: how they turn with nu, and the largest torques that they take. */
+typedef struct {
+    int count;
+    vector3_t rows[MOST_WHEELS];
+    double bounds[MOST_WHEELS];
+} bearings_t;
+
+/* A motion in which as many bearings rest as can, and the power that the others can take in it. */
+typedef struct {
+    double normal[3], reach;
+} facet_t;
+
+ALWAYS_INLINE double dot3(const double *a, const double *b)
+{
+    return (a[0]*b[0] + a[1]*b[1]) + a[2]*b[2];
+}
+
+ALWAYS_INLINE double length3(const double *a)
+{
+    return sqrt(dot3(a, a));
+}
+
+ALWAYS_INLINE void add3(double *to, double times, const double *from)
+{
+    for (int k = 0; k < 3; k++)
+        to[k] += times*from[k];
+}
+
+ALWAYS_INLINE void cross3(const double *a, const double *b, double *to)
+{
+    for (int k = 0; k < 3; k++)
+        to[k] = a[(k + 1)%3]*b[(k + 2)%3] - a[(k + 2)%3]*b[(k + 1)%3];
+}
+
+/* The length of a vector, which becomes 1; one of zeros stays. */
+ALWAYS_INLINE double normalise3(double *a)
+{
+    const double length = length3(a);
+    for (int k = 0; k < 3; k++)
+        a[k] /= length > 0 ? length : 1;
+    return length;
+}
+
+/* What is left of a vector across some that are orthonormal; twice, so that rounding leaves nothing along them. */
+ALWAYS_INLINE void take_across(int rank, const vector3_t *basis, double *a)
+{
+    for (int pass = 0; pass < 2; pass++)
+        for (int b = 0; b < rank; b++)
+            add3(a, -dot3(a, basis[b]), basis[b]);
+}
+
+/* An orthonormal basis of what the rows span; returns how many vectors it has. The row that is farthest from the ones
+ * before comes next. */
+static int span_of(const bearings_t *bearings, vector3_t *basis)
+{
+    int rank = 0;
+    for (; rank < 3; rank++) {
+        double most = PARALLEL;
+        for (int i = 0; i < bearings->count; i++) {
+            vector3_t unit = {bearings->rows[i][0], bearings->rows[i][1], bearings->rows[i][2]};
+            normalise3(unit);
+            take_across(rank, (const vector3_t *)basis, unit);
+            const double length = normalise3(unit);
+            if (length > most) {
+                most = length;
+                memcpy(basis[rank], unit, sizeof unit);
+            }
+        }
+        if (most == PARALLEL)
+            break;
+    }
+    return rank;
+}
+
+/* Vectors orthonormal in the metric of the mass matrix that span the nu which leave the bearings at rest, as columns;
+ * a column that is not there is 0, and absent is 1. Returns how many there are. */
+static int directions_allowed(const bearings_t *bearings, const vector3_t *mass, double *directions, double *absent)
+{
+    vector3_t basis[3], columns[3];
+    const int rank = span_of(bearings, basis);
+    for (int c = 0; c < 3; c++) {
+        for (int k = 0; k < 3; k++)
+            directions[3*k + c] = 0;
+        absent[c] = c >= 3 - rank;
+    }
+    for (int c = 0; c < 3 - rank; c++) {
+        /* the axis that is farthest from what there is */
+        double most = 0;
+        for (int axis = 0; axis < 3; axis++) {
+            vector3_t unit = {axis == 0, axis == 1, axis == 2};
+            take_across(rank + c, (const vector3_t *)basis, unit);
+            const double length = normalise3(unit);
+            if (length > most) {
+                most = length;
+                memcpy(basis[rank + c], unit, sizeof unit);
+            }
+        }
+    }
+    for (int c = 0; c < 3 - rank; c++) {
+        double *const column = columns[c];
+        memcpy(column, basis[rank + c], sizeof columns[c]);
+        for (int pass = 0; pass < 2; pass++)
+            for (int b = 0; b < c; b++) {
+                const vector3_t heavy = {dot3(mass[0], column), dot3(mass[1], column), dot3(mass[2], column)};
+                add3(column, -dot3(columns[b], heavy), columns[b]);
+            }
+        const vector3_t heavy = {dot3(mass[0], column), dot3(mass[1], column), dot3(mass[2], column)};
+        const double size = sqrt(dot3(column, heavy));
+        for (int k = 0; k < 3; k++)
+            directions[3*k + c] = column[k] /= size;
+    }
+    return 3 - rank;
+}
+
+/* The rate of a bearing in a motion; exactly 0 where that is all but across its row. */
+ALWAYS_INLINE double moved_by(const double *row, const double *normal)
+{
+    const double moved = dot3(row, normal);
+    return fabs(moved) < PARALLEL*length3(row) ? 0 : moved;
+}
+
+ALWAYS_INLINE long long most_facets(long long bearings)
+{
+    return bearings*(bearings + 1);
+}
+
+/* A facet and its opposite. */
+ALWAYS_INLINE int put_facets(const bearings_t *bearings, const double *normal, facet_t *facets, int count)
+{
+    facet_t *const facet = facets + count;
+    for (int k = 0; k < 3; k++)
+        facet[0].normal[k] = normal[k], facet[1].normal[k] = -normal[k];
+    double reach = 0;
+    for (int i = 0; i < bearings->count; i++)
+        reach += fabs(moved_by(bearings->rows[i], normal))*bearings->bounds[i];
+    facet[0].reach = facet[1].reach = reach;
+    return count + 2;
+}
+
+/* The facets of the forces that the bearings can take; returns how many. */
+static int facets_of(const bearings_t *bearings, facet_t *facets)
+{
+    vector3_t basis[3], normal;
+    const int rank = span_of(bearings, basis);
+    int count = 0;
+    if (rank == 1)
+        return put_facets(bearings, basis[0], facets, count);
+    if (rank == 2)
+        cross3(basis[0], basis[1], basis[2]);
+    for (int i = 0; rank > 1 && i < bearings->count; i++) {
+        vector3_t unit = {bearings->rows[i][0], bearings->rows[i][1], bearings->rows[i][2]};
+        normalise3(unit);
+        for (int j = rank == 2 ? bearings->count - 1 : i + 1; j < bearings->count; j++) {
+            vector3_t other = {bearings->rows[j][0], bearings->rows[j][1], bearings->rows[j][2]};
+            normalise3(other);
+            cross3(unit, rank == 2 ? basis[2] : other, normal);
+            if (normalise3(normal) > PARALLEL)
+                count = put_facets(bearings, normal, facets, count);
+        }
+    }
+    return count;
+}
+
+/* How much more power than the bearings can give a holding force asks for; and the rounding of that, where the sizes of
+ * the force's terms add up to `size`. */
+ALWAYS_INLINE double excess(const facet_t *facet, const double *force, const double *size, double *rounding)
+{
+    double sizes = facet->reach;
+    for (int k = 0; k < 3; k++)
+        sizes += fabs(facet->normal[k])*(fabs(force[k]) + size[k]);
+    *rounding = EPS*sizes;
+    return dot3(facet->normal, force) - facet->reach;
+}
+
+/* The sign of the rate with which a bearing breaks away where a facet is passed. */
+ALWAYS_INLINE int breaks_away(const double *row, const facet_t *facet)
+{
+    const double moved = moved_by(row, facet->normal);
+    return (moved < 0) - (moved > 0);
+}
+
+/* Solve R^T R z = force, or R^T y = force and torques = Q y, where Q R are the bearings' rows along a basis of their
+ * span. z or torques may be null. */
+static void least_norm(const bearings_t *bearings, const double *force, double *torques, double *z)
+{
+    vector3_t basis[3];
+    const int rank = span_of(bearings, basis), count = bearings->count;
+    double q[3][MOST_WHEELS], r[3][3] = {{0}}, y[3], x[3];
+    for (int c = 0; c < rank; c++) {
+        for (int i = 0; i < count; i++)
+            q[c][i] = dot3(bearings->rows[i], basis[c]);
+        double size = 0;
+        for (int pass = 0; pass < 2; pass++)
+            for (int b = 0; b < c; b++) {
+                double along = 0;
+                for (int i = 0; i < count; i++)
+                    along += q[b][i]*q[c][i];
+                for (int i = 0; i < count; i++)
+                    q[c][i] -= along*q[b][i];
+                r[b][c] += along;
+            }
+        for (int i = 0; i < count; i++)
+            size += q[c][i]*q[c][i];
+        r[c][c] = sqrt(size);
+        for (int i = 0; i < count; i++)
+            q[c][i] /= r[c][c];
+        y[c] = dot3(basis[c], force);
+        for (int b = 0; b < c; b++)
+            y[c] -= r[b][c]*y[b];
+        y[c] /= r[c][c];
+    }
+    for (int i = 0; torques && i < count; i++) {
+        torques[i] = 0;
+        for (int c = 0; c < rank; c++)
+            torques[i] += q[c][i]*y[c];
+    }
+    if (!z)
+        return;
+    memset(z, 0, sizeof(vector3_t));
+    for (int c = rank - 1; c >= 0; c--) {
+        x[c] = y[c];
+        for (int b = c + 1; b < rank; b++)
+            x[c] -= r[c][b]*x[b];
+        x[c] /= r[c][c];
+        add3(z, x[c], basis[c]);
+    }
+}
+
+ALWAYS_INLINE double clipped(double x, double bound)
+{
+    return fmax(fmin(x, bound), -bound);
+}
+
+/* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force along it: the
+ * zero of a function that grows and is linear between the places where a torque meets its bound. The last of these
+ * where there is no zero. */
+static double length_along(const bearings_t *bearings, const double *force, const double *z, const double *line)
+{
+    const double wanted = dot3(force, line);
+    double before = 0, value_before = 0, place = 0;
+    for (int round = 0; round <= 2*bearings->count + 1; round++) {
+        double value = -wanted, next = INFINITY;
+        for (int i = 0; i < bearings->count; i++) {
+            const double start = dot3(bearings->rows[i], z), rate = moved_by(bearings->rows[i], line);
+            value += clipped(start + place*rate, bearings->bounds[i])*rate;
+            for (int side = -1; side <= 1 && rate != 0; side += 2) {
+                const double meets = (side*bearings->bounds[i] - start)/rate;
+                if (meets > place && meets < next)
+                    next = meets;
+            }
+        }
+        if (value >= 0)
+            return round == 0 ? 0 : before + (place - before)*(value_before/(value_before - value));
+        if (next == INFINITY)
+            return place;
+        before = place, value_before = value, place = next;
+    }
+    return place;
+}
+
+/* The torques of least norm within the bounds that give the force, which some do: rows z, cut off at the bounds. A
+ * convex function of z is least, piecewise quadratic; Newton's rule with a search along the line. */
+static void least_torques(const bearings_t *bearings, const double *force, double *torques)
+{
+    const int count = bearings->count;
+    int inside = 1;
+    vector3_t z = {0, 0, 0};
+    least_norm(bearings, force, torques, 0);
+    for (int i = 0; i < count; i++)
+        inside &= fabs(torques[i]) <= bearings->bounds[i];
+    bearings_t free;
+    vector3_t rest;
+    for (int trial = 0; !inside && trial < 20*(1 + count); trial++) {
+        vector3_t basis[3], line, across;
+        double sizes = length3(force);
+        free.count = 0;
+        memcpy(rest, force, sizeof rest);
+        for (int i = 0; i < count; i++) {
+            const double asked = dot3(bearings->rows[i], z);
+            torques[i] = clipped(asked, bearings->bounds[i]);
+            add3(rest, -torques[i], bearings->rows[i]);
+            sizes += fabs(torques[i])*length3(bearings->rows[i]);
+            if (fabs(asked) < bearings->bounds[i])
+                memcpy(free.rows[free.count++], bearings->rows[i], sizeof rest);
+        }
+        if (!(length3(rest) > 8*EPS*sizes))
+            break;
+        const int rank = span_of(&free, basis);
+        memcpy(across, rest, sizeof rest);
+        take_across(rank, (const vector3_t *)basis, across);
+        if (rank == 3 || length3(across) <= 8*EPS*sizes)
+            least_norm(&free, rest, 0, line);
+        else                                    /* no free torque gives this part: those at their bounds come back */
+            memcpy(line, across, sizeof line);
+        normalise3(line);
+        const double length = length_along(bearings, force, z, line);
+        if (!(length > 0))
+            break;
+        add3(z, length, line);
+    }
+    if (inside)
+        return;
+    /* The free ones once more, without z in their digits. */
+    int place[MOST_WHEELS];
+    double found[MOST_WHEELS];
+    free.count = 0;
+    memcpy(rest, force, sizeof rest);
+    for (int i = 0; i < count; i++) {
+        torques[i] = clipped(dot3(bearings->rows[i], z), bearings->bounds[i]);
+        if (fabs(torques[i]) < bearings->bounds[i]) {
+            place[free.count] = i;
+            memcpy(free.rows[free.count++], bearings->rows[i], sizeof rest);
+        } else
+            add3(rest, -torques[i], bearings->rows[i]);
+    }
+    least_norm(&free, rest, found, 0);
+    for (int k = 0; k < free.count; k++)
+        torques[place[k]] = clipped(found[k], bearings->bounds[place[k]]);
+}
+
+/* The facet that a holding force passes by the most roundings; null where none is passed. */
+static const facet_t *passed_facet(const facet_t *facets, int count, const double *force, const double *size)
+{
+    const facet_t *found = 0;
+    double most = PASSED;
+    for (int k = 0; k < count; k++) {
+        double rounding;
+        const double value = excess(facets + k, force, size, &rounding);
+        if (rounding > 0 && value/rounding > most) {
+            most = value/rounding;
+            found = facets + k;
+        }
+    }
+    return found;
+}
+
+/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques: the least
+ * of a convex function. From rest, whenever the bearings at rest cannot be held the motion along a facet's normal is
+ * added; whenever one comes to rest on the way to the least, it stays at rest. The function falls with each step.
+ *
+ * facets: scratch, most_facets() of them. */
+static void nearest_force(const vector3_t *mass, const double *force, const bearings_t *bearings, facet_t *facets,
+                          double *nu_dot, double *torques)
+{
+    const int count = bearings->count;
+    int signs[MOST_WHEELS] = {0}, place[MOST_WHEELS];
+    bearings_t resting;
+    vector3_t asked = {0, 0, 0};
+    memset(nu_dot, 0, sizeof(vector3_t));
+    for (int trial = 0; trial < 20*(1 + count); trial++) {
+        double directions[9], absent[3], part = 1;
+        vector3_t given, size, there = {0, 0, 0};
+        resting.count = 0;
+        for (int k = 0; k < 3; k++)
+            given[k] = force[k], size[k] = fabs(force[k]);
+        for (int i = 0; i < count; i++) {
+            add3(given, -signs[i]*bearings->bounds[i], bearings->rows[i]);
+            for (int k = 0; k < 3; k++)
+                size[k] += fabs(bearings->bounds[i]*bearings->rows[i][k]);
+            if (signs[i] == 0 && bearings->bounds[i] > 0) {
+                place[resting.count] = i;
+                resting.bounds[resting.count] = bearings->bounds[i];
+                memcpy(resting.rows[resting.count++], bearings->rows[i], sizeof asked);
+            }
+        }
+        const int moving = directions_allowed(&resting, mass, directions, absent);
+        for (int c = 0; c < moving; c++) {
+            const vector3_t column = {directions[c], directions[3 + c], directions[6 + c]};
+            add3(there, dot3(column, given), column);
+        }
+        for (int i = 0; i < count; i++) {       /* how far until one comes to rest */
+            const double here = signs[i]*dot3(bearings->rows[i], nu_dot), then = signs[i]*dot3(bearings->rows[i], there);
+            if (signs[i] && then < 0)
+                part = fmin(part, fmax(here, 0)/(fmax(here, 0) - then));
+        }
+        const double longest = fmax(length3(nu_dot), length3(there));
+        for (int k = 0; k < 3; k++) {
+            nu_dot[k] += part < 1 ? part*(there[k] - nu_dot[k]) : there[k] - nu_dot[k];
+            asked[k] = dot3(mass[k], there) - given[k];
+        }
+        if (part < 1) {
+            for (int i = 0; i < count; i++)
+                if (signs[i]*dot3(bearings->rows[i], nu_dot) <= TIE*length3(bearings->rows[i])*longest)
+                    signs[i] = 0;
+            continue;
+        }
+        const facet_t *const facet = passed_facet(facets, facets_of(&resting, facets), asked, size);
+        if (!facet)
+            break;
+        for (int k = 0; k < resting.count; k++)
+            signs[place[k]] = breaks_away(resting.rows[k], facet);
+    }
+    double held[MOST_WHEELS];
+    least_torques(&resting, asked, held);
+    for (int i = 0; i < count; i++)
+        torques[i] = -signs[i]*bearings->bounds[i];
+    for (int k = 0; k < resting.count; k++)
+        torques[place[k]] = held[k];
+}

@@ -1,0 +1,112 @@
+/* An instant: the state in all lanes, and the rates there. */
+
+/* The state at this instant, in all lanes. */
+typedef struct {
+    arrays_t arrays;
+    point_t point;
+#if SET_HOLDS
+    lanes_t directions[9], absent[3];
+#endif
+} instant_t;
+
+ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
+{
+    now->point = (point_t){
+        .vehicle = &work->vehicle, .nu = now->arrays.nu, .chi = now->arrays.chi, .momenta = work->momenta};
+    for (int k = 0; k < 3; k++)
+        now->arrays.nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < wheels; i++)
+        now->arrays.chi[i] = lanes_of(run->chi[i]);
+#if SET_HAS_HEADING
+    now->point.heading = lanes_of(remainder(run->pose[2], TURN));
+#endif
+#if SET_INPUTS
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        now->arrays.input[k] = lanes_of(input_now(run, k));
+    now->point.inputs = now->arrays.input;
+#endif
+#if SET_CORE_PARTS
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c] = lanes_of(run->core[c]);
+    now->point.core = work->core_here;
+    now->point.scratch = work->core_dot;
+#endif
+#if SET_HOLDS
+    for (int k = 0; k < 9; k++)
+        now->directions[k] = lanes_of(run->hold.directions[k]);
+    for (int k = 0; k < 3; k++)
+        now->absent[k] = lanes_of(run->hold.absent[k]);
+    now->point.directions = run->hold.count ? now->directions : 0;
+    now->point.absent = now->absent;
+    now->point.held_force = work->held_force;
+#endif
+}
+
+/* The rates of the core at this instant, in all lanes. */
+NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels,
+                                        lanes_t *nu_dot)
+{
+    instant_t now;
+    at_this_instant(run, work, wheels, &now);
+#if SET_CORE_PARTS
+    core_rates(wheels, &now.point, nu_dot, work->core_dot);
+#else
+    core_rates(wheels, &now.point, nu_dot, 0);
+#endif
+}
+
+#ifdef LANES_HAS_MOMENTA
+static void axial_in_lanes(const omniroll_run_t *run, lanes_t *axial)
+{
+    const int size = run->wheels*(run->rollers_per_wheel - 1);
+    for (int k = 0; k < size; k++)
+        axial[k] = lanes_of(run->axial[k]);
+}
+
+/* The two numbers of each wheel's free rollers, which are constant up to the next switch unless the core has them. */
+static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
+{
+    axial_in_lanes(run, work->axial);
+    set_momenta(run->wheels, &work->vehicle, work->axial, work->momenta);
+}
+#endif
+
+#if SET_CORE_PARTS
+/* The rest of the core begins anew with the rollers that are free now. */
+static void begin_core(omniroll_run_t *run, const work_t *work)
+{
+    axial_in_lanes(run, work->axial);
+    start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
+    for (int c = 0; c < work->core; c++)
+        run->core[c] = run->core_before[c] = work->core_here[c][0];
+    run->axial_elapsed = run->elapsed;
+}
+
+/* The axial speeds of the free rollers as they are now. */
+static void update_axial(omniroll_run_t *run, const work_t *work)
+{
+    const int size = run->wheels*(run->rollers_per_wheel - 1);
+    axial_in_lanes(run, work->axial);
+    for (int c = 0; c < work->core; c++) {
+        work->core_here[c] = lanes_of(run->core[c]);
+        work->core_dot[c] = lanes_of(run->core_before[c]);
+    }
+    axial_later(run->wheels, &work->vehicle, work->axial, work->core_dot, work->core_here,
+                lanes_of(run->elapsed - run->axial_elapsed), work->later);
+    for (int k = 0; k < size; k++)
+        run->axial[k] = work->later[k][0];
+}
+#endif
+
+#if SET_HOLDS
+/* The mass matrix at this instant. */
+static void mass_at_this_instant(const omniroll_run_t *run, const work_t *work, vector3_t *mass)
+{
+    instant_t now;
+    lanes_t matrix[9];
+    at_this_instant(run, work, run->wheels, &now);
+    set_mass_matrix(run->wheels, &work->vehicle, now.arrays.chi, matrix);
+    for (int k = 0; k < 9; k++)
+        mass[k/3][k%3] = matrix[k][0];
+}
+#endif
