@@ -9,10 +9,11 @@ import numpy as np
 
 from hard import naive, true_flow
 from hard.case import Case, Measurement, Scale
+from hard.impacts import slow_arrival
 from hard.setting import EPS, MODELS, Setting, settings
 from omniroll import Motor, Torque, Trajectory
 from omniroll.engine.runs import Task
-from omniroll.studies.accuracy.reference import Mechanics, Taylor, digits, flint_module, follow
+from omniroll.studies.accuracy.reference import Mechanics, Reference, Taylor, digits, flint_module, follow
 
 SECTION = "Effects"
 WINDING = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 3.0, "back_emf": 0.03}
@@ -20,6 +21,8 @@ DURATION = 0.1  # s
 TRIALS, THIRDS = 2000, 60
 DISTANCES = (1e-4, 1e-7, 1e-10, 1e-13)  # of the largest current from the limit, over the sizes of its terms
 ROUNDINGS = 16  # of the current: passing by less may count as a touch
+LANDED = 4  # roundings of the current: a limit is located within these
+STALL = 1.0  # V, at which a motor at rest has just its limit
 
 
 @dataclass(frozen=True)
@@ -162,10 +165,86 @@ def grazing(scale: Scale) -> list[Measurement]:
                 "turns judged wrongly, in %", 100 * wrong / tries, 0, 100 * theirs / tries if scale.compares else None
             ),
             setting.measurement(
-                "the true current there less its limit, in roundings", late, ROUNDINGS, later if scale.compares else None
+                "the true current there less its limit, in roundings", late, LANDED, later if scale.compares else None
             ),
         ]
     return found
+
+
+def bouncing(random: np.random.Generator, duration: float) -> dict[str, Any]:
+    """Impacts send wheel 0 back from its joint, and motor 0 drives it there again.
+
+    At rest its current is just the limit, so that each time the wheel turns round the current leaves its limit, and at
+    each impact it is there again.
+    """
+    motor = Motor((STALL, 0, 0), **WINDING, current_limit=STALL / WINDING["resistance"])
+    return slow_arrival(random, "locked") | {"duration": duration, "effects": (motor,)}
+
+
+def law_missed(run: Trajectory) -> float:
+    """The torques less those of motors with cut-off currents, in roundings; the largest.
+
+    In the rows where a phase begins or ends: rows between two transitions at one instant belong to none.
+    """
+    (motor,), rates = run.effects.effects, run.kernel.wheel_speeds(run.nu)
+    given = (
+        run.drive[:, run.effects.drives().index("torque")] - run.drive[:, run.effects.drives().index("damping")] * rates
+    )
+    per_ampere = motor.gear_ratio * motor.torque_constant
+    emf = motor.back_emf * motor.gear_ratio * rates
+    wanted = per_ampere * np.clip((motor.voltage - emf) / motor.resistance, -motor.current_limit, motor.current_limit)
+    terms = np.abs(run.nu) @ np.abs(run.kernel.wheel_speeds(np.eye(3))) * motor.back_emf * motor.gear_ratio
+    sizes = per_ampere * (motor.current_limit + (np.abs(motor.voltage) + terms) / motor.resistance)
+    later = np.diff(run.elapsed) > 0
+    of_phase = np.append(True, later) | np.append(later, True)
+    return float((np.abs(given - wanted) / (EPS * sizes))[of_phase].max())
+
+
+def limit_and_switch(scale: Scale) -> list[Measurement]:
+    """The first bounces against the flow in 28 digits; after more of them time itself is a matter of rounding."""
+    found, bounces, amount = [], scale.of(2, 12), {"compiled": 10, "python": scale.of(0, 2)}
+    random = np.random.default_rng(3)
+    starts = [bouncing(random, 0.02) for _ in range(3)][1:2] + [bouncing(random, 0.02) for _ in range(scale.of(0, 9))]
+    whole = Setting("locked", "impact", "compiled").run(**starts[0], accuracy=1e-13)
+    assert _meetings(whole) >= 20
+    times = np.unique(whole.switches.t)
+    first = starts[0] | {"duration": float(times[bounces - 1] + times[bounces]) / 2}
+    with digits():
+        task = Setting("locked", "impact", "python").task(**first)
+        truth = follow(Taylor(task), task, np.array([first["duration"]]))
+    theirs = _bounced_by_scipy(first, truth) if scale.compares else None
+    for setting in settings(models=("locked",), laws=("impact",)):
+        run = setting.run(**first, accuracy=1e-13)
+        apart = float(np.abs(np.append(run.nu[-1], run.pose[-1]) - truth.y[-1][[0, 1, 2, 6, 7, 8]]).max())
+        apart += abs(len(run.switches) - len(truth.switches))
+        runs = [setting.run(**start, accuracy=1e-13) for start in starts[: amount[setting.engine]]] or [run]
+        rise = max(float(run.switches.energy_jump.max(initial=0)) / run.energy[0] for run in runs)
+        found += [
+            setting.measurement("distance from the true motion after the first bounces", apart, 1e-11, theirs),
+            setting.measurement("torques less the law of the motors, in roundings", max(map(law_missed, runs)), 16),
+            setting.measurement("largest rise of energy at a switch / eps", rise / EPS, 16),
+        ]
+    return found
+
+
+def _meetings(run: Trajectory) -> int:
+    """Instants at which a wheel switches and a current comes to its limit or leaves it."""
+    limited = run.drive[:, run.effects.drives().index("damping")] == 0
+    changes = np.flatnonzero((limited[1:] != limited[:-1]).any(axis=1)) + 1
+    return int(np.isin(run.t[changes], run.switches.t).sum())
+
+
+def _bounced_by_scipy(start: dict[str, Any], truth: Reference) -> float:
+    (motor,), gear = start["effects"], WINDING["gear_ratio"]
+
+    def torques(_: float, rates: np.ndarray) -> np.ndarray:
+        currents = (np.array(motor.voltage) - motor.back_emf * gear * rates) / motor.resistance
+        return gear * motor.torque_constant * np.clip(currents, -motor.current_limit, motor.current_limit)
+
+    task = Setting("locked", "impact", "compiled").task(**start | {"effects": (Torque(0.0),)})
+    motion = naive.simulate(task, law=torques)
+    apart = float(np.abs(motion.y[[0, 1, 2, 6, 7, 8]] - truth.y[-1][[0, 1, 2, 6, 7, 8]]).max())
+    return apart + abs(len(motion.switches) - len(truth.switches))
 
 
 CASES = [
@@ -177,5 +256,14 @@ CASES = [
         promise=f"a current that passes its limit by more than {ROUNDINGS} roundings is seen, at the first crossing; "
         "one that turns back before it is not",
         run=grazing,
+    ),
+    Case(
+        name="limit-and-switch",
+        section=SECTION,
+        title="Chatter: impacts send a wheel back from its joint, and its motor passes its limit each time",
+        naive="loses some of the bounces",
+        promise="the bounces and the changes at the limit are those of the true motion; where a phase begins or ends "
+        "the rows have the torque that the motor gives; no impact raises the energy",
+        run=limit_and_switch,
     ),
 ]
