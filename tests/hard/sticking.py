@@ -8,9 +8,11 @@ import numpy as np
 
 from hard import naive, on_the_spot
 from hard.case import Case, Measurement, Scale
-from hard.setting import ENGINES, EPS, JOINT, LAWS, MODELS, Setting, settings, speeds_of_wheels
-from hard.sticking_flow import Motion, follow
-from omniroll import Bearings, Torque, Trajectory
+from hard.known_times import equal, interpolated
+from hard.setting import ENGINES, EPS, JOINT, LAWS, MODELS, PAPER, Setting, settings, speeds_of_wheels
+from hard.sticking_flow import Held, Motion, follow
+from omniroll import Bearings, Slope, Torque, TorqueTable, Trajectory
+from omniroll.studies.accuracy.reference import digits
 
 SECTION = "Effects"
 ACCURACY = 1e-13
@@ -152,6 +154,159 @@ def on_a_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
+def break_away(start: dict[str, Any], setting: Setting, slope: Slope) -> Any:
+    """The least torque in 28 digits, the same for all axles, that holds the vehicle at rest; inside digits()."""
+    task = setting.task(**start, effects=(slope, Torque(0.0)))
+    held = Held(task, np.zeros(3))
+    held.modes = [0, 0, 0]
+    y, axial = held.start()
+    held.rates(held.begin(y, axial, held.number(0.0)))
+    return max((abs(torque) for torque in held.taken.values()), key=float)
+
+
+def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
+    """At rest on a slope, with break-away torques at the exact one, 1 ulp beside it, and 64 eps below it."""
+    found = []
+    for setting in settings(models=scale.of(("massless", "free"), MODELS), laws=("impact",), engines=engines()):
+        random, judged = (
+            np.random.default_rng([74, MODELS.index(setting.model)]),
+            Setting(setting.model, "impact", "python"),
+        )
+        lets_go, beside, holds, theirs = 0.0, 0.0, 0, 0.0
+        count = scale.of(2, 20)
+        for _ in range(count):
+            slope = Slope(10 ** random.uniform(-3, 0), random.uniform(-3, 3))
+            start = {"nu": (0, 0, 0), "chi": random.uniform(-0.5, 0.5, 3), "pose": (0, 0, random.uniform(-3, 3))}
+            start["duration"] = 1.0
+            with digits():
+                exact = break_away(start, judged, slope)
+            least = _rounded_up(exact)
+            for torque, sliding in ((least, least), (np.nextafter(least, np.inf), 0.3 * least)):
+                acting = (Bearings(wheel_coulomb=sliding, wheel_break_away=torque), slope)
+                run = setting.run(**start | {"duration": 1000.0}, effects=acting, accuracy=1e-9)
+                lets_go = max(lets_go, float(np.abs(run.nu).max()))
+            below = float(np.nextafter(least, 0.0))
+            beside = max(beside, _distance(setting, start, slope, below)[0] / (EPS * 9.8 * slope.angle))
+            off, way = _distance(setting, start, slope, least * (1 - ROUNDINGS * EPS))
+            holds += off > 0.5 * way
+            if scale.compares:
+                task = judged.task(**start, effects=(slope, Torque(0.0)))
+                motion = naive.simulate(task, law=dead_band(np.full(3, least)), rtol=1e-9)
+                theirs = max(theirs, np.inf if motion.gave_up else float(np.abs(motion.y[:3]).max()))
+        found += [
+            setting.measurement("at the angle: largest nu", lets_go, 0, theirs if scale.compares else None),
+            setting.measurement("1 ulp beyond it: error of nu after 1 s / (eps g angle)", beside, ROUNDINGS),
+            setting.measurement(f"{ROUNDINGS} eps beyond it: starts that do not slide, in %", 100 * holds / count, 0),
+        ]
+    return found
+
+
+def _rounded_up(value: Any) -> float:
+    near = float(value)
+    return float(np.nextafter(near, np.inf)) if float(value - near) > 0 else near
+
+
+def _distance(setting: Setting, start: dict[str, Any], slope: Slope, torque: float) -> tuple[float, float]:
+    """How far nu is from the true one at the end of a start from rest, and how large the true one is."""
+    judged = Setting(setting.model, setting.law, "python")
+    truth = follow(judged.task(**start, effects=(slope, Torque(0.0))), np.full(3, torque), np.full(3, torque))
+    run = setting.run(**start, effects=(Bearings(wheel_coulomb=torque), slope), accuracy=ACCURACY)
+    return float(np.abs(run.nu[-1] - truth.y[:3]).max()), float(np.abs(truth.y[:3]).max())
+
+
+def touching(scale: Scale) -> list[Measurement]:
+    """The drive slows the wheels down and then speeds them up; their least speed is just above zero, or just below.
+
+    Below it they stick, until the drive is at the break-away torque, so that the motions afterwards are far apart.
+    """
+    found, distances = [], scale.of(TOUCHES[1::2], TOUCHES)
+    for setting in settings(models=("massless",), laws=("impact",), engines=engines()):
+        random, wrong, missed, theirs, tries = np.random.default_rng(75), 0, 0.0, 0.0, 0
+        for _ in range(scale.of(1, 6)):
+            sliding, growth = random.uniform(5e-3, 2e-2), random.uniform(1e-2, 5e-2)
+            holding = 1.5 * sliding
+            table = TorqueTable((0.0, 4.0), equal([0.0, 4.0 * growth]))
+            for distance in [sign * d for d in distances for sign in (1, -1)]:
+                with on_the_spot.digits():
+                    lost = on_the_spot.gain() * mpmath.mpf(sliding) ** 2 / (2 * mpmath.mpf(growth))
+                    nu_3 = float(-lost * (1 + distance) * mpmath.mpf(PAPER.yaw_scale) / on_the_spot.ratio())
+                    stops = on_the_spot.rate(nu_3) < lost
+                    duration = 1.5 * holding / growth
+                    end = _through_zero(nu_3, sliding, holding, growth, duration)
+                    start = {"nu": (0, 0, nu_3), "duration": duration}
+                    acting = (Bearings(wheel_coulomb=sliding, wheel_break_away=holding), table)
+                    run = setting.run(**start, effects=acting, accuracy=ACCURACY)
+                    fastest = abs(float(on_the_spot.rate(nu_3)))
+                    wrong, tries = wrong + (bool((run.nu == 0).all(axis=1).any()) != stops), tries + 1
+                    missed = max(missed, on_the_spot.missed(run.nu[-1], run.pose[-1, 2], end, fastest))
+                    if scale.compares:
+                        law = dead_band(np.full(3, sliding), interpolated(table))
+                        motion = naive.simulate(setting.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9)
+                        theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
+        found += [
+            setting.measurement("touches judged wrongly, in %", 100 * wrong / tries, 0),
+            setting.measurement(
+                "error of nu and heading, in eps", missed, ROUNDINGS, theirs if scale.compares else None
+            ),
+        ]
+    return found
+
+
+def _through_zero(nu_3: float, sliding: float, holding: float, growth: float, duration: float) -> tuple[Any, Any]:
+    """q and angle at the end: q > 0 slows down under a torque that grows from 0, and may stop and break away."""
+    q, slide, hold, grow, end = on_the_spot.rate(nu_3), *map(mpmath.mpf, (sliding, holding, growth, duration))
+    gain = on_the_spot.gain()
+    least = slide**2 - 2 * grow * q / gain
+    if least < 0:
+        return on_the_spot.driven(q, [(end, -slide, grow * end - slide)])
+    stop, away = (slide - mpmath.sqrt(least)) / grow, hold / grow
+    _, before = on_the_spot.driven(q, [(stop, -slide, grow * stop - slide)])
+    q, after = on_the_spot.driven(mpmath.mpf(0), [(end - away, hold - slide, grow * end - slide)])
+    return q, before + after
+
+
+def reversing(scale: Scale) -> list[Measurement]:
+    """Torques that jump to and fro: through zero speed at once where they are strong, not at all where they are weak."""
+    found = []
+    for setting in settings(models=("massless",), laws=("impact",), engines=engines()):
+        random, missed, theirs = np.random.default_rng(76), 0.0, 0.0
+        for _ in range(scale.of(1, 8)):
+            sliding = random.uniform(2e-3, 1e-2)
+            torques = np.array([1, -1, 1, -1, 1, -1]) * sliding * random.choice((0.9, 1.3, 3.0), 6)
+            table = TorqueTable(0.5 * np.arange(6), equal(torques), "hold")
+            start = {"nu": (0, 0, 0.1), "duration": 3.0}
+            with on_the_spot.digits():
+                end, fastest = _to_and_fro(0.1, sliding, 1.2 * sliding, torques, 0.5)
+                acting = (Bearings(wheel_coulomb=sliding, wheel_break_away=1.2 * sliding), table)
+                run = setting.run(**start, effects=acting, accuracy=ACCURACY)
+                missed = max(missed, on_the_spot.missed(run.nu[-1], run.pose[-1, 2], end, fastest))
+                if scale.compares:
+                    law = dead_band(np.full(3, sliding), interpolated(table))
+                    motion = naive.simulate(setting.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9)
+                    theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
+        what = "error of nu and heading, in eps"
+        found.append(setting.measurement(what, missed, ROUNDINGS, theirs if scale.compares else None))
+    return found
+
+
+def _to_and_fro(nu_3: float, sliding: float, holding: float, torques: np.ndarray, piece: float) -> tuple[tuple, float]:
+    """(q, angle) at the end of pieces of constant torque, and the largest |q| at their ends."""
+    q, angle, fastest = on_the_spot.rate(nu_3), mpmath.mpf(0), 0.0
+    slide, hold = mpmath.mpf(sliding), mpmath.mpf(holding)
+    for torque in map(mpmath.mpf, torques.tolist()):
+        left = mpmath.mpf(piece)
+        while left > 0:
+            fastest = max(fastest, abs(float(q)))
+            if q == 0 and abs(torque) <= hold:
+                break
+            acting = torque - slide * mpmath.sign(q if q != 0 else torque)
+            stop = -q / (on_the_spot.gain() * acting)
+            length = stop if q != 0 and 0 < stop < left else left
+            q_after, more = on_the_spot.driven(q, [(length, acting, acting)])
+            q, angle, left = (mpmath.mpf(0) if length is stop else q_after), angle + more, left - length
+    return (q, angle), max(fastest, abs(float(q)))
+
+
 CASES = [
     Case(
         name="stick-one-by-one",
@@ -176,5 +331,30 @@ CASES = [
         naive="",
         promise="a joint that is passed is a switch, no other is; on the joint either will do; the wheels rest there",
         run=on_a_joint,
+    ),
+    Case(
+        name="break-away-angle",
+        section=SECTION,
+        title="A slope at exactly the break-away angle, and 1 ulp beside it",
+        naive="creeps down",
+        promise="rest is held at the exact torque and 1 ulp above it, also where sliding takes less; "
+        f"{ROUNDINGS} eps below it is not; in between it may be held or not, which moves no further than rounding",
+        run=at_its_break_away_angle,
+    ),
+    Case(
+        name="touching-zero",
+        section=SECTION,
+        title="A speed whose least value is zero, and 1e-4 ... 1e-13 of the first one above and below",
+        naive="creeps through zero: its motion knows of no break-away",
+        promise="below zero the wheels stick until they break away, above they do not",
+        run=touching,
+    ),
+    Case(
+        name="reversal",
+        section=SECTION,
+        title="Reversal through zero speed under torques that jump to and fro",
+        naive="creeps where the drive is weaker than what breaks away",
+        promise="the motion is the closed form: at once to the other side, or rest",
+        run=reversing,
     ),
 ]
