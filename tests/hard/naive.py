@@ -1,9 +1,11 @@
 """What a general library gives: SciPy's DOP853 with an event for each joint, over the same kernels and laws.
 
 Written as its manual has it: terminal events chi_i = +-pi/n that rise, the law at whatever events the solver names,
-and a restart from there.
+and a restart from there. What drives the wheels is a function that the solver calls with the rates: tables are
+interpolated in it, currents cut off, friction has a sign or a dead band.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,8 +14,15 @@ from scipy.integrate import solve_ivp
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel
-from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.kernel import Flow, Kernel
 from omniroll.vehicles.state import State
+
+Law = Callable[[float, np.ndarray], np.ndarray]  # (N,) torques from the elapsed time and the wheels' rates (N,)
+MOST_EVALUATIONS = 200_000
+
+
+class GaveUpError(ArithmeticError):
+    """The solver takes too many evaluations."""
 
 
 @dataclass
@@ -25,7 +34,8 @@ class Motion:
     t, y      time and (nu, chi, pose) at the end
     energy    at the start and at the end, J
     beyond    the largest |chi| - pi/n seen
-    gave_up   too many switches, or no step
+    gave_up   too many switches or evaluations, or no step
+    seen      the elapsed times of other events that were asked for
     """
 
     switches: list[tuple[float, int, int]] = field(default_factory=list)
@@ -35,6 +45,7 @@ class Motion:
     energy: tuple[float, float] = (np.nan, np.nan)
     beyond: float = -np.inf
     gave_up: bool = False
+    seen: list[float] = field(default_factory=list)
 
     def times(self) -> list[float]:
         return sorted({t for t, _, _ in self.switches})
@@ -61,33 +72,74 @@ def joint_events(wheels: int, joint: float) -> list:
     return events
 
 
-def simulate(task: Task, *, rtol: float = 1e-12, most_switches: int = 1000, start_time: float = 0) -> Motion:
+def simulate(
+    task: Task,
+    *,
+    rtol: float = 1e-12,
+    most_switches: int = 1000,
+    start_time: float = 0,
+    law: Law | None = None,
+    watched: Sequence[Callable[[float, np.ndarray], float]] = (),
+    method: str = "DOP853",
+) -> Motion:
     """The motion of a task on a clock that starts at `start_time`; it gives up after so many switches.
 
-    Of the effects a controller may act: each of its samples begins a new integration.
+    Of the effects a controller may act: each of its samples begins a new integration. A `law` gives the torques in
+    place of a Torque of the task. `watched` are further event functions of (t, y), which end nothing.
     """
     bound, state = task.kernel, task.state
     acting = EffectRun(task.effects, bound, start_time)
     work = np.zeros(acting.state_vector.size - acting.state_vector.plain)  # integrated along, nothing depends on it
     model = SwitchingModel(bound, task.switching)
-    events = joint_events(bound.wheels, model.joint)
+    events = [*joint_events(bound.wheels, model.joint), *watched]
     motion, end = Motion(t=start_time, y=_packed(state)), start_time + task.duration
     while motion.t < end and not motion.gave_up:
         if motion.t >= start_time + acting.next_time():
             acting.pass_time(acting.next_time(), state)
         y, span = np.append(_packed(state), work), (motion.t, min(end, start_time + acting.next_time()))
         flow, _ = acting.phase(motion.t - start_time, state.free_axial(), y)
-        with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
-            found = solve_ivp(flow, span, y, "DOP853", events=events, rtol=rtol, atol=1e-14)
+        if law is not None:
+            flow = _driven(flow, acting, law)
+        try:
+            with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
+                found = solve_ivp(_counted(flow), span, y, method, events=events, rtol=rtol, atol=1e-14)
+        except GaveUpError:
+            motion.gave_up = True
+            break
         motion.t = float(found.t[-1])
+        motion.seen += [float(t) for times in found.t_events[2 * bound.wheels :] for t in times]
         chi = found.y[3 : 3 + bound.wheels]
         motion.beyond = max(motion.beyond, float(np.abs(chi).max()) - model.joint)
         state = _unpacked(found.y[:, -1], state)
         if found.status == 1:
-            state = _switched(model, state, found.t_events, motion)
+            state = _switched(model, state, found.t_events[: 2 * bound.wheels], motion)
         motion.gave_up = found.status < 0 or len(motion.switches) > most_switches
     motion.y, motion.energy = _packed(state), (energy(bound, task.state), energy(bound, state))
     return motion
+
+
+def _driven(flow: Flow, acting: EffectRun, law: Law) -> Flow:
+    """The same with torques by a law of time and rates."""
+    torque = acting.bound_rates.buffers["torque"]
+
+    def driven(t: float, y: np.ndarray) -> np.ndarray:
+        torque[:] = law(t, acting.kernel.wheel_speeds(y[:3]))
+        return flow(t, y)
+
+    return driven
+
+
+def _counted(flow: Flow) -> Flow:
+    count = 0
+
+    def counted(t: float, y: np.ndarray) -> np.ndarray:
+        nonlocal count
+        count += 1
+        if count > MOST_EVALUATIONS:
+            raise GaveUpError
+        return flow(t, y)
+
+    return counted
 
 
 def _switched(model: SwitchingModel, state: State, t_events: list, motion: Motion) -> State:

@@ -52,6 +52,7 @@ class Axles:
         self.resting, self.modes = np.zeros(count, bool), np.zeros(count, int)
         self.released = np.zeros(count, int)  # signs of those that a facet has let go at this instant
         self.force_size, self.sticking = np.zeros(3), np.zeros(0, int)
+        self.speed = 0.0  # the largest |nu| that a phase has begun with since the vehicle rested
 
     def _begin(self, mass_matrix: np.ndarray) -> None:
         """A phase begins with the present modes."""
@@ -67,16 +68,19 @@ class Axles:
         self._find_resting(nu)
         found = allowed_by(self.rows[self.resting]) @ nu
         self._find_resting(found)
+        if not found.any():
+            self.speed = 0.0
         turning = ~self.resting
         self.modes[turning] = np.sign(self.rows[turning] @ found)
         return found
 
     def _find_resting(self, nu: np.ndarray) -> None:
-        self.resting |= np.abs(self.rows @ nu) <= AT_REST * EPS * self._sizes(nu)
+        """A phase may end on a joint where all rates come to zero: what is left is rounding of what nu has been."""
+        self.resting |= np.abs(self.rows @ nu) <= AT_REST * EPS * self._sizes(nu, self.speed)
 
-    def _sizes(self, nu: np.ndarray) -> np.ndarray:
+    def _sizes(self, nu: np.ndarray, least: float = 0.0) -> np.ndarray:
         """(N,) what rates are rounded against: nu is what is left of larger numbers, each of about its length."""
-        return np.linalg.norm(self.rows, axis=1) * np.linalg.norm(nu)
+        return np.linalg.norm(self.rows, axis=1) * max(np.linalg.norm(nu), least)
 
     def rates(self, nu: np.ndarray) -> np.ndarray:
         """(N,) rates of the wheels; those of resting axles are exactly zero."""
@@ -130,7 +134,7 @@ class Axles:
 
     def rate_guards(self, nu: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
-        sizes = self._sizes(nu)
+        sizes, self.speed = self._sizes(nu), max(self.speed, float(np.linalg.norm(nu)))
         turning = np.flatnonzero(self.modes)
         return [Guard(0.0, 0.0, -self.modes[axle] * self.rows[axle], sizes[axle]) for axle in turning]
 
