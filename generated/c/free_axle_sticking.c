@@ -911,12 +911,11 @@ void omniroll_held_dynamics(const omniroll_model *model, const omniroll_real *nu
     held_force[2] = held_3;
 }
 
-/* The same as held_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: held_start, along, held_fold,
- * held_couples, held_solution (maxima/effects/axle_sticking.mac); yaw, angle, wheel_rate, contact_speed,
- * inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, free_couple,
- * couple_rates (maxima/forms/system.mac); couple, drift_target, folded_solution
- * (maxima/forms/sharp_tips.mac); axle_friction, axle_moment (maxima/programs/vehicle.mac); moments
- * (maxima/forms/moments.mac). */
+/* The same as held_dynamics, for sharp tips. Equations: (3.1), (3.4). Steps: held_start, axle_push,
+ * held_target, along, held_fold, held_couples, held_solution (maxima/effects/axle_sticking.mac); yaw,
+ * angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+ * platform_force, free_couple, couple_rates (maxima/forms/system.mac); couple, folded_solution
+ * (maxima/forms/sharp_tips.mac); axle_friction, axle_moment (maxima/programs/vehicle.mac). */
 void omniroll_held_dynamics_sharp(const omniroll_model *model, const omniroll_real *nu,
                                   const omniroll_real *chi, const omniroll_real *momenta,
                                   const omniroll_real *bearing_torque, const omniroll_real *directions,

@@ -979,11 +979,11 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, directions, absent):
 def held_dynamics_sharp(model, nu, chi, momenta, bearing_torque, directions, absent):
     """The same as held_dynamics, for sharp tips.
 
-    Equations: (3.1), (3.4). Steps: held_start, along, held_fold, held_couples, held_solution
-    (maxima/effects/axle_sticking.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
-    drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates (maxima/forms/system.mac);
-    couple, drift_target, folded_solution (maxima/forms/sharp_tips.mac); axle_friction, axle_moment
-    (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
+    Equations: (3.1), (3.4). Steps: held_start, axle_push, held_target, along, held_fold, held_couples,
+    held_solution (maxima/effects/axle_sticking.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates
+    (maxima/forms/system.mac); couple, folded_solution (maxima/forms/sharp_tips.mac); axle_friction,
+    axle_moment (maxima/programs/vehicle.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
