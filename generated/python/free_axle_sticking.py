@@ -974,3 +974,241 @@ def held_dynamics(model, nu, chi, momenta, bearing_torque, directions, absent):
     held_force[1] = held_2
     held_force[2] = held_3
     return nu_dot, held_force
+
+
+def held_dynamics_sharp(model, nu, chi, momenta, bearing_torque, directions, absent):
+    """The same as held_dynamics, for sharp tips.
+
+    Equations: (3.1), (3.4). Steps: held_start, axle_push, held_target, along, held_fold, held_couples,
+    held_solution (maxima/effects/axle_sticking.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates
+    (maxima/forms/system.mac); couple, folded_solution (maxima/forms/sharp_tips.mac); axle_friction,
+    axle_moment (maxima/programs/vehicle.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
+    rollers.
+    bearing_torque[N] [N m]: torques of the axles' bearings: against the rate where an axle turns, what holds
+    it where it sticks.
+    directions[9] [1]: directions of nu that axles which stick allow: columns of a matrix, by rows; 0 where
+    absent.
+    absent[3] [kg m^2]: 1 for each column of directions that is 0, else 0.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
+    Operations: once 79 add, 110 mul, 9 div; per wheel 59 add, 117 mul, 4 div, 2 sincos. Intermediates: 139.
+    """
+    nu_dot = [None] * 3
+    held_force = [None] * 3
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    direction_11 = directions[0]
+    direction_12 = directions[1]
+    direction_13 = directions[2]
+    direction_21 = directions[3]
+    direction_22 = directions[4]
+    direction_23 = directions[5]
+    direction_31 = directions[6]
+    direction_32 = directions[7]
+    direction_33 = directions[8]
+    absent_1 = absent[0]
+    absent_2 = absent[1]
+    absent_3 = absent[2]
+    turned_11 = start_u12*direction_21 + start_u13*direction_31 + direction_11
+    turned_12 = start_u12*direction_22 + start_u13*direction_32 + direction_12
+    turned_13 = start_u12*direction_23 + start_u13*direction_33 + direction_13
+    turned_21 = start_u23*direction_31 + direction_21
+    turned_22 = start_u23*direction_32 + direction_22
+    turned_23 = start_u23*direction_33 + direction_23
+    weighted_11 = start_d1*turned_11
+    weighted_12 = start_d1*turned_12
+    weighted_13 = start_d1*turned_13
+    weighted_21 = start_d2*turned_21
+    weighted_22 = start_d2*turned_22
+    weighted_23 = start_d2*turned_23
+    weighted_31 = start_d3*direction_31
+    weighted_32 = start_d3*direction_32
+    weighted_33 = start_d3*direction_33
+    constant_21 = start_u12*weighted_11 + weighted_21
+    constant_22 = start_u12*weighted_12 + weighted_22
+    constant_23 = start_u12*weighted_13 + weighted_23
+    constant_31 = start_u13*weighted_11 + start_u23*weighted_21 + weighted_31
+    constant_32 = start_u13*weighted_12 + start_u23*weighted_22 + weighted_32
+    constant_33 = start_u13*weighted_13 + start_u23*weighted_23 + weighted_33
+    h11 = direction_31*weighted_31 + absent_1 + turned_11*weighted_11 + turned_21*weighted_21
+    h12 = direction_31*weighted_32 + turned_11*weighted_12 + turned_21*weighted_22
+    h13 = direction_31*weighted_33 + turned_11*weighted_13 + turned_21*weighted_23
+    h22 = direction_32*weighted_32 + absent_2 + turned_12*weighted_12 + turned_22*weighted_22
+    h23 = direction_32*weighted_33 + turned_12*weighted_13 + turned_22*weighted_23
+    h33 = direction_33*weighted_33 + absent_3 + turned_13*weighted_13 + turned_23*weighted_23
+    d1 = h11
+    start_over_1 = 1/d1
+    u12 = h12*start_over_1
+    u13 = h13*start_over_1
+    d2 = h22 - h12*u12
+    start_over_2 = 1/d2
+    across_23 = h23 - h12*u13
+    u23 = start_over_2*across_23
+    d3 = h33 - h13*u13 - across_23*u23
+    start_over_3 = 1/d3
+    v11 = weighted_11*start_over_1
+    v21 = start_over_2*(weighted_12 - h12*v11)
+    v31 = start_over_3*(weighted_13 - h13*v11 - across_23*v21)
+    v12 = constant_21*start_over_1
+    v22 = start_over_2*(constant_22 - h12*v12)
+    v32 = start_over_3*(constant_23 - h13*v12 - across_23*v22)
+    v13 = constant_31*start_over_1
+    v23 = start_over_2*(constant_32 - h12*v13)
+    v33 = start_over_3*(constant_33 - h13*v13 - across_23*v23)
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    left_1 = 0
+    left_2 = 0
+    left_3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    t6 = inverse_yaw_scale*R_over_l
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        momentum_cos = momenta[i][0]
+        momentum_sin = momenta[i][1]
+        bearing_torque_i = bearing_torque[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        axial = yaw_rate*sine + rolling
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        axle_friction = -bearing_torque_i
+        axle_moment = -axle_friction
+        axle_push = R_over_l*axle_moment
+        f1 = f1 + sin_alpha*axle_push
+        f2 = f2 + -cos_alpha*axle_push
+        f3 = f3 + -t6*axle_moment
+        target = -drift
+        along_1 = direction_11*row_1 + direction_21*row_2 + direction_31*sine_3
+        along_2 = direction_12*row_1 + direction_22*row_2 + direction_32*sine_3
+        along_3 = direction_13*row_1 + direction_23*row_2 + direction_33*sine_3
+        fold_d1 = B*along_1*along_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*along_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = along_2 - u12*along_1
+        fold_3 = along_3 - u13*along_1
+        fold_target_2 = target - t1*along_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + along_2*gain_1
+        u13 = u13*kept_1 + along_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        beyond_11 = row_1 - v11*along_1
+        v11 = v11*kept_1 + row_1*gain_1
+        beyond_21 = beyond_11 - v21*fold_2
+        v21 = v21*kept_2 + gain_2*beyond_11
+        beyond_31 = beyond_21 - v31*fold_33
+        v31 = v31*kept_3 + gain_3*beyond_21
+        beyond_12 = row_2 - v12*along_1
+        v12 = v12*kept_1 + row_2*gain_1
+        beyond_22 = beyond_12 - v22*fold_2
+        v22 = v22*kept_2 + gain_2*beyond_12
+        beyond_32 = beyond_22 - v32*fold_33
+        v32 = v32*kept_3 + gain_3*beyond_22
+        beyond_13 = sine_3 - v13*along_1
+        v13 = v13*kept_1 + sine_3*gain_1
+        beyond_23 = beyond_13 - v23*fold_2
+        v23 = v23*kept_2 + gain_2*beyond_13
+        beyond_33 = beyond_23 - v33*fold_33
+        v33 = v33*kept_3 + gain_3*beyond_23
+        left_weight = fold_weight_3*kept_3
+        left_target = fold_target_3 - t3*fold_33
+        left_force = left_weight*left_target
+        left_1 = left_1 + beyond_31*left_force
+        left_2 = left_2 + beyond_32*left_force
+        left_3 = left_3 + beyond_33*left_force
+    asked_1 = f1
+    asked_2 = f2
+    asked_3 = f3
+    f1 = direction_11*asked_1 + direction_21*asked_2 + direction_31*asked_3
+    f2 = direction_12*asked_1 + direction_22*asked_2 + direction_32*asked_3
+    f3 = direction_13*asked_1 + direction_23*asked_2 + direction_33*asked_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot_1 = direction_11*x_1 + direction_12*x_2 + direction_13*x_3
+    nu_dot_2 = direction_21*x_1 + direction_22*x_2 + direction_23*x_3
+    nu_dot_3 = direction_31*x_1 + direction_32*x_2 + direction_33*x_3
+    held_1 = v11*f1 + v21*z2 + v31*z3 - left_1 - asked_1
+    held_2 = v12*f1 + v22*z2 + v32*z3 - left_2 - asked_2
+    held_3 = v13*f1 + v23*z2 + v33*z3 - left_3 - asked_3
+    nu_dot[0] = nu_dot_1
+    nu_dot[1] = nu_dot_2
+    nu_dot[2] = nu_dot_3
+    held_force[0] = held_1
+    held_force[1] = held_2
+    held_force[2] = held_3
+    return nu_dot, held_force

@@ -223,6 +223,11 @@ def test_what_holds_an_axle_keeps_it_at_rest(stuck, base):
         assert abs(float(got - want)) <= CLOSE * (1 + abs(float(want)))
     for rate in module.wheel_speeds(constants, nu_dot)[:stuck]:
         assert abs(float(rate)) <= CLOSE
+    if base == "locked":
+        inputs = (balls(nu), balls(chi), balls(numbers["torque"]), balls(bearing), directions, absent)
+        sharp = flat(module.held_dynamics_sharp(constants, *inputs))
+        for got, want in zip(sharp, [*nu_dot, *held], strict=True):
+            assert abs(float(got - want)) <= CLOSE * (1 + abs(float(want)))
     exactly = numbers | {"bearing_torque": [float(torque) for torque in whole]}
     wanted = oracle_accelerations(vehicle, state, base, effects, exactly)[:3]
     for got, want in zip(nu_dot, wanted, strict=True):  # the oracle takes the torques as doubles

@@ -334,10 +334,3 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed):
     turns = np.abs(rates) > 1e-10
     np.testing.assert_allclose((torques * np.sign(rates) + sliding)[turns], 0, atol=1e-15)
     assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
-
-
-def test_sharp_tips_are_doubted():
-    """held_dynamics has no form for sharp tips: docs/hard-cases.md shows what that costs."""
-    sharp = PAPER.replace(roller_axis_radius=PAPER.wheel_radius * (1 - 1e-7) * np.cos(np.pi / PAPER.rollers_per_wheel))
-    for bearings, doubts in ((Bearings(wheel_coulomb=1e-3), 1), (Bearings(wheel_coulomb=1e-3, wheel_speed=0.1), 0)):
-        assert len(bearings.doubts(sharp)) == doubts and not bearings.doubts(PAPER)

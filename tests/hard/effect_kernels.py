@@ -8,15 +8,20 @@ from hard.kernel_errors import BOUND, BULK, BULK_BOUND, EPS, Errors, measurement
 from hard.kernels import SECTION
 from hard.sampling import Draw, Sample, per_state, sample
 from omniroll import Vehicle
+from omniroll.effects.complementarity import directions_allowed
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, optional_effects, signatures
 
 
 def effect_sets(scale: Scale) -> list[str]:
-    """All effects at once for every roller model, and in full each alone; as rounding.set_key writes them."""
+    """All effects at once for every roller model, and in full each alone; as rounding.set_key writes them.
+
+    Axles that stick alone with sharp tips too: they have a form of their own for these.
+    """
     every = optional_effects()
     bases = scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
     alone = [rounding.set_key(base, (effect,)) for base in bases[:3] for effect in every]
-    return [rounding.set_key(base, every) for base in bases] + scale.of([], alone)
+    together = [rounding.set_key(base, every) for base in bases]
+    return together + scale.of([], [*alone, rounding.set_key("free_sharp", ("axle_sticking",))])
 
 
 def short_name(set_name: str) -> str:
@@ -51,13 +56,15 @@ def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, whe
 
 
 def axles_that_stick(part: Sample, set_name: str, draw: Draw) -> dict[str, np.ndarray]:
-    """Directions (M, 9) that up to three axles allow, orthonormal in the metric of M*; and those that are absent."""
-    matrix = rounding.values(part, set_name, "mass_matrix").T.reshape(-1, 3, 3)
-    roots = np.linalg.cholesky(matrix)
-    turned = np.linalg.qr(draw.rng.normal(size=(draw.count, 3, 3)))[0]
-    directions = np.linalg.solve(roots.transpose(0, 2, 1), turned)
-    absent = np.arange(3) >= draw.rng.integers(0, 3, draw.count)[:, None]
-    return {"directions": np.where(absent[:, None], 0.0, directions).reshape(-1, 9), "absent": absent.astype(float)}
+    """Directions (M, 9) that one to three axles which stick allow, as a run chooses them; and those that are absent."""
+    unit_nu = lambda k: Sample(part.wheels, part.rollers, part.vehicle, {"nu": np.tile(np.eye(3)[k], (len(part), 1))})  # noqa: E731
+    columns = [rounding.values(unit_nu(k), set_name, "wheel_speeds") for k in range(3)]
+    rows = np.array(columns).transpose(2, 1, 0)
+    matrices = rounding.values(part, set_name, "mass_matrix").T.reshape(-1, 3, 3)
+    stuck = [draw.rng.permutation(part.wheels)[: draw.rng.integers(1, 4)] for _ in range(len(part))]
+    cases = zip(rows, stuck, matrices, strict=True)
+    directions = np.array([directions_allowed(own[axles], matrix) for own, axles, matrix in cases])
+    return {"directions": directions.reshape(-1, 9), "absent": (~directions.any(axis=1)).astype(float)}
 
 
 def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]:

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
-from omniroll.errors import AccuracyWarning, InvalidValueError
-from omniroll.kernels.kernel import Kernel, is_sharp
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, documented
 
@@ -96,12 +96,6 @@ class Bearings(Effect):
 
     def axles(self, kernel: Kernel) -> Axles | None:
         return Axles(kernel.wheel_rows, *self._torques(kernel.wheels)) if self.sticks else None
-
-    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
-        if not (self.sticks and is_sharp(vehicle, "locked")):
-            return ()
-        text = "the rollers end in sharp tips, for which nu' loses digits while some axles stick and others turn"
-        return (AccuracyWarning(f"{text}; give wheel_speed for the regularised law, which does not"),)
 
     def events(self) -> tuple[str, ...]:
         return ("axles that stop, stick and break away",) if self.sticks else ()

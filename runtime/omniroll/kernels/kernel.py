@@ -46,7 +46,8 @@ VEHICLE_SCALARS = (
 OF_THE_VEHICLE = ("wheel_places", "center_of_mass")  # constants of the layout
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
-SOLVING = ("forward_dynamics", "accelerations", "impact")  # functions with a form for sharp tips beside the usual one
+# Functions with a form for sharp tips beside the usual one.
+SOLVING = ("forward_dynamics", "accelerations", "impact", "held_dynamics")
 SHARP_FORMS = tuple(f"{name}_sharp" for name in SOLVING)
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
