@@ -55,9 +55,9 @@ class Registry:
 
     @classmethod
     def read(cls, effects: Sequence[Mapping]) -> "Registry":
-        """From the effects of the derivation's data; an effect without symbols of its own is no choice."""
+        """From the effects of the derivation's data; those that are not optional are no choice."""
         read = Canonical(Order()).read
-        chosen = [effect for effect in effects if effect.get("neutral")]
+        chosen = [effect for effect in effects if effect.get("optional")]
         states = [s for effect in chosen for s in effect.get("states", ()) if s["size"] != "angle"]
         return cls(
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},

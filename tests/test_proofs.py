@@ -36,6 +36,9 @@ CALLS = {
     "prove_free_friction": 'prove_free_friction("free")',
     "prove_effects": 'prove_effects("free")',
     "prove_free_decay": 'prove_free_decay("free")',
+    "prove_slope_rule": "prove_slope_rule(axle_slip, axle_slip_steps, wheel_rate)",
+    "prove_derivatives": 'prove_derivatives("locked")',
+    "prove_momenta_derivatives": 'prove_momenta_derivatives("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -50,12 +53,16 @@ WRONG = {
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
     "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
     "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',
+    "forward_dynamics_derivatives": '(run_derivatives("free", "forward_dynamics_derivatives"), '
+    'system_of(-output("nu_dot", 3)))',
     "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
 PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}
-NOT_DERIVED = {f"machinery/{name}" for name in ("claims", "steps", "effects", "write_data")}  # chapters without a claim
+NOT_DERIVED = {
+    f"machinery/{name}" for name in ("claims", "steps", "effects", "tangents", "write_data")
+}  # chapters without a claim
 
 
 def chapters() -> list[str]:

@@ -35,6 +35,8 @@ from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene
 from .scenes.loading import run as run
 from .scenes.problems import SceneError as SceneError
+from .studies.linearisation import LinearModel as LinearModel
+from .studies.linearisation import linearise as linearise
 from .vehicles.parts import cylinder as cylinder
 from .vehicles.vehicle import Vehicle as Vehicle
 

@@ -14,7 +14,7 @@ NAMING = {"data/programs.json", "data/effects.json", "data/arguments.json"}  # i
 def with_wind():
     """The toy's data with one more effect, which pushes, and its set."""
     data = copy.deepcopy(derivation())
-    data["effects"].append({"name": "wind", "meaning": "a wind", "neutral": {"push": 0}, "needs": []})
+    data["effects"].append({"name": "wind", "meaning": "a wind", "optional": True, "neutral": {"push": 0}, "needs": []})
     data["sets"].insert(1, {"base": "toy", "effects": ["wind"], "meaning": "a toy in a wind"})
     data["steps"]["wind"] = {
         "source": "effects/wind.mac",
@@ -40,7 +40,9 @@ def test_what_a_new_effect_changes():
 
 def test_a_set_has_what_its_effects_need():
     data = with_wind()
-    data["effects"].append({"name": "storm", "meaning": "a storm", "neutral": {"gale": 0}, "needs": ["wind"]})
+    data["effects"].append(
+        {"name": "storm", "meaning": "a storm", "optional": True, "neutral": {"gale": 0}, "needs": ["wind"]}
+    )
     registry = Derivation(data).registry
     assert registry.ordered(["storm"]) == ("wind", "storm")
     assert registry.set_name("toy", ("wind", "storm")) == "toy_storm"

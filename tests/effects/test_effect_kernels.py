@@ -10,40 +10,13 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from effects.cases import OPTIONAL, ROLLERS, WHEELS, balls, prepared_kernel, random_case, without_layout
 from oracle import lagrange
 from oracle.balls import exact, working_precision
-from oracle.states import random_state, random_vehicle
 
-from omniroll import generated_data
-from omniroll.kernels import sets
 from omniroll.kernels.kernel import form
 
-OPTIONAL = tuple(
-    e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
-)
-WHEELS, ROLLERS = 3, 4
 CLOSE = 1e-40
-
-
-def random_case(rng, wheels=WHEELS, rollers=ROLLERS):
-    """A vehicle with a layout, a state, and the numbers of all effects."""
-    places = tuple((float(x), float(y)) for x, y in rng.normal(size=(wheels, 2)) * 0.3)
-    center = (0.03, -0.05)
-    vehicle = random_vehicle(rng, wheels, rollers, places=places, offset=center)
-    vehicle = vehicle.with_(yaw_inertia=vehicle.yaw_inertia + vehicle.mass * sum(c * c for c in center))
-    numbers = {
-        "axle_damping": rng.uniform(0.1, 1, wheels), "axle_torque": rng.uniform(0.1, 1, wheels), "axle_fade_speed": 0.3,
-        "roller_damping": rng.uniform(0.1, 1, wheels), "roller_torque": rng.uniform(0.1, 1, wheels),
-        "roller_fade_speed": 0.2, "gravity": 9.8, "slope_angle": 0.2, "slope_direction": 0.7,
-        "torque_constant": 0.02, "resistance": 1.5, "motor_gear_ratio": 20, "back_emf": 0.03, "current_limit": 4,
-        "torque": rng.normal(size=wheels), "damping": rng.uniform(0.1, 1, wheels), "heading": 0.4,
-        "bearing_torque": rng.normal(size=wheels),
-    }  # fmt: skip
-    return vehicle, random_state(rng, vehicle, 0.9), numbers
-
-
-def balls(value):
-    return [balls(v) for v in value] if np.ndim(value) else exact(float(value))
 
 
 def friction(viscous, coulomb, fade, speed):
@@ -76,22 +49,10 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
     return forces
 
 
-def kernel(vehicle, model, effects, numbers):
-    """(module, model, values by argument) of a generated Python kernel on balls."""
-    module = sets.python_module(model, effects)
-    (prepare,) = (f for f in sets.functions(model, effects) if f["name"] == "prepare")
-    given = numbers | {
-        "wheel_angles": vehicle.wheel_angles, "wheel_places": vehicle.places, "center_of_mass": vehicle.offset,
-    }  # fmt: skip
-    names = [a["name"] for a in prepare["arguments"] if a["role"] == "in"]
-    values = [balls(given[name]) if name in given else vehicle.number(name) for name in names]
-    return module, module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, *values)
-
-
 @working_precision
 def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
     base = model.removesuffix("_sharp")
-    module, constants = kernel(vehicle, base, effects, numbers)
+    module, constants = prepared_kernel(vehicle, base, effects, numbers)
     asked = {"drive": "torque", "motor": "damping", "axle_sticking": "bearing_torque", "slope": "heading"}
     inputs = [balls(numbers[name]) for effect, name in asked.items() if effect in effects]
     spins = [balls(spins)] if base == "free" else []
@@ -127,10 +88,6 @@ def check(vehicle, state, model, effects, numbers):
         assert abs(float(got - want)) <= CLOSE * (1 + abs(float(want)))
 
 
-def without_layout(vehicle):
-    return vehicle.with_(places=None, offset=(0, 0))
-
-
 @pytest.mark.parametrize("model", ["massless", "locked", "free", "locked_sharp", "free_sharp"])
 def test_all_effects_together(model):
     rng = np.random.default_rng(5)
@@ -164,8 +121,8 @@ def test_powers_are_the_work_of_the_forces():
     rng = np.random.default_rng(13)
     vehicle, (nu, chi, _), numbers = random_case(rng)
     effects = tuple(e for e in OPTIONAL if e != "slope")
-    module, constants = kernel(vehicle, "locked", effects, numbers)
-    bare, bare_constants = kernel(vehicle, "locked", ("layout",), numbers)
+    module, constants = prepared_kernel(vehicle, "locked", effects, numbers)
+    bare, bare_constants = prepared_kernel(vehicle, "locked", ("layout",), numbers)
     nu_, chi_, torque, damping = balls(nu), balls(chi), balls(numbers["torque"]), balls(numbers["damping"])
     bearing = balls(numbers["bearing_torque"])
     with_effects = module.forces(constants, nu_, chi_, torque, damping, bearing)
@@ -185,7 +142,7 @@ def test_what_holds_an_axle_keeps_it_at_rest(stuck, base):
     vehicle, state, numbers = random_case(rng)
     effects = ("drive", "axle_sticking")
     vehicle = without_layout(vehicle)
-    module, constants = kernel(vehicle, base, effects, numbers)
+    module, constants = prepared_kernel(vehicle, base, effects, numbers)
     nu, chi, _ = state
     columns = [module.wheel_speeds(constants, balls(axis)) for axis in np.eye(3)]
     rows = [[columns[k][i] for k in range(3)] for i in range(stuck)]
@@ -239,7 +196,7 @@ def test_the_momenta_follow_the_single_rollers():
     """momenta_rates, from two numbers and an energy per wheel, against the sums over the rollers, one by one."""
     rng = np.random.default_rng(17)
     vehicle, (nu, chi, spins), numbers = random_case(rng)
-    module, constants = kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
+    module, constants = prepared_kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
     nu_, chi_ = balls(nu), balls(chi)
     axial = module.axial_speeds(constants, nu_, chi_, balls(spins))
     momenta, energy = module.momenta(constants, axial), module.roller_energy(constants, axial)
@@ -265,7 +222,7 @@ def test_axial_speeds_after_a_while():
     solution is written down with one exponential."""
     rng = np.random.default_rng(19)
     vehicle, (_, chi, _), numbers = random_case(rng)
-    module, constants = kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
+    module, constants = prepared_kernel(vehicle, "free", ("layout", "roller_viscous"), numbers)
     axial = balls(rng.normal(size=(WHEELS, ROLLERS - 1)))
     yaw, elapsed = exact("0.8"), exact("0.01")
     after = []

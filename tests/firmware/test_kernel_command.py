@@ -139,6 +139,15 @@ def test_constants_are_what_prepare_gives(number_type, tmp_path):
         assert np.array_equal(found, np.array(wanted[-len(fields) :]).astype(np.float32))
 
 
+def test_derivatives_are_written_when_they_are_asked_for(tmp_path):
+    scene = str(ROOT / "scenes/driven.toml")
+    kernel_command(scene, "--output", str(tmp_path / "with"), "--derivatives")
+    kernel_command(scene, "--output", str(tmp_path / "without"))
+    assert "omniroll_forward_dynamics_derivatives" in (tmp_path / "with/omniroll.h").read_text()
+    assert "derivatives" not in (tmp_path / "without/omniroll.c").read_text()
+    run(tool("cc"), *STRICT, "-c", tmp_path / "with/omniroll.c", "-o", tmp_path / "omniroll.o")
+
+
 def test_float_without_a_macro(tmp_path):
     assert kernel_command("free", "--output", tmp_path, "--float", "--prefix", "base") == 0
     program = tmp_path / "main.c"

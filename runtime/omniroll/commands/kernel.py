@@ -20,6 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--prefix", default="omniroll", help="of the files and of all names in them (omniroll)")
     parser.add_argument("--float", action="store_true", dest="is_float", help="numbers are float without a macro")
     parser.add_argument(
+        "--derivatives", action="store_true", help="with the derivatives of the rates by state and inputs"
+    )
+    parser.add_argument(
         "--sharp", action="store_true", help="of a roller model: the functions for sharp tips; a scene knows its own"
     )
 
@@ -33,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     if kernel is None and arguments.constants:
         raise InvalidValueError("SCENE", arguments.scene, "is a roller model; --constants needs a scene with a vehicle")
     base, effects = (arguments.scene, ()) if kernel is None else (kernel.base, kernel.effects)
+    effects += ("derivatives",) if arguments.derivatives else ()
     sharp = arguments.sharp if kernel is None else kernel.sharp
     files = firmware.pair_files(base, effects, prefix, arguments.is_float, sharp)
     if arguments.constants:

@@ -118,7 +118,7 @@ def is_sharp(vehicle: Vehicle, roller_model: str) -> bool:
 @cache
 def optional_effects() -> tuple[str, ...]:
     """The effects that a kernel may have beside its roller model, in the registry's order."""
-    return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["neutral"])
+    return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["optional"])
 
 
 def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:

@@ -1,0 +1,315 @@
+"""Linear models of a vehicle near a state: for controllers, filters and whoever asks how it answers.
+
+The derivatives are those of generated functions (maxima/effects/derivatives.mac): M* nu' = f differentiated, one
+factorisation of M* for all columns. They hold between two events: until a roller changes, a motor reaches or leaves its
+limit.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import accumulate, chain
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.effects.controller import Controller
+from omniroll.effects.effect import Effect, Modal
+from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.effects.function_controller import FunctionController
+from omniroll.effects.guards import Guards
+from omniroll.effects.torque import Drive, with_torque
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.scenes.loading import Scene
+from omniroll.validation import choice, positive, trailing
+from omniroll.vehicles import checks
+from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import ROLLER_MODEL
+
+DERIVATIVES = "derivatives"  # the registry's effect that brings the functions
+OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
+HEADING = (0, 0, 1)  # the heading's place in the pose
+MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """x' = rates + A (x - x0) + B (u - u0), y = outputs_at + C (x - x0) + D (u - u0); leading axes are those of nu.
+
+    A, B, C, D    (..., S, S), (..., S, U), (..., Y, S), (..., Y, U)
+    rates         (..., S) the rates at the state; a discrete model: how far x moves in one step
+    outputs_at    (..., Y) the outputs at the state
+    state         (..., S) x0
+    input         (..., U) u0
+    states, inputs, outputs   their names, in order: "nu[0]" in 1/s, "chi[0]" in rad, "pose[0]" in m, "pose[2]" in rad,
+                  "momenta[0][0]" in kg m^2/s; "torque[0]" in N m or "voltage[0]" in V; "wheel_rates[0]" in rad/s
+    step          seconds between two samples, or None for a model in continuous time
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    rates: np.ndarray
+    outputs_at: np.ndarray
+    state: np.ndarray
+    input: np.ndarray
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    step: float | None = None
+
+    def discrete(self, step: float) -> "LinearModel":
+        """The model from sample to sample, exact for an input that is held: the exponential of [A B rates; 0 0 0].
+
+        step  in s, positive. Raises InvalidValueError for other steps, and for a model that is discrete already.
+        """
+        from scipy.linalg import expm
+
+        if self.step is not None:
+            raise InvalidValueError("step", step, f"the model is discrete already, with a step of {self.step} s")
+        step = positive("step", step)
+        size, inputs = self.A.shape[-1], self.B.shape[-1]
+        whole = np.zeros((*self.A.shape[:-2], size + inputs + 1, size + inputs + 1))
+        whole[..., :size, :size], whole[..., :size, size:-1], whole[..., :size, -1] = self.A, self.B, self.rates
+        passed = expm(whole * step)
+        return replace(
+            self, A=passed[..., :size, :size], B=passed[..., :size, size:-1], rates=passed[..., :size, -1], step=step
+        )
+
+    def to_scipy(self):
+        """The same as scipy.signal.StateSpace, for deviations from the state; of one state alone."""
+        from scipy.signal import StateSpace
+
+        timing = {} if self.step is None else {"dt": self.step}
+        return StateSpace(*self._one(), **timing)
+
+    def to_control(self):
+        """The same as control.StateSpace of python-control, with the names. Raises ImportError without it."""
+        import control
+
+        names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
+        return control.ss(*self._one(), 0 if self.step is None else self.step, **names)
+
+    def _one(self) -> tuple[np.ndarray, ...]:
+        if self.A.ndim != 2:
+            raise InvalidValueError("nu", self.state.shape[:-1], "these tools take the model of one state")
+        return self.A, self.B, self.C, self.D
+
+
+def linearise(
+    what: Vehicle | Scene,
+    *,
+    nu: ArrayLike | None = None,
+    chi: ArrayLike | None = None,
+    spins: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    roller_model: str | None = None,
+    effects: Sequence[Effect] | None = None,
+    outputs: Sequence[str] = OUTPUTS,
+) -> LinearModel:
+    """The linear model of a vehicle or a scene near a state.
+
+    what          Vehicle, or a Scene, whose start and effects are taken where they are not given
+    nu            (..., 3) in 1/s; 0 where neither is given
+    chi           (..., N) in rad, or one angle for all wheels; 0
+    spins         (..., N, n-1) in rad/s, of free rollers relative to their disks; 0
+    pose          (..., 3) in m, m, rad; 0
+    roller_model  "free", "locked" or "massless"; "free"
+    effects       what acts on the vehicle, with its numbers at the start: the torques and voltages there are u0. A
+                  controller is left out, since its output is an input of the model; without any drive the inputs are
+                  torques
+    outputs       of "nu", "chi", "pose", "wheel_rates", "yaw_rate"
+
+    Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
+    are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
+
+    Returns a LinearModel. Raises InvalidValueError for axles that stick (wheel_coulomb without wheel_speed), for
+    Coulomb friction of free rollers, which makes each roller a state, and for values that do not fit.
+    """
+    given = dict(what.options) if isinstance(what, Scene) else {}
+    vehicle = what.vehicle if isinstance(what, Scene) else what
+    if not isinstance(vehicle, Vehicle):
+        raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
+    asked = {"nu": nu, "chi": chi, "spins": spins, "pose": pose, "roller_model": roller_model, "effects": effects}
+    given |= {name: value for name, value in asked.items() if value is not None}
+    for name in outputs:
+        choice("outputs", name, OUTPUTS)
+    roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
+    acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
+    _refuse_what_has_no_derivative(acting, vehicle, roller_model)
+    bound = _kernel(acting, vehicle, roller_model)
+    points = _points(bound, given)
+    models = [_near(bound, acting, given.get("start_time", 0), *point, tuple(outputs)) for point in points.flat]
+    return _together(models, points.shape)
+
+
+def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
+    """What acts, without controllers, and with torques where nothing drives."""
+    if not isinstance(effects, Sequence):
+        return effects  # refused where effects are checked
+    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController)]
+    return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
+
+
+def _refuse_what_has_no_derivative(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> None:
+    present = {name for effect in acting.effects for name in effect.kernel_effects()}
+    if "axle_sticking" in present:
+        bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
+        raise InvalidValueError("wheel_coulomb", acting.constants(vehicle).get("axle_torque"), bound)
+    if roller_model == "free" and "roller_coulomb" in present:
+        coulomb = acting.constants(vehicle)["roller_torque"]
+        bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
+        raise InvalidValueError("roller_coulomb", coulomb, bound)
+
+
+def _kernel(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> Kernel:
+    """The kernel of what acts, with the functions of the derivatives."""
+    plain = acting.kernel(vehicle, roller_model, best_backend())
+    names, constants = (*plain.effects, DERIVATIVES), tuple(acting.constants(vehicle).items())
+    return kernel(plain.vehicle, roller_model, best_backend(), effects=names, constants=constants)
+
+
+def _points(bound: Kernel, given: Mapping) -> np.ndarray:
+    """An array of the states' leading shape; each entry is nu (3,), chi (N,), pose (3,) and momenta (N, 2) or None."""
+    nu = checks.speeds(given.get("nu", (0, 0, 0)))
+    chi = checks.wheel_angles_in_contact(given.get("chi", 0), bound.vehicle)
+    pose = trailing("pose", given.get("pose", (0, 0, 0)), (3,))
+    spins = checks.free_spins(given.get("spins", 0), bound.vehicle, bound.roller_model)
+    momenta = None if spins is None else bound.momenta(bound.axial_speeds(nu, chi, spins))
+    leads = [nu.shape[:-1], chi.shape[:-1], pose.shape[:-1], *([] if momenta is None else [momenta.shape[:-2]])]
+    try:
+        points = np.empty(np.broadcast_shapes(*leads), object)
+    except ValueError:
+        raise InvalidValueError("nu", leads, "leading axes of nu, chi, spins and pose must broadcast") from None
+    nu, chi, pose = (np.broadcast_to(a, (*points.shape, a.shape[-1])) for a in (nu, chi, pose))
+    if momenta is not None:
+        momenta = np.broadcast_to(momenta, (*points.shape, *momenta.shape[-2:]))
+    for place in np.ndindex(points.shape):
+        points[place] = nu[place], chi[place], pose[place], None if momenta is None else momenta[place]
+    return points
+
+
+def _near(
+    bound: Kernel,
+    acting: EffectSet,
+    start_time: float,
+    nu: np.ndarray,
+    chi: np.ndarray,
+    pose: np.ndarray,
+    momenta: np.ndarray | None,
+    wanted: tuple[str, ...],
+) -> LinearModel:
+    """The model of one state."""
+    signals, modal = _settled(EffectRun(acting, bound, start_time), nu)
+    known = signals | {"nu": nu, "chi": chi, "theta": pose[2], "heading": pose[2], "momenta": momenta}
+    found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
+    parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
+    rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
+    blocks = {
+        ("nu", "nu"): found["nu_dot_by_nu"],
+        ("nu", "chi"): found["nu_dot_by_chi"].T,
+        ("chi", "nu"): found["chi_dot_by_nu"],
+        ("pose", "nu"): found["pose_dot_by_nu"],
+        ("pose", "pose"): np.outer(found["pose_dot_by_heading"], HEADING),
+    }
+    if "nu_dot_by_heading" in found:
+        blocks["nu", "pose"] = np.outer(found["nu_dot_by_heading"], HEADING)
+    if momenta is not None:
+        by_cos, by_sin = found["nu_dot_by_momentum_cos"], found["nu_dot_by_momentum_sin"]
+        blocks["nu", "momenta"] = np.stack([by_cos, by_sin], axis=1).reshape(-1, 3).T
+        rates["momenta"] = _momenta(bound, known, blocks)
+    layout = _Layout(parts)
+    A = layout.matrix(blocks)
+    slope = 1.0 if modal is None else _torque_per_signal(modal)
+    B = np.zeros((len(A), bound.wheels))
+    B[layout["nu"]] = found["nu_dot_by_torque"].T * slope
+    rows = {
+        **{name: np.eye(len(A))[layout[name]] for name in ("nu", "chi", "pose")},
+        "wheel_rates": A[layout["chi"]],
+        "yaw_rate": A[layout["pose"]][2:],
+    }
+    values = {"nu": nu, "chi": chi, "pose": pose, "wheel_rates": rates["chi"], "yaw_rate": rates["pose"][2:]}
+    C = np.concatenate([rows[name] for name in wanted]) if wanted else np.zeros((0, len(A)))
+    signal = "torque" if modal is None else modal.signal
+    return LinearModel(
+        A, B, C, np.zeros((len(C), bound.wheels)),
+        rates=layout.joined(rates),
+        outputs_at=np.concatenate([values[name] for name in wanted] or [np.zeros(0)]),
+        state=layout.joined(parts),
+        input=signals[signal],
+        states=tuple(chain.from_iterable(_names(name, part.shape) for name, part in parts.items())),
+        inputs=tuple(_names(signal, (bound.wheels,))),
+        outputs=tuple(chain.from_iterable(_names(name, values[name].shape) for name in wanted)),
+    )  # fmt: skip
+
+
+class _Layout(dict):
+    """Where each part of the state stands, {name: slice}."""
+
+    def __init__(self, parts: Mapping[str, np.ndarray]):
+        ends = accumulate(part.size for part in parts.values())
+        places = zip(parts.items(), ends, strict=True)
+        super().__init__((name, slice(end - part.size, end)) for (name, part), end in places)
+        self.size = sum(part.size for part in parts.values())
+
+    def joined(self, parts: Mapping[str, np.ndarray]) -> np.ndarray:
+        return np.concatenate([parts[name].ravel() for name in self])
+
+    def matrix(self, blocks: Mapping[tuple[str, str], np.ndarray]) -> np.ndarray:
+        """The matrix of these blocks, zero elsewhere."""
+        whole = np.zeros((self.size, self.size))
+        for (row, column), block in blocks.items():
+            whole[self[row], self[column]] = block
+        return whole
+
+
+def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The outputs of a generated function by name."""
+    signature = bound.signatures[name]
+    values = bound.call(name, *(known[argument.name] for argument in signature.inputs))
+    return dict(zip((argument.name for argument in signature.outputs), values, strict=True))
+
+
+def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:
+    """The rates of the momenta; their blocks are put beside the others. Without friction they are constant."""
+    momenta, wheels = known["momenta"], bound.wheels
+    if "momenta_derivatives" not in bound.signatures:
+        return np.zeros_like(momenta)
+    slopes = _evaluated(bound, "momenta_derivatives", known)
+    blocks["momenta", "nu"] = np.outer(slopes["momenta_dot_by_nu_3"].ravel(), (0, 0, 1))
+    of_wheel = np.eye(wheels).repeat(2, axis=0)  # a wheel's two momenta depend on its own angle
+    blocks["momenta", "chi"] = of_wheel * slopes["momenta_dot_by_chi"].reshape(-1, 1)
+    blocks["momenta", "momenta"] = np.diag(slopes["momenta_dot_by_momenta"].ravel())
+    return bound.momenta_rates(known["nu"], known["chi"], momenta, np.zeros(wheels))[0]
+
+
+def _settled(run: EffectRun, nu: np.ndarray) -> tuple[dict[str, np.ndarray], Modal | None]:
+    """The inputs (N,) by name at the start, once every motor is in the mode that these speeds ask for."""
+    y = np.zeros(run.state_vector.size)
+    y[:3] = nu
+    for _ in range(MOST_CHANGES * run.kernel.wheels):
+        guards = Guards(run.begin_phase(0.0), len(y))
+        passed = guards.beyond(0.0, y)
+        if not passed.any():
+            break
+        run.pass_guards(passed)
+    forms = (form for process in run.processes for form in process.compiled() or ())
+    modal = next((form for form in forms if isinstance(form, Modal)), None)
+    return {name: signal.value for name, signal in run.signals.items()}, modal
+
+
+def _torque_per_signal(modal: Modal) -> np.ndarray:
+    """(N,) how much each wheel's torque changes with its signal, in its mode."""
+    return modal.laws[modal.modes, np.arange(len(modal.modes)), 0, 1]
+
+
+def _names(name: str, shape: tuple[int, ...]) -> list[str]:
+    return [name + "".join(f"[{k}]" for k in place) for place in np.ndindex(shape)]
+
+
+def _together(models: Sequence[LinearModel], shape: tuple[int, ...]) -> LinearModel:
+    """The models of several states as one, with the leading axes of the states."""
+    arrays = ("A", "B", "C", "D", "rates", "outputs_at", "state", "input")
+    stacked = {name: np.stack([getattr(model, name) for model in models]) for name in arrays}
+    return replace(models[0], **{name: array.reshape(*shape, *array.shape[1:]) for name, array in stacked.items()})

@@ -1,0 +1,140 @@
+"""Linear models: against the motion itself, what they refuse, and what others make of them."""
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+
+import omniroll
+from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
+
+VEHICLE = Vehicle.paper()
+MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4)
+FRICTION = Bearings(wheel_viscous=1e-3, wheel_coulomb=2e-3, wheel_speed=0.5, roller_viscous=1e-5)
+CASES = [(), (MOTOR,), (FRICTION, Torque((0.01, 0.02, -0.01))), (Slope(angle=0.2, direction=0.3), MOTOR)]
+
+
+def point(model, seed=1):
+    rng = np.random.default_rng(seed)
+    chi = rng.uniform(-0.5, 0.5, 3) * np.pi / VEHICLE.rollers_per_wheel
+    spins = {"spins": rng.normal(size=(3, VEHICLE.rollers_per_wheel - 1))} if model == "free" else {}
+    return {"nu": rng.normal(size=3), "chi": chi, "pose": rng.normal(size=3), "roller_model": model} | spins
+
+
+def after(state, effects, duration):
+    """nu, chi and pose after a short motion without a switch."""
+    run = omniroll.simulate(VEHICLE, **state, effects=effects, duration=duration, accuracy=1e-13, control=False)
+    assert len(run.switches) == 0
+    return np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
+def test_it_foretells_where_the_vehicle_is_after_a_moment(model, effects):
+    """What the linear model leaves out is of second order in the step."""
+    state = point(model)
+    errors = []
+    for step in (1e-3, 5e-4):
+        model_ = linearise(VEHICLE, **state, effects=effects).discrete(step)
+        errors.append(np.abs((model_.state + model_.rates)[:9] - after(state, effects, step)).max())
+    assert errors[0] < 1e-4
+    assert errors[1] < errors[0] / 5  # of third order: by 8 for half the step
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+def test_a_small_deviation_follows_it(model):
+    """Two motions from starts a little apart: their distance is A's, up to the step's second order."""
+    state, step, moved = point(model), 1e-5, 1e-4
+    discrete = linearise(VEHICLE, **state, effects=(MOTOR,)).discrete(step)
+    for name, places in (("nu", range(3)), ("chi", range(3, 6)), ("pose", range(6, 9))):
+        for k, place in enumerate(places):
+            if model == "free" and name in ("nu", "chi"):
+                continue  # at given spins the momenta move with these
+            ends = [after(state | {name: state[name] + side * moved * np.eye(3)[k]}, (MOTOR,), step)
+                    for side in (-1, 1)]  # fmt: skip
+            assert discrete.A[:9, place] == pytest.approx((ends[1] - ends[0]) / (2 * moved), abs=1e-5)
+
+
+def test_names_follow_the_scene():
+    model = linearise(VEHICLE, effects=(MOTOR,), outputs=("wheel_rates", "yaw_rate"))
+    assert model.states[:3] == ("nu[0]", "nu[1]", "nu[2]") and model.states[-1] == "momenta[2][1]"
+    assert model.inputs == ("voltage[0]", "voltage[1]", "voltage[2]")
+    assert model.outputs == ("wheel_rates[0]", "wheel_rates[1]", "wheel_rates[2]", "yaw_rate[0]")
+    assert model.input.tolist() == [1, 2, 3]
+    assert model.A.shape == (15, 15) and model.B.shape == (15, 3) and model.C.shape == (4, 15)
+
+
+def test_without_a_drive_the_inputs_are_torques_and_a_controller_is_left_out():
+    assert linearise(VEHICLE, roller_model="locked").inputs[0] == "torque[0]"
+    controller = Controller(target=(1, 0, 0), proportional=1, sample_time=0.01, output="voltage")
+    voltage = Motor(voltage=0, torque_constant=0.02, resistance=1.5)
+    model = linearise(VEHICLE, effects=(voltage, controller))
+    assert model.inputs[0] == "voltage[0]" and not model.input.any()
+
+
+def test_a_motor_at_its_limit_does_not_answer():
+    limited = Motor(voltage=(0.1, 50, -50), torque_constant=0.02, resistance=1, current_limit=2)
+    model = linearise(VEHICLE, nu=(0, 0, 0), roller_model="locked", effects=(limited,))
+    assert model.B[:3, 0].any() and not model.B[:, 1:].any()
+
+
+def test_many_states_at_once_are_the_same_one_by_one():
+    nu = np.random.default_rng(2).normal(size=(4, 2, 3))
+    together = linearise(VEHICLE, nu=nu, chi=0.1)
+    assert together.A.shape == (4, 2, 15, 15)
+    assert (together.A[3, 1] == linearise(VEHICLE, nu=nu[3, 1], chi=0.1).A).all()
+    assert (together.discrete(0.01).A[3, 1] == linearise(VEHICLE, nu=nu[3, 1], chi=0.1).discrete(0.01).A).all()
+
+
+def test_a_scene_brings_its_start_and_its_effects(tmp_path):
+    scene = omniroll.load_scene("scenes/driven.toml")
+    model = linearise(scene)
+    assert model.state[:3].tolist() == list(scene.options["nu"]) and len(model.inputs) == scene.vehicle.wheels
+
+
+def test_scipy_takes_it():
+    model = linearise(VEHICLE, roller_model="locked").discrete(0.02)
+    system = model.to_scipy()
+    assert system.dt == 0.02 and (system.A == model.A).all() and (system.D == model.D).all()
+
+
+def test_a_regulator_made_from_it_holds_the_speed():
+    """LQR on nu, by voltages that are held for 20 ms: through many rollers the speed stays near the wanted one."""
+    motor = Motor(voltage=0, torque_constant=0.02, resistance=1.5, gear_ratio=4)
+    wanted = np.array([1.0, 0, 0.5])
+    model = linearise(VEHICLE, nu=wanted, roller_model="locked", effects=(motor,)).discrete(0.02)
+    A, B = model.A[:3, :3], model.B[:3]
+    P = solve_discrete_are(A, B, np.eye(3), 0.01 * np.eye(3))
+    gain = np.linalg.solve(0.01 * np.eye(3) + B.T @ P @ B, B.T @ P @ A)
+    assert np.abs(np.linalg.eigvals(A - B @ gain)).max() < 1
+    session = omniroll.Session(VEHICLE, roller_model="locked", effects=[motor])
+    feedforward = np.linalg.lstsq(B, wanted - A @ wanted, rcond=None)[0]
+    for _ in range(200):
+        session.step(0.02, voltage=feedforward - gain @ (session.nu - wanted))
+    assert np.abs(session.nu - wanted).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ({"effects": (Bearings(wheel_coulomb=0.1),)}, "wheel_coulomb"),
+        ({"effects": (Bearings(roller_coulomb=0.1, roller_speed=1.0),)}, "roller_coulomb"),
+        ({"outputs": ("speed",)}, "outputs"),
+        ({"nu": (1, 2)}, "nu"),
+        ({"nu": np.zeros((2, 3)), "pose": np.zeros((3, 3))}, "nu"),
+        ({"pose": "here"}, "pose"),
+        ({"roller_model": "soft"}, "roller_model"),
+        ({"effects": 3}, "effects"),
+    ],
+)
+def test_what_it_refuses(arguments, field):
+    with pytest.raises(InvalidValueError, match=field):
+        linearise(VEHICLE, **arguments)
+
+
+def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():
+    with pytest.raises(InvalidValueError, match="what"):
+        linearise(3)
+    with pytest.raises(InvalidValueError, match="discrete already"):
+        linearise(VEHICLE).discrete(0.1).discrete(0.1)
+    with pytest.raises(InvalidValueError, match="step"):
+        linearise(VEHICLE).discrete(-1)
