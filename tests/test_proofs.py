@@ -36,6 +36,8 @@ CALLS = {
     "prove_free_friction": 'prove_free_friction("free")',
     "prove_effects": 'prove_effects("free")',
     "prove_free_decay": 'prove_free_decay("free")',
+    "prove_slip": 'prove_slip("free")',
+    "prove_slip_rollers": 'prove_slip_rollers("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -54,7 +56,7 @@ WRONG = {
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
-PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}
+PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole", "prove_of_slip"}
 NOT_DERIVED = {f"machinery/{name}" for name in ("claims", "steps", "effects", "write_data")}  # chapters without a claim
 
 

@@ -19,6 +19,7 @@ from omniroll.kinds import Choice, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
+GROUND_LAWS = ("viscous",)
 ENGINES = ("compiled", "python")
 OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
@@ -319,6 +320,29 @@ SLOPE = (
     derived("angle", Numbers(least=0, below=math.pi / 2), argument="slope_angle", needed=True),
     derived("direction", NUMBER, argument="slope_direction", default="0"),
     derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),
+)
+
+CONTACT = (
+    Entry(
+        "coefficient",
+        Numbers(shapes=((), (2,)), least=0),
+        "N s/m",
+        "force of the ground per slip velocity",
+        needed=True,
+        note="Two numbers are along the wheels' axles and along their rolling directions",
+    ),
+    Entry("law", Choice(GROUND_LAWS), "", "the law of the ground's friction", "viscous", note="viscous: in proportion "
+    "to the slip"),
+    Entry("wheel_rates", ONE_OR_PER_WHEEL, "rad/s", "wheel rates at the start", "they roll", optional=True),
+    Entry(
+        "contact_spins",
+        ONE_OR_PER_WHEEL,
+        "rad/s",
+        "spins at the start of the rollers in contact, relative to their disks",
+        "they roll",
+        optional=True,
+        note="Only of free rollers",
+    ),
 )
 
 # What reactions asks for

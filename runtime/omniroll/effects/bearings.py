@@ -22,6 +22,7 @@ from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
 from omniroll.errors import AccuracyWarning, InvalidValueError
 from omniroll.kernels.kernel import Kernel, is_sharp
+from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, documented
 
@@ -122,8 +123,8 @@ class Bearings(Effect):
         speeds = {argument: getattr(self, name) for name, argument in SPEEDS}
         return coefficients | {argument: speed for argument, speed in speeds.items() if speed is not None}
 
-    def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        names = self._names(kernel)
+    def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
+        names, axial = self._names(kernel), state.free_axial()
         if "momenta" in names:
             return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
         return {"axial": axial} if "axial" in names else {}

@@ -123,6 +123,10 @@ class Driving(Following):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
+        # (N, k) the wheels' rates as combinations of the first components of y: nu, or right behind nu, chi and the pose
+        self.wheel_rows = self.wheel_speed_per_nu
+        if kernel.slips:
+            self.wheel_rows = np.eye(kernel.wheels, 6 + 2 * kernel.wheels, 6 + kernel.wheels)
         self.laws = np.array([laws(kernel, mode) for mode in MODES])
         self.transitions = TRANSITIONS if motor.current_limit is not None else TRANSITIONS[:0]
         self.mode = np.full(kernel.wheels, LINEAR, np.int64)
@@ -162,7 +166,7 @@ class Driving(Following):
         return Guard(
             at_zero + of_voltage,
             per_volt * voltage.slope[wheel],
-            per_rate * self.wheel_speed_per_nu[wheel],
+            per_rate * self.wheel_rows[wheel],
             size=abs(at_zero) + abs(of_voltage),
         )
 

@@ -47,7 +47,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    if task.kernel.wheels > MOST_WHEELS or task.kernel.backend != "compiled":
+    if task.kernel.wheels > MOST_WHEELS or task.kernel.backend != "compiled" or task.kernel.slips:
         return False
     if not task.effects:
         return True

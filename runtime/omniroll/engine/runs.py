@@ -94,6 +94,11 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
     def bound() -> Kernel:
         return kernel(task.kernel.vehicle, model, "python")  # works on all rows at once
 
+    def contact_spin() -> np.ndarray:
+        if trajectory.contacts is not None:
+            return trajectory.contacts.spins(trajectory.nu, trajectory.chi)
+        return bound().wheel_rates(trajectory.nu, trajectory.chi)[1]
+
     def spins() -> np.ndarray | None:
         axial = rows.axial
         return None if axial is None else bound().spins_from_axial(trajectory.nu, trajectory.chi, axial)
@@ -102,6 +107,8 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         return rows.y[:, 6 + wheels :].copy() if task.effects else None
 
     def energy() -> np.ndarray:
+        if trajectory.contacts is not None:
+            return trajectory.contacts.energy(trajectory.nu, trajectory.chi, trajectory.spins)
         kernel = bound()
         return kernel.energy(trajectory.nu, trajectory.chi, *kernel.spins_or_nothing(trajectory.spins))
 
@@ -120,7 +127,7 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
             "t": lambda: task.start_time + rows.elapsed,
             "elapsed": lambda: rows.elapsed,
             "contact": lambda: rows.contact,
-            "contact_spin": lambda: bound().wheel_rates(trajectory.nu, trajectory.chi)[1],
+            "contact_spin": contact_spin,
             "spins": spins,
             "energy": energy,
             "switches": lambda: _switches(task, rows, trajectory.energy),

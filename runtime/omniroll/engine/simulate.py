@@ -103,10 +103,10 @@ def checked_task(
     task = Task(
         vehicle=vehicle,
         kernel=bound,
-        state=_initial_state(bound, nu, chi, spins, pose),
+        state=acting.begin(bound, _initial_state(bound, nu, chi, spins, pose)),
         duration=ENTRIES["duration"].checked(duration),
         start_time=ENTRIES["start_time"].checked(start_time),
-        switching=switching,
+        switching="slip" if acting.slips else switching,
         accuracy=ENTRIES["accuracy"].checked(accuracy),
         engine=engine,
         progress=progress,
@@ -186,6 +186,6 @@ def _rates_with_effects(task: Task) -> np.ndarray:
     acting.pass_time(0.0, state)
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-    acting.state_vector.put(y, task.effects.initial(bound, state.free_axial()))
+    acting.state_vector.put(y, task.effects.initial(bound, state))
     flow, _ = acting.phase(0.0, state.free_axial(), y)
     return flow(0.0, y)

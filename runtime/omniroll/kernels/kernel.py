@@ -188,6 +188,7 @@ class Kernel:
         self.constant_names = [argument.name for argument in prepare.inputs]
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, constants))
         self.has_spins = roller_model == "free"
+        self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     def form(self, name: str) -> str:

@@ -18,6 +18,7 @@ from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
+from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -194,7 +195,8 @@ class Trajectory(MadeOnDemand):
         bound, end = self.kernel, 3 + self.vehicle.wheels
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
-        _, contact_spin = bound.wheel_rates(nu, chi)
+        contacts = Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
+        contact_spin = bound.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
         spins = None
         if self.spins is not None:
             axial = bound.axial_speeds(self.nu[row], self.chi[row], self.spins[row])
@@ -203,7 +205,10 @@ class Trajectory(MadeOnDemand):
                 elapsed = (times - self.start_time) - self.elapsed[row]
                 axial = self.effects.axial_later(self._effect_kernel, axial, before, after, elapsed)
             spins = bound.spins_from_axial(nu, chi, axial)
-        energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+        if contacts is None:
+            energy = bound.energy(nu, chi, *bound.spins_or_nothing(spins))
+        else:
+            energy = contacts.energy(nu, chi, spins)
         at_row = times == self.t[row]
         for values, rows in ((contact_spin, self.contact_spin), (spins, self.spins), (energy, self.energy)):
             if values is not None:
@@ -227,6 +232,26 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
+    # Contacts that slip
+
+    @cached_property
+    def contacts(self) -> "Contacts | None":
+        """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
+        if not self.effects.slips:
+            return None
+        return Contacts(self._effect_kernel, self._state_vector.views(self._rows(np.arange(len(self)))))
+
+    @cached_property
+    def slip(self) -> np.ndarray | None:
+        """(T, N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling direction
+        e_z x n; None where wheels cannot slip."""
+        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[0]
+
+    @cached_property
+    def ground_force(self) -> np.ndarray | None:
+        """(T, N, 2) in N, forces of the ground on the wheels along the same directions; None where wheels cannot slip."""
+        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[1]
+
     # Energy
 
     def quantity(self, name: str) -> np.ndarray:
@@ -238,7 +263,7 @@ class Trajectory(MadeOnDemand):
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
         accounts = {
-            quantity.name: quantity.account * self.quantity(quantity.name)
+            quantity.name: quantity.account * self.quantity(quantity.name).reshape(len(self), -1).sum(axis=1)
             for quantity in self.effects.quantities(self.roller_model)
             if quantity.account
         }
