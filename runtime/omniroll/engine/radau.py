@@ -5,7 +5,8 @@ The polynomial through the start has the rates' values at the nodes of Radau, th
 and Wanner, Solving Ordinary Differential Equations II, IV.5). At the end the order is 13; steps can be as long as the slow
 motion allows, since what decays fast is damped however long the step is. SciPy's Radau has three stages and order 5.
 
-The stages are found by Newton's rule, with one matrix for a step: the slopes of the rates at its start.
+The stages are found by Newton's rule with the slopes of the rates at the start, and with those at the nodes where these
+do not serve.
 """
 
 from collections.abc import Callable
@@ -22,9 +23,10 @@ from omniroll.results.dense import bernstein_through
 
 STAGES = 7
 NODES = np.append((roots_jacobi(STAGES - 1, 1.0, 0.0)[0] + 1) / 2, 1.0)
-ITERATIONS = 15
-CONTRACTS = 0.5  # a correction that is not smaller than this times the one before is rounding, or none
-SMALL = 1e-6  # of the scale: a correction that no longer shrinks is rounding only where it is below this
+ITERATIONS = 20
+CONTRACTS = 0.3  # a correction that is larger than this times the one before is rounding, or asks for better slopes
+RENEWALS = 3  # of the slopes, in one step
+AT_REST, ROUNDED = 1e-15, 1e-13  # of a component: corrections that end the iteration, and that are rounding at most
 MOVED = 1e-7  # of a component, for the slopes by differences
 
 
@@ -99,27 +101,45 @@ class Step:
 
     def _solve(self) -> bool:
         """The rates at the nodes; whether the iteration has come to rest."""
-        size = len(self.y)
-        system = np.eye(STAGES * size) - self.h * np.kron(WEIGHTS, self.matrix)
-        if not np.isfinite(system).all():
-            self.stages = np.full((STAGES, size), np.nan)
-            return False
-        factors = lu_factor(system, check_finite=False)
         self.stages = np.tile(self.rates, (STAGES, 1))
-        scale, last = np.abs(self.y) + self.h * np.abs(self.rates) + 1.0, np.inf
+        solve = self._linear([self.matrix] * STAGES)
+        scale, last, renewed = np.abs(self.y) + self.h * np.abs(self.rates) + 1.0, np.inf, 0
         for _ in range(ITERATIONS):
             places = self.y + self.h * (WEIGHTS @ self.stages)
-            found = np.array([self.flow(self.time + c * self.h, p) for c, p in zip(NODES, places, strict=True)])
-            self.evaluations += STAGES
-            if not np.isfinite(found).all():
+            found = self._rates_at_nodes(places)
+            if solve is None or not np.isfinite(found).all():
                 return False
-            correction = lu_solve(factors, (found - self.stages).ravel(), check_finite=False).reshape(STAGES, size)
+            correction = solve(found - self.stages)
             self.stages += correction
             moved = float((np.abs(self.h * (WEIGHTS @ correction)) / scale).max())
-            if moved == 0 or moved > CONTRACTS * last:
-                return moved < SMALL
+            if moved <= AT_REST:
+                return True
+            if moved > CONTRACTS * last:
+                if renewed == RENEWALS or moved <= ROUNDED:
+                    return moved <= ROUNDED
+                # The slopes change along the step: those at the nodes serve.
+                solve, renewed = self._linear(self._slopes_at_nodes(places, found)), renewed + 1
             last = moved
-        return last < SMALL
+        return last <= ROUNDED
+
+    def _rates_at_nodes(self, places: np.ndarray) -> np.ndarray:
+        self.evaluations += STAGES
+        return np.array([self.flow(self.time + c * self.h, p) for c, p in zip(NODES, places, strict=True)])
+
+    def _slopes_at_nodes(self, places: np.ndarray, rates: np.ndarray) -> list[np.ndarray]:
+        self.evaluations += STAGES * len(self.y)
+        nodes = zip(NODES, places, rates, strict=True)
+        return [Slopes.at(self.flow, self.time + c * self.h, y, rate).matrix for c, y, rate in nodes]
+
+    def _linear(self, slopes: list[np.ndarray]) -> Callable[[np.ndarray], np.ndarray] | None:
+        """Newton's correction (s, d) of the rates for what is missing of them (s, d), with these slopes at the nodes."""
+        size = len(self.y)
+        blocks = -self.h * np.einsum("ij,jab->iajb", WEIGHTS, np.array(slopes))
+        system = np.eye(STAGES * size) + blocks.reshape(STAGES * size, STAGES * size)
+        if not np.isfinite(system).all():
+            return None
+        factors = lu_factor(system, check_finite=False)
+        return lambda missing: lu_solve(factors, missing.ravel(), check_finite=False).reshape(STAGES, size)
 
     @cached_property
     def _error(self) -> np.ndarray:
