@@ -137,6 +137,9 @@ def judged_reactions(
     spin_inertia: ArrayLike | None = None,
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
+    if trajectory.effects.slips:
+        bound = "must be of wheels that roll: where they may slip, trajectory.ground_force has the ground's forces"
+        raise InvalidValueError("trajectory", trajectory, bound)
     vehicle = trajectory.vehicle
     friction = ENTRIES["friction"].checked(friction)
     numbers = {
