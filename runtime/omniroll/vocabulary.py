@@ -331,8 +331,14 @@ CONTACT = (
         needed=True,
         note="Two numbers are along the wheels' axles and along their rolling directions",
     ),
-    Entry("law", Choice(GROUND_LAWS), "", "the law of the ground's friction", "viscous", note="viscous: in proportion "
-    "to the slip"),
+    Entry(
+        "law",
+        Choice(GROUND_LAWS),
+        "",
+        "the law of the ground's friction",
+        "viscous",
+        note="viscous: in proportion to the slip",
+    ),
     Entry("wheel_rates", ONE_OR_PER_WHEEL, "rad/s", "wheel rates at the start", "they roll", optional=True),
     Entry(
         "contact_spins",

@@ -1,4 +1,5 @@
-"""Accelerations and forces where wheels slip, against Newton's and Euler's equations of every body with the same friction."""
+"""Accelerations and forces where wheels slip, against Newton's and Euler's equations of every body, which has the same
+friction."""
 
 from dataclasses import dataclass, replace
 
@@ -6,11 +7,11 @@ import numpy as np
 import pytest
 from flint import arb
 from oracle.balls import exact, working_precision
-
-from omniroll.kernels.kernel import kernel
 from reactions.machines import Case, random_case
 from reactions.newton_euler import Acting, position, solve
 from reactions.test_newton_euler import FADE, acting, call, nu_dot, random_inputs
+
+from omniroll.kernels.kernel import kernel
 
 MODELS = ("massless", "free")
 RELATIVE = 1e-11
@@ -62,7 +63,13 @@ def by_kernel(case, effects=(), constants=(), **inputs):
     names = ("contact", "contact_viscous", *effects)
     damping = ("ground_damping", (DAMPING,) * case.machine.wheels)
     bound = kernel(case.vehicle, case.model, "python", effects=names, constants=(damping, *constants))
-    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading} | inputs
+    values = {
+        "nu": case.nu,
+        "chi": case.chi,
+        "rates": case.rates,
+        "spins": case.spins,
+        "heading": case.heading,
+    } | inputs
     if case.model == "free":
         yaw_rate = case.nu[2] / case.vehicle.yaw_scale
         values["contact_omega"] = case.turns + yaw_rate * np.sin(case.chi)

@@ -16,7 +16,7 @@ CLOSED = 1e-8  # of the closed forms, at the accuracy 1e-9 of the runs
 
 @pytest.mark.parametrize("model", ["free", "massless"])
 def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
-    """s' = -c (2/M + l^2/J) s: the vehicle starts across its axles while the wheels stand; they pass switches meanwhile."""
+    """s' = -c (2/M + l^2/J) s: the vehicle starts across its axles while the wheels stand; switches change nothing."""
     speed, c, end = 6.0, 2.0, 0.4
     run = simulate(PAIR, nu=(0, speed, 0), duration=end, roller_model=model, effects=[Contact(c, wheel_rates=0)])
     mass, inertia, radius = PAIR.mass, PAIR.wheel_inertia, PAIR.wheel_radius
@@ -38,7 +38,9 @@ def test_the_ground_spins_a_roller_up():
     slip = PAIR.platform_radius * speed * np.exp(-decay * run.t)
     assert decay * end > 0.3
     assert run.slip[:, 0, 0] == pytest.approx(slip, abs=CLOSED * slip[0])
-    assert run.contact_spin[:, 0] == pytest.approx((PAIR.platform_radius * run.nu[:, 0] - slip) / rho, rel=1e-8, abs=1e-6)
+    assert run.contact_spin[:, 0] == pytest.approx(
+        (PAIR.platform_radius * run.nu[:, 0] - slip) / rho, rel=1e-8, abs=1e-6
+    )
 
 
 def test_a_switch_changes_no_speed():

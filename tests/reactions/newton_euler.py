@@ -63,8 +63,8 @@ class Acting:
     """Forces that are given. gravity (3) in the fixed axes; torques that the platform puts on the wheels (N), and
     the disks on the rollers (N, n), about their axes.
 
-    ground(i, along, across): the ground's force on wheel i along its axle and along its rolling direction, from the slip
-    velocities along these; None where wheels roll. A massless roller does not slip along its axle, whatever `ground` says.
+    ground(i, along, across): the ground's force on wheel i along its axle and along its rolling direction, from the
+    slip velocities along these; None where wheels roll. A massless roller never slips along its axle.
     guide: whether something holds the platform level and up, for vehicles that their wheels do not support.
     """
 

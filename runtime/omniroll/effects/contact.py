@@ -1,8 +1,8 @@
 """The ground as it is: wheels that may slip on it.
 
-The mechanics is in maxima/effects/contact.mac: the wheels' rates and the axial speeds of the rollers in contact are states
-of their own, and the ground acts by forces that a law gives. A switch then changes no speed: the roller that comes into
-contact has the axial speed that it has, and the ground spins it up.
+The mechanics is in maxima/effects/contact.mac: the wheels' rates and the axial speeds of the rollers in contact are
+states of their own, and the ground acts by forces that a law gives. A switch then changes no speed: the roller that
+comes into contact has the axial speed that it has, and the ground spins it up.
 """
 
 from collections.abc import Sequence
@@ -30,8 +30,8 @@ class Contact(Effect):
     {entries}
 
     Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
-    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed. The law of a switch has no part in such a
-    run, which is made by the Python engine.
+    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed. The law of a switch has no part in such
+    a run, which is made by the Python engine.
 
     Raises InvalidValueError for numbers out of their bounds; simulate raises it for a number of rates or spins that is
     not N, and for contact_spins of massless rollers, which turn as they roll.
@@ -67,8 +67,8 @@ class Contact(Effect):
     def check_model(self, roller_model: str) -> None:
         if roller_model == "locked":
             bound = (
-                "cannot be locked where wheels may slip: a roller that leaves the ground would have to stop on its disk "
-                "at once, which no friction of the ground does; choose free or massless"
+                "cannot be locked where wheels may slip: a roller that leaves the ground would have to stop on its "
+                "disk at once, which no friction of the ground does; choose free or massless"
             )
             raise InvalidValueError("roller_model", roller_model, bound)
         if roller_model == "massless" and self.contact_spins is not None:

@@ -123,7 +123,7 @@ class Driving(Following):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_speeds(np.eye(3)).T  # (N, 3)
-        # (N, k) the wheels' rates as combinations of the first components of y: nu, or right behind nu, chi and the pose
+        # (N, k) the wheels' rates by the first components of y: by nu, or where wheels may slip, right behind the pose
         self.wheel_rows = self.wheel_speed_per_nu
         if kernel.slips:
             self.wheel_rows = np.eye(kernel.wheels, 6 + 2 * kernel.wheels, 6 + kernel.wheels)

@@ -71,7 +71,11 @@ class Run:
             ]
         )
         self.integrator = PhaseIntegrator(
-            vehicle.wheels, self.model.joint, scale, SAFETY * tolerance / self._steps_expected(), stiff=self.kernel.slips
+            vehicle.wheels,
+            self.model.joint,
+            scale,
+            SAFETY * tolerance / self._steps_expected(),
+            stiff=self.kernel.slips,
         )
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over

@@ -1,9 +1,10 @@
-"""One step of a Radau IIA method with seven stages, with a polynomial of degree 7: for motions with parts that decay far
-faster than the rest moves, such as the slip on a ground whose friction is strong.
+"""One step of a Radau IIA method with seven stages, with a polynomial of degree 7: for motions with parts that decay
+far faster than the rest moves, such as the slip on a ground whose friction is strong.
 
-The polynomial through the start has the rates' values at the nodes of Radau, the last of which is the step's end (Hairer
-and Wanner, Solving Ordinary Differential Equations II, IV.5). At the end the order is 13; steps can be as long as the slow
-motion allows, since what decays fast is damped however long the step is. SciPy's Radau has three stages and order 5.
+The polynomial through the start has the rates' values at the nodes of Radau, the last of which is the step's end
+(Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5). At the end the order is 13. Steps can be as long
+as the slow motion allows, since what decays fast is damped however long the step is. SciPy's Radau has three stages and
+order 5.
 
 The stages are found by Newton's rule with the slopes of the rates at the start, and with those at the nodes where these
 do not serve.
@@ -132,7 +133,7 @@ class Step:
         return [Slopes.at(self.flow, self.time + c * self.h, y, rate).matrix for c, y, rate in nodes]
 
     def _linear(self, slopes: list[np.ndarray]) -> Callable[[np.ndarray], np.ndarray] | None:
-        """Newton's correction (s, d) of the rates for what is missing of them (s, d), with these slopes at the nodes."""
+        """Newton's correction (s, d) of the rates for what is missing of them (s, d), by the slopes at the nodes."""
         size = len(self.y)
         blocks = -self.h * np.einsum("ij,jab->iajb", WEIGHTS, np.array(slopes))
         system = np.eye(STAGES * size) + blocks.reshape(STAGES * size, STAGES * size)

@@ -249,7 +249,7 @@ class Trajectory(MadeOnDemand):
 
     @cached_property
     def ground_force(self) -> np.ndarray | None:
-        """(T, N, 2) in N, forces of the ground on the wheels along the same directions; None where wheels cannot slip."""
+        """(T, N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
         return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[1]
 
     # Energy
