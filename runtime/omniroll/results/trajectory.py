@@ -39,6 +39,9 @@ class Samples:
                   model "free"
     pose          (..., 3) x, y in m, theta in rad
     energy        (...) in J, (3.2)
+    slip          (..., N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling
+                  direction e_z x n; None where wheels cannot slip
+    ground_force  (..., N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip
     """
 
     t: np.ndarray
@@ -49,6 +52,8 @@ class Samples:
     spins: np.ndarray | None
     pose: np.ndarray
     energy: np.ndarray
+    slip: np.ndarray | None = None
+    ground_force: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -213,7 +218,8 @@ class Trajectory(MadeOnDemand):
         for values, rows in ((contact_spin, self.contact_spin), (spins, self.spins), (energy, self.energy)):
             if values is not None:
                 values[at_row] = rows[row[at_row]]
-        return Samples(times, nu, chi, self.contact[row], contact_spin, spins, pose, energy)
+        forces = () if contacts is None else contacts.forces(nu, chi)
+        return Samples(times, nu, chi, self.contact[row], contact_spin, spins, pose, energy, *forces)
 
     @property
     def kernel(self) -> Kernel:
