@@ -22,7 +22,7 @@ from omniroll.errors import OmnirollError
 from omniroll.results.comparison import distance_at
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene
-from omniroll.vocabulary import LAWS, ROLLER_MODELS, STANDARD_GRAVITY
+from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
 PROBE = 2.0  # s, the simulated time over which two motions are compared, at most
 TIMES = 101  # the number of times at which they are compared
@@ -33,7 +33,6 @@ LEVEL = 0.01  # rad, the inclination of a floor that looks level
 BESIDE = 0.01  # distance of the centre of mass from S, over the platform radius: as well as it is known
 LONGEST = 5.0  # s that a run may take on this machine
 SPIN_DOWN = 10.0  # s in which a good bearing stops what turns by itself
-SLIPPING = 0.1  # of the fastest wheel's speed: where a rubber roller slips so fast, its friction is near its most
 FADE = 0.05  # named speed of Coulomb's friction, over the fastest speed in the motion
 
 
@@ -117,12 +116,6 @@ def _other_effects(scene: Scene, base: Trajectory) -> Iterator[Variant]:
         yield Variant("motor", setting, {"effects": (*given, shorted)}, damping, "N m s")
     if roller_speed < STILL * wheel_speed:
         roller_speed = 0.0
-    share = vehicle.mass * STANDARD_GRAVITY / vehicle.wheels
-    slip = SLIPPING * vehicle.wheel_radius * wheel_speed
-    if slip > 0 and not any(isinstance(effect, Contact) for effect in given):
-        strength = share / slip
-        setting = f"{strength:.2g} N s/m, a wheel's share of the weight at {SLIPPING:g} of the fastest wheel's speed"
-        yield Variant("contact_viscous", setting, {"effects": (*given, Contact(strength))})
     yield from _frictions(given, "axle", "wheel", vehicle.wheel_inertia, wheel_speed)
     yield from _frictions(given, "roller", "roller", vehicle.roller_inertia, roller_speed)
 
