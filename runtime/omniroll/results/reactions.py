@@ -11,9 +11,9 @@ from omniroll import validation
 from omniroll.effects import Motor, Slope
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.results.loads import SupportPolygon, contact_loads, refuse_collinear
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
+from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
 
