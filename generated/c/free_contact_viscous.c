@@ -163,8 +163,9 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
 
 /* Accelerations of platform, wheels and rollers in contact where contacts may slip. Equations: (3.1).
  * Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple (maxima/forms/system.mac);
- * axle_speed, roller_that_slips, slip, slip_force, wheel_slip, roller_slip_rate, slip_solution
- * (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac). */
+ * axle_speed, roller_that_slips, slip_along_axle, slip, slip_force, wheel_slip, roller_slip_rate,
+ * slip_solution (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
+ * (maxima/programs/vehicle.mac). */
 void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *rates, const omniroll_real *contact_omega,
                             const omniroll_real *momenta, omniroll_real *nu_dot, omniroll_real *chi_dot,
@@ -216,8 +217,8 @@ void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real rho = tip + t2*width;
         const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
         const omniroll_real rolling = axial - yaw_rate*sine;
-        const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const omniroll_real slip_axle = along - rho*rolling;
+        const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
         const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
         const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
         const omniroll_real ground_axle = -ground_damping_axle*slip_axle;
@@ -244,8 +245,8 @@ void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu
 }
 
 /* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
- * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip (maxima/effects/contact.mac);
- * ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac). */
+ * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip
+ * (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac). */
 void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                           const omniroll_real *rates, const omniroll_real *contact_omega, omniroll_real *slip,
                           omniroll_real *ground_force)
@@ -294,7 +295,7 @@ void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, 
 }
 
 /* Power that each contact loses by slipping. Equations: (2.1), (2.2). Steps: yaw, angle
- * (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip, ground_loss
+ * (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip, ground_loss
  * (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac). */
 void omniroll_ground_power(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                            const omniroll_real *rates, const omniroll_real *contact_omega,

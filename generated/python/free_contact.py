@@ -81,8 +81,8 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
 def slip_forces(model, nu, chi, rates, contact_omega):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip
-    (maxima/effects/contact.mac).
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    slip_along_axle, slip (maxima/effects/contact.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     rates[N] [rad/s]: wheel rates where contacts may slip.

@@ -222,8 +222,8 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
     """Accelerations of platform, wheels and rollers in contact where contacts may slip.
 
     Equations: (3.1). Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple
-    (maxima/forms/system.mac); axle_speed, roller_that_slips, slip, slip_force, wheel_slip, roller_slip_rate,
-    slip_solution (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
+    (maxima/forms/system.mac); axle_speed, roller_that_slips, slip_along_axle, slip, slip_force, wheel_slip,
+    roller_slip_rate, slip_solution (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
     (maxima/programs/vehicle.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -287,8 +287,8 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
         rho = tip + t2*width
         along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
         rolling = axial - yaw_rate*sine
-        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         slip_axle = along - rho*rolling
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
         rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
         slip_rolling = l*(wheel_rate - rolling_rate)
         ground_axle = -ground_damping_axle*slip_axle
@@ -317,8 +317,9 @@ def slip_dynamics(model, nu, chi, rates, contact_omega, momenta):
 def slip_forces(model, nu, chi, rates, contact_omega):
     """Slip velocities of the contacts, and the ground's forces on the wheels.
 
-    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip
-    (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling (maxima/programs/vehicle.mac).
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    slip_along_axle, slip (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
+    (maxima/programs/vehicle.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     rates[N] [rad/s]: wheel rates where contacts may slip.
@@ -377,7 +378,7 @@ def ground_power(model, nu, chi, rates, contact_omega):
     """Power that each contact loses by slipping.
 
     Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
-    slip, ground_loss (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
+    slip_along_axle, slip, ground_loss (maxima/effects/contact.mac); ground_along_axle, ground_along_rolling
     (maxima/programs/vehicle.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.

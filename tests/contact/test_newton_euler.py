@@ -59,10 +59,31 @@ def by_bodies(case, given):
     return nu_dot(case, found), np.array([float(v) for v in second.chi]), np.array([float(v) for v in axial])
 
 
-def by_kernel(case, effects=(), constants=(), **inputs):
-    names = ("contact", "contact_viscous", *effects)
-    damping = ("ground_damping", (DAMPING,) * case.machine.wheels)
-    bound = kernel(case.vehicle, case.model, "python", effects=names, constants=(damping, *constants))
+FRICTION, LOAD, FADE_SPEED = (0.7, 0.3), 8.5, 0.02
+
+
+def regularised(model):
+    """Coulomb's law with an ellipse and a named speed, of that slip which the contact can have."""
+
+    def law(_, along, across):
+        axle, rolling = (exact(mu) for mu in FRICTION)
+        along = along * 0 if model == "massless" else along
+        size = ((axle * along) ** 2 + (rolling * across) ** 2 + axle * rolling * exact(FADE_SPEED) ** 2).sqrt()
+        return -exact(LOAD) * axle**2 * along / size, -exact(LOAD) * rolling**2 * across / size
+
+    return law
+
+
+LAWS = {
+    "contact_viscous": {"ground_damping": DAMPING},
+    "contact_regularised": {"contact_load": LOAD, "ground_friction": FRICTION, "ground_fade_speed": FADE_SPEED},
+}
+
+
+def by_kernel(case, effects=(), constants=(), law="contact_viscous", **inputs):
+    names = ("contact", law, *effects)
+    constants = (*LAWS[law].items(), *constants)
+    bound = kernel(case.vehicle, case.model, "python", effects=names, constants=constants)
     values = {
         "nu": case.nu,
         "chi": case.chi,
@@ -125,3 +146,11 @@ def test_slip_and_forces_are_those_of_the_bodies(model):
     _, (slip, force) = by_kernel(case)
     assert slip == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE)
     assert force == pytest.approx(-wanted * DAMPING, rel=RELATIVE, abs=RELATIVE)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_friction_with_a_named_speed_agrees_with_every_body(model):
+    case = slipping_case(np.random.default_rng([4, MODELS.index(model)]), 4, 5, model, has_layout=True)
+    found, (_, force) = by_kernel(case, law="contact_regularised")
+    assert_same(case, Acting(ground=regularised(model), guide=True), found)
+    assert np.abs(force).max() > 0.2 * LOAD

@@ -13,13 +13,31 @@ from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
+from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles import parts
+from omniroll.vehicles.loads import contact_loads, refuse_collinear
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import CONTACT, documented
+from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
 
-STATES = ("rates", "contact_omega")  # what is integrated for it beside the account
+NEEDED = {"viscous": ("coefficient",), "regularised": ("friction", "speed")}  # numbers of each law
+OPTIONAL = {"viscous": (), "regularised": ("load", "gravity")}
+
+
+def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
+    """One number, or two: along the axle and along the rolling direction. Raises InvalidValueError."""
+    numbers = per_wheel(name, value)
+    if np.ndim(numbers) and len(numbers) != 2:
+        raise InvalidValueError(name, value, "must be one number, or two: along the axle and the rolling direction")
+    if np.min(numbers) < 0 or (name == "friction" and np.min(numbers) == 0):
+        raise InvalidValueError(name, value, "must be positive" if name == "friction" else "must not be negative")
+    return numbers
+
+
+def _of_wheels(numbers: PerWheel, vehicle: Vehicle) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, np.broadcast_to(numbers, (vehicle.wheels, 2)).tolist()))
 
 
 @documented(*CONTACT)
@@ -33,27 +51,36 @@ class Contact(Effect):
     gives. So is Coulomb's friction in the wheels' axles without a wheel_speed. The law of a switch has no part in such
     a run, which is made by the Python engine.
 
-    Raises InvalidValueError for numbers out of their bounds; simulate raises it for a number of rates or spins that is
-    not N, and for contact_spins of massless rollers, which turn as they roll.
+    Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
+    simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
+    turn as they roll, and for loads that do not follow from the vehicle: of fewer than three wheels, or one that tips.
     """
 
-    coefficient: ArrayLike
+    coefficient: ArrayLike | None = None
     law: str = "viscous"
+    friction: ArrayLike | None = None
+    speed: float | None = None
+    load: ArrayLike | None = None
+    gravity: float | None = None
     wheel_rates: ArrayLike | None = None
     contact_spins: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        self._keep_checked(entry for entry in CONTACT if entry.name == "law")
-        coefficient = per_wheel("coefficient", self.coefficient)
-        if np.ndim(coefficient) and len(coefficient) != 2:
-            bound = "must be one number, or two: along the axle and along the rolling direction"
-            raise InvalidValueError("coefficient", self.coefficient, bound)
-        if np.min(coefficient) < 0:
-            raise InvalidValueError("coefficient", self.coefficient, "must not be negative")
-        object.__setattr__(self, "coefficient", coefficient)
-        for name in ("wheel_rates", "contact_spins"):
+        self._keep_checked(entry for entry in CONTACT if entry.name in ("law", "speed", "gravity"))
+        for name in NEEDED[self.law]:
+            if getattr(self, name) is None:
+                raise InvalidValueError(name, None, f"must be given with the law {self.law}")
+        for name in ("coefficient", "friction", "speed", "load", "gravity"):
+            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
+                raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
+        for name in ("coefficient", "friction"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _along_and_across(name, getattr(self, name)))
+        for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
+        if self.load is not None and np.min(self.load) < 0:
+            raise InvalidValueError("load", self.load, "must not be negative")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
@@ -63,6 +90,17 @@ class Contact(Effect):
             raise InvalidValueError("wheel_speed", None, bound)
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
+        slope = next((effect for effect in others if isinstance(effect, Slope)), None)
+        if self.law == "regularised" and slope is not None and self.load is None and self.gravity is None:
+            (across,) = parts.evaluate(
+                "across_plane",
+                vehicle.wheels,
+                vehicle.rollers_per_wheel,
+                gravity_strength=slope.gravity,
+                plane_angle=slope.angle,
+            )
+            raise InvalidValueError("gravity", None, f"must be given on a slope; across this plane it is {across!r}")
+        self.constants(vehicle)
 
     def check_model(self, roller_model: str) -> None:
         if roller_model == "locked":
@@ -82,8 +120,30 @@ class Contact(Effect):
         return ("contact", f"contact_{self.law}")
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
-        coefficient = np.broadcast_to(self.coefficient, (vehicle.wheels, 2))
-        return {"ground_damping": tuple(map(tuple, coefficient.tolist()))}
+        if self.law == "viscous":
+            return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
+        loads = tuple(self.loads(vehicle).tolist())
+        friction = _of_wheels(self.friction, vehicle)
+        return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
+
+    def loads(self, vehicle: Vehicle) -> np.ndarray:
+        """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest.
+
+        vehicle  Vehicle, of three wheels or more where no loads are given
+        """
+        if self.load is not None:
+            return self._given("load", vehicle.wheels)
+        places = vehicle.wheel_places
+        if places is None:
+            counts, radius = (vehicle.wheels, vehicle.rollers_per_wheel), vehicle.platform_radius
+            places = parts.places_on_rays(*counts, radius, vehicle.wheel_angles)
+        places = np.array(places)
+        refuse_collinear(places)
+        weight = vehicle.mass * (STANDARD_GRAVITY if self.gravity is None else self.gravity)
+        found = contact_loads(places, weight * np.array([1.0, *vehicle.center_of_mass])[None])[0]
+        if found.min() < 0:
+            raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
+        return found
 
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))

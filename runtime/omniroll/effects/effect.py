@@ -219,16 +219,18 @@ class Effect:
         return registry.quantities(self.kernel_effects(), roller_model, present)
 
     def begin(self, kernel: Kernel, state: State) -> State:
-        """The state at the start of a run, from that of a vehicle that rolls.
+        """The state at the start of a run.
 
         kernel  Kernel of the run
+        state   State of a vehicle that rolls
         """
         return state
 
     def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
-        """Its states at the start and after a switch, by the names of its quantities.
+        """What it integrates, at the start and after a switch, by the names of its quantities.
 
         kernel  Kernel of the run
+        state   State at that instant
 
         Entries of the energy account have no such states: they go on over a switch.
         """
