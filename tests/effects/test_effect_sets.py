@@ -70,7 +70,7 @@ def object_size(base, effects, name):
     return int(re.search(rf"\w+ (\w+) T omniroll_{name}$", table, re.MULTILINE)[1], 16)
 
 
-NEEDS = {"motor": ("drive",), "contact_viscous": ("contact",)}
+NEEDS = {"motor": ("drive",), "contact_viscous": ("contact",), "contact_regularised": ("contact",)}
 
 
 def added_to_nothing(effect):
@@ -83,7 +83,7 @@ def without_what_needs(effect):
 
 def solver(effect):
     """The function that an effect acts in: wheels that may slip have one of their own."""
-    return "slip_dynamics" if effect == "contact_viscous" else KERNEL
+    return "slip_dynamics" if effect.startswith("contact_") else KERNEL
 
 
 def is_there(effect, base):
