@@ -130,6 +130,8 @@ class Contact(Effect):
         """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest.
 
         vehicle  Vehicle, of three wheels or more where no loads are given
+
+        Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
         """
         if self.load is not None:
             return self._given("load", vehicle.wheels)
