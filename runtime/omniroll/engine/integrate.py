@@ -164,9 +164,9 @@ class PhaseIntegrator:
             scale = self._scale(y, rates, step.h)
             size = self.tolerance * scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
             error = step.error(size)
-            factor = (
-                MOST_FACTOR if error == 0 else SAFETY * error ** (-1 / step.order)
-            )  # not a number where a stage is none
+            factor = MOST_FACTOR  # not a number where a stage is none
+            if error != 0:
+                factor = SAFETY * error ** (-1 / step.order)
             if error < 1:
                 break
             h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True
