@@ -177,5 +177,9 @@ MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a se
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
-    """The text of the header; a set without a motion has none."""
-    return template("engine_set.h", facts=EngineSet(effects, registry)) if all(map(effects.function, MOTION)) else ""
+    """The text of the header; a set that the engine cannot run has none.
+
+    Where wheels may slip, their rates do not follow from nu, as the engine takes it.
+    """
+    runs = all(map(effects.function, MOTION)) and effects.function("slip_dynamics") is None
+    return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

@@ -39,6 +39,8 @@ CALLS = {
     "prove_slope_rule": "prove_slope_rule(axle_slip, axle_slip_steps, wheel_rate)",
     "prove_derivatives": 'prove_derivatives("locked")',
     "prove_momenta_derivatives": 'prove_momenta_derivatives("free")',
+    "prove_slip": 'prove_slip("free")',
+    "prove_slip_rollers": 'prove_slip_rollers("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.
 WRONG = {
@@ -59,10 +61,9 @@ WRONG = {
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',
 }
-PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole"}
-NOT_DERIVED = {
-    f"machinery/{name}" for name in ("claims", "steps", "effects", "tangents", "write_data")
-}  # chapters without a claim
+PASS_ON = {"prove", "prove_steps", "prove_exact", "prove_whole", "prove_of_slip"}
+MACHINERY = ("claims", "steps", "effects", "tangents", "write_data")
+NOT_DERIVED = {f"machinery/{name}" for name in MACHINERY}  # chapters without a claim
 
 
 def chapters() -> list[str]:

@@ -1,4 +1,5 @@
 from .effects.bearings import Bearings as Bearings
+from .effects.contact import Contact as Contact
 from .effects.controller import Controller as Controller
 from .effects.function_controller import FunctionController as FunctionController
 from .effects.function_controller import register_controller as register_controller

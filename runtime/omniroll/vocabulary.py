@@ -19,6 +19,7 @@ from omniroll.kinds import Choice, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
+GROUND_LAWS = ("viscous", "regularised")
 ENGINES = ("compiled", "python")
 OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
@@ -319,6 +320,71 @@ SLOPE = (
     derived("angle", Numbers(least=0, below=math.pi / 2), argument="slope_angle", needed=True),
     derived("direction", NUMBER, argument="slope_direction", default="0"),
     derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),
+)
+
+TWO = ((), (2,))
+CONTACT = (
+    Entry(
+        "law",
+        Choice(GROUND_LAWS),
+        "",
+        "the law of the ground's friction",
+        "viscous",
+        note="viscous: in proportion to the slip; regularised: Coulomb's friction, which fades below a named speed",
+    ),
+    Entry(
+        "coefficient",
+        Numbers(shapes=TWO, least=0),
+        "N s/m",
+        "force of the ground per slip velocity",
+        optional=True,
+        note="Of the law viscous. Two numbers are along the wheels' axles and along their rolling directions",
+    ),
+    Entry(
+        "friction",
+        Numbers(shapes=TWO, above=0),
+        "1",
+        "coefficient of friction",
+        optional=True,
+        note="Of the law regularised. Two numbers are along the axles and along the rolling directions: an ellipse",
+    ),
+    Entry(
+        "speed",
+        POSITIVE,
+        "m/s",
+        "slip velocity below which friction fades",
+        optional=True,
+        note="Of the law regularised: friction * load * slip/sqrt(slip^2 + speed^2)",
+    ),
+    Entry(
+        "load",
+        COEFFICIENT,
+        "N",
+        "load of each contact",
+        "those at rest",
+        optional=True,
+        note="At rest they follow from weight, layout and centre of mass; of more than three wheels they are the loads "
+        "of least norm that nowhere pull",
+    ),
+    Entry(
+        "gravity",
+        POSITIVE,
+        "m/s^2",
+        "gravity across the plane",
+        f"{STANDARD_GRAVITY}",
+        optional=True,
+        note="It must be given on a slope where load is not",
+    ),
+    Entry("wheel_rates", ONE_OR_PER_WHEEL, "rad/s", "wheel rates at the start", "they roll", optional=True),
+    Entry(
+        "contact_spins",
+        ONE_OR_PER_WHEEL,
+        "rad/s",
+        "spins at the start of the rollers in contact, relative to their disks",
+        "they roll",
+        optional=True,
+        note="Only of free rollers",
+    ),
 )
 
 # What reactions asks for

@@ -266,7 +266,7 @@ def _through_zero(nu_3: float, sliding: float, holding: float, growth: float, du
 
 
 def reversing(scale: Scale) -> list[Measurement]:
-    """Torques that jump to and fro: through zero speed at once where they are strong, not at all where they are weak."""
+    """Torques that jump to and fro: through zero speed at once where strong, not at all where weak."""
     found = []
     for setting in settings(models=("massless",), laws=("impact",), engines=engines()):
         random, missed, theirs = np.random.default_rng(76), 0.0, 0.0

@@ -62,11 +62,17 @@ class Body:
 class Acting:
     """Forces that are given. gravity (3) in the fixed axes; torques that the platform puts on the wheels (N), and
     the disks on the rollers (N, n), about their axes.
+
+    ground(i, along, across): the ground's force on wheel i along its axle and along its rolling direction, from the
+    slip velocities along these; None where wheels roll. A massless roller never slips along its axle.
+    guide: whether something holds the platform level and up, for vehicles that their wheels do not support.
     """
 
     gravity: tuple = (0, 0, "-9.80665")
     wheel_torques: list | None = None
     roller_torques: list | None = None
+    ground: object = None
+    guide: bool = False
 
 
 @dataclass
@@ -200,6 +206,7 @@ class Equations:
 
     def __init__(self, machine, q, dq, acting, model, loads):
         self.machine, self.columns, self.right, self.rows = machine, {}, [], {}
+        self.acting, self.model, self.dq = acting, model, dq
         self.bodies = bodies(machine, along(machine, q, dq, zero(machine)))
         self.now = bodies(machine, q)
         self.accelerations(q, dq, acting)
@@ -220,6 +227,11 @@ class Equations:
                 if j > 0 and model != "free":
                     del self.columns["second", 3 + machine.wheels + i * n + j]
             self.ground(i, axle, tangent, loads.get(i))
+        if acting.guide:
+            for name, torque in (("x", (1, 0, 0)), ("y", (0, 1, 0))):
+                self.wrench(("guide", name), ("platform",), 1, None, torque=tuple(map(exact, torque)))
+            up = tuple(map(exact, UP))
+            self.wrench(("guide", "up"), ("platform",), 1, self.now["platform",].centre, force=up)
 
     def axes(self, i):
         axle = tuple(row[0] for row in self.now["hub", i].rotation)
@@ -252,7 +264,12 @@ class Equations:
                 values |= {(name, kind, k): vector[k] for k in range(3)}
         for i in range(self.machine.wheels):
             velocity = contact_velocity(self.machine, found, i)
-            values |= {(("contact", i), "slip", k): coefficient(velocity[k], 1) for k in (0, 1)}
+            if self.acting.ground is None:
+                values |= {(("contact", i), "slip", k): coefficient(velocity[k], 1) for k in (0, 1)}
+            elif self.model == "massless":  # its slip along the axle, which turns with the platform, stays zero
+                axle, tangent = self.axes(i)
+                rate, now = ([coefficient(v, k) for v in velocity] for k in (1, 0))
+                values[("contact", i), "slip", 0] = dot(rate, axle) + self.dq.theta * dot(now, tangent)
         return values
 
     def wrench(self, unknown, body, sign, point, force=None, torque=None):
@@ -288,12 +305,26 @@ class Equations:
     def ground(self, i, axle, tangent, load):
         roller = ("roller", i, 0)
         contact = sub(self.now["hub", i].centre, times(exact(self.machine.wheel_radius), UP))
-        self.wrench(("axle", i), roller, 1, contact, force=axle)
-        self.wrench(("rolling", i), roller, 1, contact, force=tangent)
+        if self.acting.ground is None or self.model == "massless":
+            self.wrench(("axle", i), roller, 1, contact, force=axle)
+        if self.acting.ground is None:
+            self.wrench(("rolling", i), roller, 1, contact, force=tangent)
+        else:
+            self.slipping(i, roller, contact, axle, tangent)
         self.wrench(("load", i), roller, 1, contact, force=UP)
         if load is not None:
             for key, value in self.columns.pop(("load", i)).items():
                 self.right[self.rows[key]] -= value * exact(load)
+
+    def slipping(self, i, roller, contact, axle, tangent):
+        """The ground's given force, at the slip that the contact has."""
+        velocity = [coefficient(v, 0) for v in contact_velocity(self.machine, self.bodies, i)]
+        along, across = self.acting.ground(i, dot(velocity, axle), dot(velocity, tangent))
+        force = times(across, tangent) if self.model == "massless" else add(times(along, axle), times(across, tangent))
+        moment = cross(sub(contact, self.now[roller].centre), force)
+        for k in range(3):
+            self.right[self.rows[roller, "force", k]] += force[k]
+            self.right[self.rows[roller, "moment", k]] += moment[k]
 
     def solve(self):
         names = list(self.columns)
@@ -315,7 +346,8 @@ def solve(machine, q, dq, acting, *, model="free", loads=None):
     flat = [values.get(("second", k), arb(0)) for k in range(len(q.flat()))]
     second = Speeds.shaped(machine.wheels, machine.rollers_per_wheel, flat)
     contact = [
-        (values["axle", i], values["rolling", i], values.get(("load", i), loads.get(i))) for i in range(machine.wheels)
+        (values.get(("axle", i)), values.get(("rolling", i)), values.get(("load", i), loads.get(i)))
+        for i in range(machine.wheels)
     ]
     return Found(second, contact, {k: v for k, v in values.items() if k[0] in ("force", "torque")})
 

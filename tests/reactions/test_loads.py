@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from omniroll.errors import InvalidValueError
-from omniroll.results.loads import SupportPolygon, contact_loads, refuse_collinear
+from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
 
 
 def least_norm_by_enumeration(matrix, sums):

@@ -9,7 +9,7 @@ from oracle.balls import exact, working_precision
 from oracle.bodies import Solid
 
 from omniroll.kernels.kernel import kernel
-from omniroll.results.loads import contact_loads
+from omniroll.vehicles.loads import contact_loads
 from reactions.machines import contacts, height, platform_products, random_case, vehicle_of, wheel_mass
 from reactions.newton_euler import Acting
 

@@ -63,7 +63,8 @@ def text(outcome: Outcome) -> str:
     start, end = summary["t"]
     x, y, theta = summary["pose"]
     lines = [
-        f"{summary['scene']}: {summary['roller_model']} rollers, {summary['switching']} switches, "
+        f"{summary['scene']}: {summary['roller_model']} rollers, "
+        + ("wheels that may slip, " if summary["switching"] == "slip" else f"{summary['switching']} switches, ")
         + f"{start:g} to {end:g} s"
         + (", stopped there" if summary["stopped"] else ""),
         "",

@@ -1,6 +1,7 @@
 """Effects: what acts on a vehicle besides its rolling. Each kind has its own file; effect.py says what an effect is."""
 
 from omniroll.effects.bearings import Bearings
+from omniroll.effects.contact import Contact
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect
 from omniroll.effects.function_controller import FunctionController
@@ -8,7 +9,7 @@ from omniroll.effects.motor import Motor
 from omniroll.effects.slope import Slope
 from omniroll.effects.torque import Torque, TorqueTable
 
-EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, Bearings, Slope)
+EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, Bearings, Slope, Contact)
 KINDS = {kind.__name__: kind for kind in EFFECTS}
 
 __all__ = ["KINDS", "Effect", *KINDS]

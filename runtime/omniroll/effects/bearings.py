@@ -22,6 +22,7 @@ from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, documented
 
@@ -44,8 +45,8 @@ class Bearings(Effect):
     {entries}
 
     wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
-    they take do not hold them. With wheel_speed it is the regularised law. A small wheel_speed or roller_speed makes the
-    equations stiff: near rest steps shrink like speed * inertia / torque.
+    they take do not hold them. With wheel_speed it is the regularised law. A small wheel_speed or roller_speed makes
+    the equations stiff: near rest steps shrink like speed * inertia / torque.
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
@@ -116,8 +117,8 @@ class Bearings(Effect):
         speeds = {argument: getattr(self, name) for name, argument in SPEEDS}
         return coefficients | {argument: speed for argument, speed in speeds.items() if speed is not None}
 
-    def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        names = self._names(kernel)
+    def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
+        names, axial = self._names(kernel), state.free_axial()
         if "momenta" in names:
             return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
         return {"axial": axial} if "axial" in names else {}

@@ -25,7 +25,8 @@ class BoundRates:
     def __init__(
         self, kernel: Kernel, vector: StateVector, functions: Sequence[str], dynamics: str = "forward_dynamics"
     ):
-        functions = (*functions, dynamics, *PLAIN)
+        # Where wheels may slip, the function of their rates gives all accelerations, and the rates themselves.
+        functions = (*functions, "pose_rates") if kernel.slips else (*functions, dynamics, *PLAIN)
         self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}
         self.buffers = {name: vector.view(self.y, name) for name in rates}

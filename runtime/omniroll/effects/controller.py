@@ -116,6 +116,8 @@ class Sampling(Process):
     def pass_time(self, state: State) -> None:
         wanted, _ = self.target.after(self.next_time())
         error = self.kernel.wheel_speeds(wanted - state.nu)
+        if state.rates is not None:
+            error = self.kernel.wheel_speeds(wanted) - state.rates
         summed, output = self._sampled(error)
         self.output = np.clip(output, -self.limit, self.limit)
         self.sum = np.where(self.output == output, summed, self.sum)

@@ -195,6 +195,9 @@ class Effect:
     def check(self, vehicle: Vehicle, others: "Sequence[Effect]") -> None:
         """Raise InvalidValueError where it does not fit the vehicle, or `others`, the effects with which it acts."""
 
+    def check_model(self, roller_model: str) -> None:
+        """Raise InvalidValueError where it makes no sense with this roller_model."""
+
     def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
         """What is allowed for this vehicle and yet looks wrong; simulate warns with it."""
         return ()
@@ -215,19 +218,30 @@ class Effect:
         """The arguments of the kernel's `prepare` that it brings for this vehicle, by name; a number or (N,)."""
         return {}
 
-    def functions(self, roller_model: str) -> tuple[str, ...]:
-        """Names of the generated functions that are evaluated with the rates, for this roller_model."""
-        return registry.functions(self.kernel_effects(), roller_model)
+    def functions(self, roller_model: str, present: Sequence[str] = ()) -> tuple[str, ...]:
+        """Names of the generated functions that are evaluated with the rates, for this roller_model.
 
-    def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
-        """What is integrated for it, for this roller_model."""
-        return registry.quantities(self.kernel_effects(), roller_model)
+        present  names in the registry of all effects of the run; none: its own
+        """
+        return registry.functions(self.kernel_effects(), roller_model, present)
 
-    def initial(self, kernel: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        """Its states at the start and after a switch, by the names of its quantities.
+    def quantities(self, roller_model: str, present: Sequence[str] = ()) -> tuple[Quantity, ...]:
+        """What is integrated for it, for this roller_model; `present` as in `functions`."""
+        return registry.quantities(self.kernel_effects(), roller_model, present)
+
+    def begin(self, kernel: Kernel, state: State) -> State:
+        """The state at the start of a run.
 
         kernel  Kernel of the run
-        axial   (N, n-1) in rad/s, the free rollers' axial speeds; None but for free rollers
+        state   State of a vehicle that rolls
+        """
+        return state
+
+    def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
+        """What it integrates, at the start and after a switch, by the names of its quantities.
+
+        kernel  Kernel of the run
+        state   State at that instant
 
         Entries of the energy account have no such states: they go on over a switch.
         """

@@ -6,7 +6,7 @@ EffectRun's.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -74,13 +74,15 @@ class EffectSet:
         """The kernel with these effects, and no others."""
         if not self.effects:
             return kernel(vehicle, roller_model, backend)
+        for effect in self.effects:
+            effect.check_model(roller_model)
         vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
         return kernel(vehicle, roller_model, backend, effects=self._kernel_effects, constants=constants)
 
     @cached_property
     def _kernel_effects(self) -> tuple[str, ...]:
-        wanted = {name for effect in self.effects for name in effect.kernel_effects()}
+        wanted = set(self.names())
         return tuple(entry["name"] for entry in generated_data.load("effects")["effects"] if entry["name"] in wanted)
 
     @kept
@@ -91,13 +93,31 @@ class EffectSet:
     @kept
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""
-        named = {quantity.name: quantity for effect in self.effects for quantity in effect.quantities(roller_model)}
-        return tuple(named.values())
+        states = (q for e in self._slipping_first() for q in e.quantities(roller_model, self.names()))
+        return tuple({quantity.name: quantity for quantity in states}.values())
 
     @kept
     def functions(self, roller_model: str) -> tuple[str, ...]:
         """Generated functions that are evaluated with the rates, each once."""
-        return tuple(dict.fromkeys(name for effect in self.effects for name in effect.functions(roller_model)))
+        names = self.names()
+        return tuple(dict.fromkeys(f for e in self._slipping_last() for f in e.functions(roller_model, names)))
+
+    def names(self) -> tuple[str, ...]:
+        """The effects' names in the registry."""
+        return tuple(name for effect in self.effects for name in effect.kernel_effects())
+
+    @property
+    def slips(self) -> bool:
+        """Whether wheels may slip."""
+        return "contact" in self.names()
+
+    def _slipping_first(self) -> list[Effect]:
+        """In the order of their states: guards find the rates of wheels that may slip right behind the pose."""
+        return sorted(self.effects, key=lambda effect: "contact" not in effect.kernel_effects())
+
+    def _slipping_last(self) -> list[Effect]:
+        """In the order of their functions: that of wheels that may slip needs what the others give."""
+        return sorted(self.effects, key=lambda effect: "contact" in effect.kernel_effects())
 
     @kept
     def state_vector(self, bound: Kernel) -> StateVector:
@@ -109,12 +129,24 @@ class EffectSet:
         """What an engine must know of a run with these effects before it starts."""
         return Plan(EffectRun(self, bound, start_time))
 
-    def initial(self, bound: Kernel, axial: np.ndarray | None) -> dict[str, np.ndarray]:
-        """States after a switch or at the start."""
+    def begin(self, bound: Kernel, state: State) -> State:
+        """The state at the start of a run, from that of a vehicle that rolls."""
+        for effect in self.effects:
+            state = effect.begin(bound, state)
+        return state
+
+    def initial(self, bound: Kernel, state: State) -> dict[str, np.ndarray]:
+        """What they integrate, after a switch or at the start."""
         states = {}
         for effect in self.effects:
-            states |= effect.initial(bound, axial)
+            states |= effect.initial(bound, state)
         return states
+
+    def state_at(self, layout: StateVector, y: np.ndarray, state: State) -> State:
+        """The state with the wheels' rates and the axial speeds of the rollers in contact of y, where they may slip."""
+        if "rates" in layout.slices:
+            state = replace(state, rates=layout.view(y, "rates").copy())
+        return state.with_contact_axial(layout.view(y, "contact_omega")) if "contact_omega" in layout.slices else state
 
     def axial_later(
         self, bound: Kernel, axial: np.ndarray, before: dict, after: dict, elapsed: np.ndarray
@@ -167,6 +199,7 @@ class EffectRun:
         self.processes = [effect.process(bound, start_time) for effect in effects.effects]
         self.influences, self.signals = [], {}
         self.drives = effects.drives()
+        self.slipping = self.state_vector.slices.get("rates")  # where y has the rates of wheels that may slip
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
 
     @cached_property
@@ -240,12 +273,17 @@ class EffectRun:
 
         return held_flow
 
-    def wheel_speeds(self, nu: np.ndarray) -> np.ndarray:
+    def wheel_speeds(self, state: State) -> np.ndarray:
         """(N,) rates of the wheels; exactly zero where an axle rests."""
-        return self.kernel.wheel_speeds(nu) if self.axles is None else self.axles.rates(nu)
+        if state.rates is not None:
+            return state.rates
+        return self.kernel.wheel_speeds(state.nu) if self.axles is None else self.axles.rates(state.nu)
 
-    def wheel_accelerations(self, nu_dot: np.ndarray) -> np.ndarray:
-        """(N,) accelerations of the wheels; exactly zero where an axle sticks."""
+    def wheel_accelerations(self, rates: np.ndarray) -> np.ndarray:
+        """(N,) accelerations of the wheels from y'; exactly zero where an axle sticks."""
+        if self.slipping is not None:
+            return rates[self.slipping]
+        nu_dot = rates[:3]
         return self.kernel.wheel_speeds(nu_dot) if self.axles is None else self.axles.accelerations(nu_dot)
 
     def begin_phase(self, elapsed: float, carry: float = 0.0) -> list[Guard]:

@@ -68,10 +68,11 @@ class Measured:
     pose: np.ndarray
     contact: np.ndarray
     kernel: Kernel
+    rates: np.ndarray | None = None
 
     @cached_property
     def wheel_speeds(self) -> np.ndarray:
-        return self.kernel.wheel_speeds(self.nu)
+        return self.kernel.wheel_speeds(self.nu) if self.rates is None else self.rates
 
 
 @documented(*FUNCTION_CONTROLLER)
@@ -159,7 +160,8 @@ class Calling(Process):
 
     def pass_time(self, state: State) -> None:
         arrays = [read_only(array) for array in (state.nu, state.chi, state.pose, state.contact)]
-        given = self.function(self.start_time + self.next_time(), Measured(*arrays, self.kernel))
+        rates = None if state.rates is None else read_only(state.rates)
+        given = self.function(self.start_time + self.next_time(), Measured(*arrays, self.kernel, rates))
         self.output = _output(given, self.kernel.wheels)
         self.samples += 1
 

@@ -124,6 +124,10 @@ class Driving(Following):
         super().__init__("voltage", voltage)
         self.motor = motor
         self.wheel_speed_per_nu = kernel.wheel_rows
+        # (N, k) the wheels' rates by the first components of y: by nu, or where wheels may slip, right behind the pose
+        self.rate_rows = self.wheel_speed_per_nu
+        if kernel.slips:
+            self.rate_rows = np.eye(kernel.wheels, 6 + 2 * kernel.wheels, 6 + kernel.wheels)
         self.laws = laws(kernel)
         self.transitions = TRANSITIONS if motor.current_limit is not None else TRANSITIONS[:0]
         self.mode = np.full(kernel.wheels, LINEAR, np.int64)
@@ -163,7 +167,7 @@ class Driving(Following):
         return Guard(
             at_zero + of_voltage,
             per_volt * voltage.slope[wheel],
-            per_rate * self.wheel_speed_per_nu[wheel],
+            per_rate * self.rate_rows[wheel],
             size=abs(at_zero) + abs(of_voltage),
         )
 

@@ -26,26 +26,27 @@ class Quantity:
     size: str = "energy"
 
 
-def quantities(names: Sequence[str], roller_model: str) -> tuple[Quantity, ...]:
-    """What these effects integrate beside nu, chi and the pose."""
-    states = _entries("states", names, roller_model)
+def quantities(names: Sequence[str], roller_model: str, present: Sequence[str] = ()) -> tuple[Quantity, ...]:
+    """What these effects integrate beside nu, chi and the pose; `present` are all effects of the set, if not these."""
+    states = _entries("states", names, roller_model, present)
     return tuple(
         dict.fromkeys(Quantity(s["name"], s["rate"], s["account"], s["size"]) for s in states if s["size"] != "angle")
     )
 
 
-def functions(names: Sequence[str], roller_model: str) -> tuple[str, ...]:
+def functions(names: Sequence[str], roller_model: str, present: Sequence[str] = ()) -> tuple[str, ...]:
     """The generated functions that give the rates of these, in the order in which they are called."""
-    calls = [*_entries("calls", names, roller_model), *_entries("states", names, roller_model)]
+    calls = [*_entries("calls", names, roller_model, present), *_entries("states", names, roller_model, present)]
     return tuple(dict.fromkeys(call["function"] for call in calls if call.get("size") != "angle"))
 
 
-def _entries(kind: str, names: Sequence[str], roller_model: str) -> Iterator[dict]:
-    """Entries of a kind that are there with the effects `names` and no others."""
+def _entries(kind: str, names: Sequence[str], roller_model: str, present: Sequence[str]) -> Iterator[dict]:
+    """Entries of a kind that the effects `names` have where `present` are there, or they alone."""
+    present = present or names
     for effect in generated_data.load("effects")["effects"]:
         if effect["name"] in names:
             for entry in effect[kind]:
-                if roller_model in entry["models"] and all(_holds(term, names) for term in entry["case"]):
+                if roller_model in entry["models"] and all(_holds(term, present) for term in entry["case"]):
                     yield entry
 
 

@@ -21,7 +21,6 @@ from omniroll.errors import AccuracyWarning, SimulationStopped
 from omniroll.results.comparison import difference
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import checks as states
-from omniroll.vehicles.state import State
 
 CONTROL = 100.0  # the tolerance of the control run is this many times that of the run
 COARSEST = 0.1  # but not above this
@@ -214,7 +213,8 @@ def moved(task: Task, by: float) -> Task:
     chi = np.where(np.abs(state.chi) < joint * (1 - by), state.chi + by * joint * _uneven(len(state.chi)), state.chi)
     nu = state.nu + by * math.sqrt(state.nu @ state.nu) * MOVED_NU
     pose = state.pose + by * HEADING
-    return replace(task, state=State(nu, chi, pose, state.contact, state.axial))
+    moved_state = replace(state, nu=nu, chi=chi, pose=pose)
+    return replace(task, state=task.effects.begin(task.kernel, moved_state))
 
 
 @cache

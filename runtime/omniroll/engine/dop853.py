@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.integrate import DOP853
@@ -11,7 +12,6 @@ from omniroll.results.dense import bernstein_of_dop853
 
 STAGES = 12  # evaluations of a step
 FURTHER = 3  # evaluations of its polynomial
-ORDER = 8
 
 
 @dataclass
@@ -27,6 +27,9 @@ class Step:
     rates: np.ndarray
     h: float
     carry: np.ndarray
+    order: ClassVar[int] = 8
+    evaluations: ClassVar[int] = STAGES
+    further: ClassVar[int] = FURTHER  # of the polynomial
 
     def __post_init__(self) -> None:
         self.stages = np.empty((STAGES + 1, len(self.y)))

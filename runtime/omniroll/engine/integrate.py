@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from omniroll.effects.guards import NO_GUARDS, Guards
-from omniroll.engine.dop853 import FURTHER, ORDER, STAGES, Step
+from omniroll.engine import dop853, radau
 from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Flow
 from omniroll.results.dense import first_positive
@@ -27,6 +27,9 @@ LANDING_TRIALS = 100
 NU = slice(3)
 ROUNDING = 4 * EPS  # of an angle, relative
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 10.0  # of a step's length over the one before
+
+
+AnyStep = dop853.Step | radau.Step
 
 
 class StepFailedError(ArithmeticError):
@@ -79,11 +82,13 @@ class PhaseIntegrator:
     joint      pi/n in rad
     scale      (d,) the size of each component, in which errors are measured; nu's grows to the largest |nu| that was
     tolerance  the local error allowed in a step, in units of `scale`
+    stiff      whether steps are implicit, for motions with parts that decay far faster than the others
     """
 
-    def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float):
+    def __init__(self, wheels: int, joint: float, scale: np.ndarray, tolerance: float, stiff: bool = False):
         self.chi, self.pose = slice(3, 3 + wheels), slice(3 + wheels, 6 + wheels)
         self.wheels, self.joint, self.scale, self.tolerance = wheels, joint, scale.copy(), tolerance
+        self.make_step: Callable[..., AnyStep] = radau.Steps() if stiff else dop853.Step
         self.counts = Counts()
         self.next_step: float | None = None  # carried over a switch
         self.carry = np.zeros_like(scale)  # what the rounding of y has left over
@@ -126,7 +131,7 @@ class PhaseIntegrator:
         while True:
             step, end = self._step(flow, time, y, rates, limit)
             dense = step.polynomial()
-            self.counts.evaluations += FURTHER
+            self.counts.evaluations += step.further
             crossing, directions = self._first_crossing(dense)
             guard, passed = self._first_guard(dense, time, step.h, guards, crossing)
             if guard is not None:
@@ -145,7 +150,7 @@ class PhaseIntegrator:
                 phase.y = self._onto_joint(phase, phase.directions)
                 return True
 
-    def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[Step, float]:
+    def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[AnyStep, float]:
         """One accepted step, short enough not to pass the next joint by far; and the time of its end."""
         waits, _ = self._waits(rates, y)
         wanted = self.next_step
@@ -154,12 +159,14 @@ class PhaseIntegrator:
         h, rejected = max(asked, shortest), False
         while True:
             end = min(time + h, limit)
-            step = Step(flow, time, y, rates, end - time, self.carry)
-            self.counts.evaluations += STAGES
+            step = self.make_step(flow, time, y, rates, end - time, self.carry)
+            self.counts.evaluations += step.evaluations
             scale = self._scale(y, rates, step.h)
             size = self.tolerance * scale + EPS * np.maximum(np.abs(y), np.abs(step.y_end))
             error = step.error(size)
-            factor = MOST_FACTOR if error == 0 else SAFETY * error ** (-1 / ORDER)  # not a number where a stage is none
+            factor = MOST_FACTOR  # not a number where a stage is none
+            if error != 0:
+                factor = SAFETY * error ** (-1 / step.order)
             if error < 1:
                 break
             h, rejected = step.h * max(LEAST_FACTOR, factor if np.isfinite(factor) else 0.0), True
@@ -255,7 +262,7 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        step: Step,
+        step: AnyStep,
         guess: float,
         gap: Callable[[float], float],
     ) -> bool:
@@ -302,7 +309,7 @@ class PhaseIntegrator:
         self,
         flow: Flow,
         phase: Phase,
-        step: Step,
+        step: AnyStep,
         guess: float,
         gap: Callable[[float], float],
         guards: Guards,
@@ -338,18 +345,18 @@ class PhaseIntegrator:
         phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
         phase.y = self._onto_joint(phase, phase.directions)
 
-    def _single_step(self, step: Step, h: float) -> Step:
+    def _single_step(self, step: AnyStep, h: float) -> AnyStep:
         """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted."""
-        part = Step(step.flow, step.time, step.y, step.rates, h, step.carry)
-        self.counts.evaluations += STAGES
+        part = self.make_step(step.flow, step.time, step.y, step.rates, h, step.carry)
+        self.counts.evaluations += part.evaluations
         if not np.isfinite(part.y_end).all():
             raise StepFailedError("a step onto the joint is not finite")
         return part
 
-    def _add(self, phase: Phase, part: Step) -> None:
+    def _add(self, phase: Phase, part: AnyStep) -> None:
         """The phase goes on to the end of this step."""
         phase.add_step(part.time + part.h, part.y_end, part.polynomial())
-        self.counts.evaluations += FURTHER
+        self.counts.evaluations += part.further
         self.carry = part.carry_end
 
     def _onto_joint(self, phase: Phase, directions: np.ndarray) -> np.ndarray:

@@ -71,7 +71,11 @@ class Run:
             ]
         )
         self.integrator = PhaseIntegrator(
-            vehicle.wheels, self.model.joint, scale, SAFETY * tolerance / self._steps_expected()
+            vehicle.wheels,
+            self.model.joint,
+            scale,
+            SAFETY * tolerance / self._steps_expected(),
+            stiff=self.kernel.slips,
         )
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
@@ -141,12 +145,12 @@ class Run:
     def _start_added(self) -> None:
         """What the effects integrate about the free rollers begins anew with the rollers that are free now."""
         y = self._y()
-        self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state.free_axial()))
+        self.acting.state_vector.put(y, self.task.effects.initial(self.kernel, self.state))
         self.added = y[self.acting.state_vector.plain :]
 
     def _steps_expected(self) -> float:
         """How many local errors will add up, if the vehicle goes on as it starts."""
-        speed = np.abs(self.kernel.wheel_speeds(self.state.nu)).max()
+        speed = np.abs(self.acting.wheel_speeds(self.state)).max()
         return STEPS_PER_PHASE * (1 + speed * self.task.duration / (2 * self.model.joint))
 
     def _time(self) -> float:
@@ -158,12 +162,12 @@ class Run:
         A wheel rests where its speed would carry it over less than the rounding of its angle: without this an impact
         that sends a wheel back again and again, in less and less time, would have no last one.
         """
-        chi, chi_dot = self.state.chi, self.acting.wheel_speeds(self.state.nu)
+        chi, chi_dot = self.state.chi, self.acting.wheel_speeds(self.state)
         due = outward(chi, chi_dot, self.kernel.rollers_per_wheel)
         slow = np.abs(chi_dot) <= SLOW * np.max(np.abs(chi_dot), initial=0.0)
         if (slow & (np.abs(chi) >= self.model.joint)).any():
             self._ask()
-            chi_ddot = self.acting.wheel_accelerations(self.flow(0.0, self._y())[:3])
+            chi_ddot = self.acting.wheel_accelerations(self.flow(0.0, self._y()))
             resting = slow & (chi_dot**2 < 2 * EPS * self.model.joint * np.abs(chi_ddot))
             due = np.where(resting, outward(chi, chi_ddot, self.kernel.rollers_per_wheel), due)
         return due
@@ -213,6 +217,7 @@ class Run:
         self.added = phase.y[plain:]
         if phase.times and axial is not None:
             self.state = self.state.with_free_axial(axial[-1])
+        self.state = self.task.effects.state_at(self.acting.state_vector, phase.y, self.state)
 
     def _axial_during(self, phase: Phase) -> np.ndarray | None:
         """Axial speeds of the free rollers (K, N, n-1) at the ends of a phase's steps."""

@@ -97,12 +97,16 @@ def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:
         return kernel(task.kernel.vehicle, model, "python")  # works on all rows at once
 
     def contact_spin(some: Places = ALL) -> np.ndarray:
+        if trajectory.contacts is not None:
+            return trajectory.contacts.spins(trajectory.nu, trajectory.chi)[some]
         return bound().wheel_rates(trajectory.nu[some], trajectory.chi[some])[1]
 
     def spins(some: Places = ALL) -> np.ndarray:
         return bound().spins_from_axial(trajectory.nu[some], trajectory.chi[some], rows.axial(some))
 
     def energy(some: Places = ALL) -> np.ndarray:
+        if trajectory.contacts is not None:
+            return trajectory.contacts.energy(trajectory.nu, trajectory.chi, trajectory.spins)[some]
         own = (trajectory.spins if some is ALL else spins(some),) if task.kernel.has_spins else ()
         return bound().energy(trajectory.nu[some], trajectory.chi[some], *own)
 

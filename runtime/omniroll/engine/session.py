@@ -77,6 +77,9 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
+        if self._task.kernel.slips:
+            bound = "must not hold a Contact: a session runs on the compiled engine, where wheels roll"
+            raise InvalidValueError("effects", options.get("effects"), bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "

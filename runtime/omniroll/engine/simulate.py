@@ -45,7 +45,7 @@ def simulate(
 
     vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
     effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
-                  Controller, FunctionController, Bearings, Slope
+                  Controller, FunctionController, Bearings, Slope, Contact
     {entries}
     progress      function that is called as progress(time done, duration) now and then, or None
     control       True: compare with a second, coarser run from a start moved by 1e-12; its distance is the measure
@@ -103,10 +103,10 @@ def checked_task(
     task = Task(
         vehicle=vehicle,
         kernel=bound,
-        state=_initial_state(bound, nu, chi, spins, pose),
+        state=acting.begin(bound, _initial_state(bound, nu, chi, spins, pose)),
         duration=ENTRIES["duration"].checked(duration),
         start_time=ENTRIES["start_time"].checked(start_time),
-        switching=switching,
+        switching="slip" if acting.slips else switching,
         accuracy=ENTRIES["accuracy"].checked(accuracy),
         engine=engine,
         progress=progress,
@@ -188,6 +188,6 @@ def _rates_with_effects(task: Task) -> np.ndarray:
     acting.pass_time(0.0, state)
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-    acting.state_vector.put(y, task.effects.initial(bound, state.free_axial()))
+    acting.state_vector.put(y, task.effects.initial(bound, state))
     flow, _ = acting.phase(0.0, state.free_axial(), y)
     return flow(0.0, y)

@@ -30,6 +30,8 @@ The contract, numbered:
  9. After a switch the rules apply anew at the same instant: a wheel that an impact has sent back stands at
     its joint and moves outwards, and switches again. A watchdog of the engine stops a run that switches
     without progress in time.
+10. Where wheels may slip, no law is asked: a switch changes no speed. The axial speed of every roller, in contact or
+    not, is a state of its own, and the ground spins the entering roller up.
 """
 
 from dataclasses import replace
@@ -55,7 +57,7 @@ def outward(chi: np.ndarray, chi_dot: np.ndarray, rollers_per_wheel: int) -> np.
 
 
 class SwitchingModel:
-    """Rules 4, 6 and 7 for one kernel and one law."""
+    """Rules 4, 6 and 7 for one kernel and one law; where wheels may slip, rule 10."""
 
     def __init__(self, kernel: Kernel, law: str):
         self.kernel, self.law = kernel, law
@@ -69,7 +71,7 @@ class SwitchingModel:
             chi=np.where(switching, -directions * self.joint, state.chi),
             contact=(state.contact - directions) % self.kernel.rollers_per_wheel,
         )
-        if self.kernel.roller_model == "massless":
+        if self.kernel.roller_model == "massless" or self.kernel.slips:
             return after
         if self.kernel.roller_model == "locked":
             return replace(after, nu=self._nu_after(state, after, np.zeros(self.kernel.wheels), switching))

@@ -11,7 +11,6 @@ code here beyond its method. A kernel has the effects that it is asked for and n
 needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.vehicles.vehicle.
 """
 
-import importlib
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +25,7 @@ from omniroll import generated_data
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
+from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
 
@@ -162,10 +162,8 @@ def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
 def _wheel_places(vehicle: Vehicle) -> ArrayLike:
     if vehicle.wheel_places is not None:
         return vehicle.wheel_places
-    parts = importlib.import_module("omniroll.generated.python.parts")
-    return parts.places_on_rays(
-        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, list(vehicle.wheel_angles)
-    )
+    counts = vehicle.wheels, vehicle.rollers_per_wheel
+    return parts.places_on_rays(*counts, vehicle.platform_radius, vehicle.wheel_angles)
 
 
 @documented(*KERNEL_ARGUMENTS)
@@ -200,6 +198,7 @@ class Kernel:
         self.given = constants
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, self.effects, constants))
         self.has_spins = roller_model == "free"
+        self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     @cached_property

@@ -35,7 +35,7 @@ STYLE = {
     "mathtext.fontset": "cm",
 }
 COLOURS = {"massless": "#6b6b6b", "locked": "#1f5fa8", "free": "#d1651a"}
-DASHES = {"smooth": "-", "impact": (0, (4, 1.6))}
+DASHES = {"smooth": "-", "impact": (0, (4, 1.6)), "slip": (0, (5, 1, 1, 1))}
 SHORT = 10.0  # s: in so short a time some twenty switches can be told apart, and lines are drawn thick
 MOST_MARKS = 60  # switches that are marked; the lines of more of them would merge
 TIME_PANELS: dict[str, tuple[str, str, Callable[[Any], np.ndarray], float]] = {

@@ -11,9 +11,9 @@ from omniroll import validation
 from omniroll.effects import Motor, Slope
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.results.loads import SupportPolygon, contact_loads, refuse_collinear
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
+from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
 
@@ -137,6 +137,9 @@ def judged_reactions(
     spin_inertia: ArrayLike | None = None,
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
+    if trajectory.effects.slips:
+        bound = "must be of wheels that roll: where they may slip, trajectory.ground_force has the ground's forces"
+        raise InvalidValueError("trajectory", trajectory, bound)
     vehicle = trajectory.vehicle
     friction = ENTRIES["friction"].checked(friction)
     numbers = {

@@ -18,6 +18,7 @@ from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
+from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory_files import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
@@ -39,7 +40,10 @@ class Samples(MadeOnDemand):
                   model "free"
     pose          (..., 3) x, y in m, theta in rad
     energy        (...) in J, (3.2)
-    made          how contact_spin, spins and energy are computed when they are first read
+    slip          (..., N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling
+                  direction e_z x n; None where wheels cannot slip
+    ground_force  (..., N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip
+    made          how contact_spin, spins, energy, slip and ground_force are computed when they are first read
     """
 
     t: np.ndarray
@@ -52,6 +56,8 @@ class Samples(MadeOnDemand):
     contact_spin = OnDemand()
     spins = OnDemand()
     energy = OnDemand()
+    slip = OnDemand()
+    ground_force = OnDemand()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -211,6 +217,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
+        slipping = Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -223,13 +230,20 @@ class Trajectory(MadeOnDemand):
             return with_rows("spins", self.kernel.spins_from_axial(nu, chi, self._axial(times, y, row)))
 
         def energy() -> np.ndarray:
+            if slipping is not None:
+                return with_rows("energy", slipping.energy(nu, chi, samples.spins))
             bound = self.kernel
             return with_rows("energy", bound.energy(nu, chi, *bound.spins_or_nothing(samples.spins)))
 
         def contact_spin() -> np.ndarray:
-            return with_rows("contact_spin", self.kernel.wheel_rates(nu, chi)[1])
+            own = self.kernel.wheel_rates(nu, chi)[1] if slipping is None else slipping.spins(nu, chi)
+            return with_rows("contact_spin", own)
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
+        made |= {
+            name: (lambda k=k: None if slipping is None else slipping.forces(nu, chi)[k])
+            for k, name in enumerate(("slip", "ground_force"))
+        }
         samples = Samples(times, nu, chi, self.contact[row], pose, made)
         return samples
 
@@ -260,6 +274,26 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
+    # Contacts that slip
+
+    @cached_property
+    def contacts(self) -> "Contacts | None":
+        """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
+        if not self.effects.slips:
+            return None
+        return Contacts(self._effect_kernel, self._state_vector.views(self._rows(np.arange(len(self)))))
+
+    @cached_property
+    def slip(self) -> np.ndarray | None:
+        """(T, N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling direction
+        e_z x n; None where wheels cannot slip."""
+        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[0]
+
+    @cached_property
+    def ground_force(self) -> np.ndarray | None:
+        """(T, N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
+        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[1]
+
     # Energy
 
     def quantity(self, name: str) -> np.ndarray:
@@ -271,7 +305,7 @@ class Trajectory(MadeOnDemand):
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
         accounts = {
-            quantity.name: quantity.account * self.quantity(quantity.name)
+            quantity.name: quantity.account * self.quantity(quantity.name).reshape(len(self), -1).sum(axis=1)
             for quantity in self.effects.quantities(self.roller_model)
             if quantity.account
         }

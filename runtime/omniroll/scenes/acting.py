@@ -3,7 +3,17 @@
 from collections.abc import Callable
 from typing import Any
 
-from omniroll.effects import Bearings, Controller, Effect, FunctionController, Motor, Slope, Torque, TorqueTable
+from omniroll.effects import (
+    Bearings,
+    Contact,
+    Controller,
+    Effect,
+    FunctionController,
+    Motor,
+    Slope,
+    Torque,
+    TorqueTable,
+)
 from omniroll.errors import InvalidValueError
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
@@ -95,4 +105,5 @@ MAKERS: dict[str, Callable[[dict[str, Any]], Effect]] = {
     "function_controller": lambda keys: FunctionController(**keys),
     "bearings": lambda keys: Bearings(**keys),
     "slope": lambda keys: Slope(**keys),
+    "contact": lambda keys: Contact(**keys),
 }

@@ -44,7 +44,8 @@ def operations(task: Task) -> list[Cost]:
     """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine."""
     bound = task.kernel
     counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
-    names = dict.fromkeys(ALWAYS + task.effects.functions(bound.roller_model))
+    always = ALWAYS[-1:] if bound.slips else ALWAYS  # where wheels may slip, one function gives all accelerations
+    names = dict.fromkeys(always + task.effects.functions(bound.roller_model))
     return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
 
 

@@ -26,6 +26,7 @@ FILES = (
     "trajectory.csv",
     "switches.csv",
     "impulses.csv",
+    "slip.csv",
     "samples.csv",
     "reactions.csv",
     "summary.json",
@@ -119,6 +120,8 @@ def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
     _write_switches(trajectory, folder / "switches.csv")
     if trajectory.switching == "impact":
         _write_impulses(impulses(trajectory), folder / "impulses.csv")
+    if trajectory.contacts is not None:
+        _write_slip(trajectory, folder / "slip.csv")
     times = outcome.scene.sample_times(float(trajectory.t[-1]))
     if times is not None:
         _write_samples(trajectory, times, folder / "samples.csv")
@@ -151,6 +154,14 @@ def _write_impulses(at_switches: Impulses, path: Path) -> None:
     wheels = range(1, at_switches.contact.shape[1] + 1)
     names = ["t", *(f"{name}_{i}" for name in ("along_axle", "along_rolling") for i in wheels)]
     _write_table(path, names, _rows((at_switches.t, at_switches.contact[..., 0], at_switches.contact[..., 1])))
+
+
+def _write_slip(trajectory: Trajectory, path: Path) -> None:
+    wheels = range(1, trajectory.vehicle.wheels + 1)
+    columns = ("slip_axle", "slip_rolling", "force_axle", "force_rolling", "loss")
+    slip, force, loss = trajectory.slip, trajectory.ground_force, trajectory.quantity("ground_loss")
+    parts = (trajectory.t, slip[..., 0], slip[..., 1], force[..., 0], force[..., 1], loss)
+    _write_table(path, ["t", *(f"{name}_{i}" for name in columns for i in wheels)], _rows(parts))
 
 
 def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:

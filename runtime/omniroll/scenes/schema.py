@@ -126,6 +126,13 @@ SCENE = (
     ),
     Table("slope", "Gravity on an inclined plane.", vocabulary.SLOPE),
     Table(
+        "contact",
+        "Wheels that may slip on the ground. Without this table they roll. A switch then changes no speed, and "
+        "`[switching]` has no part: the roller that comes into contact has the spin that it has, and the ground spins "
+        "it up. Rollers cannot be `locked`. Such a scene runs on the Python engine.",
+        vocabulary.CONTACT,
+    ),
+    Table(
         "layout",
         "Wheels at places of their own, and a centre of mass that is not S.",
         (vocabulary.LAYOUT[0], replace(vocabulary.WHEEL_ANGLES, default="those of [vehicle]"), *vocabulary.LAYOUT[1:]),

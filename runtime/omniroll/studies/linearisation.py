@@ -153,7 +153,10 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
 
 
 def _refuse_what_has_no_derivative(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> None:
-    present = {name for effect in acting.effects for name in effect.kernel_effects()}
+    present = set(acting.names())
+    if acting.slips:
+        bound = "the linear model knows wheels that roll; leave the ground out"
+        raise InvalidValueError("effects", [type(effect).__name__ for effect in acting.effects], bound)
     if "axle_sticking" in present:
         bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
         raise InvalidValueError("wheel_coulomb", acting.constants(vehicle).get("axle_torque"), bound)

@@ -3,6 +3,7 @@
 Everything here works on plain numbers; omniroll.vehicles.vehicle makes vehicles of them.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 from omniroll import validation, vocabulary
@@ -17,6 +18,11 @@ def evaluate(name: str, wheels: int, rollers_per_wheel: int, **values: float) ->
     except (ZeroDivisionError, OverflowError):
         outputs = float("nan")
     return tuple(float(output) for output in (outputs if isinstance(outputs, (tuple, list)) else (outputs,)))
+
+
+def places_on_rays(wheels: int, rollers_per_wheel: int, platform_radius: float, wheel_angles: Sequence[float]) -> Any:
+    """(N, 2) in m as nested lists, of wheels on rays from S at the platform radius."""
+    return parts.places_on_rays(wheels, rollers_per_wheel, platform_radius, list(wheel_angles))
 
 
 def cylinder(mass: float, radius: float, length: float) -> tuple[float, float]:

@@ -18,8 +18,9 @@ class State:
     pose     (3,) x, y, theta
     contact  (N,) int, the physical roller in contact
     axial    (N, n) in rad/s by physical roller: the absolute axial speeds of free rollers, constant between
-             switches. The number of the roller in contact has no meaning. None but for the roller model
-             "free".
+             switches. The number of the roller in contact has no meaning where it rolls. None but for the roller
+             model "free".
+    rates    (N,) in rad/s, the wheels' rates where they may slip; None where they roll
     """
 
     nu: np.ndarray
@@ -27,6 +28,7 @@ class State:
     pose: np.ndarray
     contact: np.ndarray
     axial: np.ndarray | None = None
+    rates: np.ndarray | None = None
 
     def free_axial(self) -> np.ndarray | None:
         """The axial speeds of the rollers j = 2..n, (N, n-1)."""
@@ -42,6 +44,16 @@ class State:
         """The state with other axial speeds of the rollers j = 2..n, (N, n-1)."""
         places = np.column_stack([np.zeros(len(free)), free])
         return replace(self, axial=by_roller(places, self.contact))
+
+    def contact_axial(self) -> np.ndarray:
+        """(N,) the axial speeds of the rollers in contact, where they may slip."""
+        return self.axial[np.arange(len(self.contact)), self.contact]
+
+    def with_contact_axial(self, axial: np.ndarray) -> "State":
+        """The state with other axial speeds of the rollers in contact, (N,)."""
+        changed = self.axial.copy()
+        changed[np.arange(len(self.contact)), self.contact] = axial
+        return replace(self, axial=changed)
 
 
 def physical_roller(contact: np.ndarray, j: np.ndarray | int, rollers_per_wheel: int) -> np.ndarray:

@@ -145,7 +145,7 @@ class ScipyRun:
 
     def _start_added(self) -> None:
         y = self._y()
-        self.vector.put(y, self.task.effects.initial(self.bound, self.state.free_axial()))
+        self.vector.put(y, self.task.effects.initial(self.bound, self.state))
         self.added = y[self.vector.plain :]
 
     # A phase

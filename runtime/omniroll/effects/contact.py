@@ -1,0 +1,161 @@
+"""The ground as it is: wheels that may slip on it.
+
+The mechanics is in maxima/effects/contact.mac: the wheels' rates and the axial speeds of the rollers in contact are
+states of their own, and the ground acts by forces that a law gives. A switch then changes no speed: the roller that
+comes into contact has the axial speed that it has, and the ground spins it up.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.effects.effect import Effect
+from omniroll.effects.numbers import PerWheel, per_wheel, spread
+from omniroll.effects.slope import Slope
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles import parts
+from omniroll.vehicles.loads import contact_loads, refuse_collinear
+from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
+
+NEEDED = {"viscous": ("coefficient",), "regularised": ("friction", "speed")}  # numbers of each law
+OPTIONAL = {"viscous": (), "regularised": ("load", "gravity")}
+
+
+def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
+    """One number, or two: along the axle and along the rolling direction. Raises InvalidValueError."""
+    numbers = per_wheel(name, value)
+    if np.ndim(numbers) and len(numbers) != 2:
+        raise InvalidValueError(name, value, "must be one number, or two: along the axle and the rolling direction")
+    if np.min(numbers) < 0 or (name == "friction" and np.min(numbers) == 0):
+        raise InvalidValueError(name, value, "must be positive" if name == "friction" else "must not be negative")
+    return numbers
+
+
+def _of_wheels(numbers: PerWheel, vehicle: Vehicle) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, np.broadcast_to(numbers, (vehicle.wheels, 2)).tolist()))
+
+
+@documented(*CONTACT)
+@dataclass(frozen=True)
+class Contact(Effect):
+    """Wheels that may slip on the ground, under a law of friction.
+
+    {entries}
+
+    Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
+    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed. The law of a switch has no part in such
+    a run, which is made by the Python engine.
+
+    Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
+    simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
+    turn as they roll, and for loads that do not follow from the vehicle: of fewer than three wheels, or one that tips.
+    """
+
+    coefficient: ArrayLike | None = None
+    law: str = "viscous"
+    friction: ArrayLike | None = None
+    speed: float | None = None
+    load: ArrayLike | None = None
+    gravity: float | None = None
+    wheel_rates: ArrayLike | None = None
+    contact_spins: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        self._keep_checked(entry for entry in CONTACT if entry.name in ("law", "speed", "gravity"))
+        for name in NEEDED[self.law]:
+            if getattr(self, name) is None:
+                raise InvalidValueError(name, None, f"must be given with the law {self.law}")
+        for name in ("coefficient", "friction", "speed", "load", "gravity"):
+            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
+                raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
+        for name in ("coefficient", "friction"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _along_and_across(name, getattr(self, name)))
+        for name in ("load", "wheel_rates", "contact_spins"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
+        if self.load is not None and np.min(self.load) < 0:
+            raise InvalidValueError("load", self.load, "must not be negative")
+
+    def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
+        for name in ("wheel_rates", "contact_spins"):
+            self._given(name, vehicle.wheels)
+        if any("axle_sticking" in effect.kernel_effects() for effect in others):
+            bound = "must be given where wheels may slip: axles that stick are not solved together with the ground"
+            raise InvalidValueError("wheel_speed", None, bound)
+        if sum(isinstance(effect, Contact) for effect in others) > 1:
+            raise InvalidValueError("effects", self, "there is one ground")
+        slope = next((effect for effect in others if isinstance(effect, Slope)), None)
+        if self.law == "regularised" and slope is not None and self.load is None and self.gravity is None:
+            (across,) = parts.evaluate(
+                "across_plane",
+                vehicle.wheels,
+                vehicle.rollers_per_wheel,
+                gravity_strength=slope.gravity,
+                plane_angle=slope.angle,
+            )
+            raise InvalidValueError("gravity", None, f"must be given on a slope; across this plane it is {across!r}")
+        self.constants(vehicle)
+
+    def check_model(self, roller_model: str) -> None:
+        if roller_model == "locked":
+            bound = (
+                "cannot be locked where wheels may slip: a roller that leaves the ground would have to stop on its "
+                "disk at once, which no friction of the ground does; choose free or massless"
+            )
+            raise InvalidValueError("roller_model", roller_model, bound)
+        if roller_model == "massless" and self.contact_spins is not None:
+            raise InvalidValueError("contact_spins", self.contact_spins, "massless rollers turn as they roll")
+
+    def _given(self, name: str, wheels: int) -> np.ndarray | None:
+        value: PerWheel | None = getattr(self, name)
+        return None if value is None else spread(name, value, wheels)
+
+    def kernel_effects(self) -> tuple[str, ...]:
+        return ("contact", f"contact_{self.law}")
+
+    def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
+        if self.law == "viscous":
+            return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
+        loads = tuple(self.loads(vehicle).tolist())
+        friction = _of_wheels(self.friction, vehicle)
+        return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
+
+    def loads(self, vehicle: Vehicle) -> np.ndarray:
+        """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest.
+
+        vehicle  Vehicle, of three wheels or more where no loads are given
+
+        Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
+        """
+        if self.load is not None:
+            return self._given("load", vehicle.wheels)
+        places = vehicle.wheel_places
+        if places is None:
+            counts, radius = (vehicle.wheels, vehicle.rollers_per_wheel), vehicle.platform_radius
+            places = parts.places_on_rays(*counts, radius, vehicle.wheel_angles)
+        places = np.array(places)
+        refuse_collinear(places)
+        weight = vehicle.mass * (STANDARD_GRAVITY if self.gravity is None else self.gravity)
+        found = contact_loads(places, weight * np.array([1.0, *vehicle.center_of_mass])[None])[0]
+        if found.min() < 0:
+            raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
+        return found
+
+    def begin(self, kernel: Kernel, state: State) -> State:
+        rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))
+        rolling, rolling_spins = kernel.wheel_rates(state.nu, state.chi)
+        state = replace(state, rates=rolling if rates is None else rates)
+        if not kernel.has_spins:
+            return state
+        excess = 0.0 if spins is None else spins - rolling_spins
+        return state.with_contact_axial(kernel.contact_axial(state.nu, state.chi) + excess)
+
+    def initial(self, kernel: Kernel, state: State) -> dict[str, np.ndarray]:
+        states = {"rates": state.rates}
+        return states | {"contact_omega": state.contact_axial()} if kernel.has_spins else states

@@ -1,0 +1,103 @@
+"""Coulomb's friction of the ground with a named speed: closed forms, loads, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from omniroll import Contact, InvalidValueError, Slope, Vehicle, simulate
+
+PAPER = Vehicle.paper()
+PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
+GRAVITY = 9.80665
+
+
+def skidding(speed, load=10.0, friction=0.4, end=0.1):
+    """The vehicle starts across the axles of its two wheels, which stand; the slip and the time at every row."""
+    ground = Contact(law="regularised", friction=friction, speed=speed, load=load, wheel_rates=0)
+    run = simulate(PAIR, nu=(0, 6.0, 0), duration=end, effects=[ground], control=False)
+    strength = friction * load * (2 / PAIR.mass + PAIR.wheel_radius**2 / PAIR.wheel_inertia)
+    return run, run.slip[:, 0, 1], strength
+
+
+def test_a_skidding_vehicle_in_closed_form():
+    """s' = -k s/sqrt(s^2 + v^2): sqrt(s^2 + v^2) - v asinh(v/s) falls by k t."""
+    speed = 0.05
+    run, slip, strength = skidding(speed)
+    fallen = np.hypot(slip, speed) - speed * np.arcsinh(speed / slip)
+    assert slip[-1] < 1e-2 * slip[0] and len(run.switches) >= 1
+    seen = slip > 1e-3 * slip[0]  # the logarithm of a slower slip has fewer digits
+    assert (fallen[0] - fallen)[seen] == pytest.approx(strength * run.t[seen], abs=1e-7) and seen.sum() > 10
+    assert run.ledger.residual == pytest.approx(0, abs=1e-9 * run.energy[0])
+
+
+def test_the_named_speed_tends_to_coulomb_at_first_order():
+    """Coulomb's slip is gone at s_0/k; then that with a named speed is x v still, sqrt(x^2 + 1) = asinh(1/x)."""
+    left = brentq(lambda x: np.hypot(x, 1) - np.arcsinh(1 / x), 0.1, 2)
+    for speed in (1e-2, 1e-3, 1e-4):
+        run, slip, strength = skidding(speed, end=0.05)
+        assert run.sample(slip[0] / strength).slip[0, 1] == pytest.approx(left * speed, rel=2 * speed + 1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.5, (0.3, 0.6)])
+def test_forces_lie_in_the_ellipse_and_take_the_most_power(friction):
+    ground = Contact(law="regularised", friction=friction, speed=1e-3, wheel_rates=(3, -2, 5), contact_spins=4)
+    run = simulate(PAPER, nu=(2, -1, 3), duration=0.05, effects=[ground], control=False)
+    reach = np.broadcast_to(friction, 2) * PAPER.mass * GRAVITY / 3  # each wheel carries its share
+    inside = ((run.ground_force / reach) ** 2).sum(axis=-1)
+    assert inside.max() <= 1 + 1e-12 and inside[0].min() > 0.999
+    turns = np.linspace(0, 2 * np.pi, 721)
+    others = reach * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    most = (-run.slip[0] @ others.T).max(axis=-1)
+    assert -(run.ground_force[0] * run.slip[0]).sum(axis=-1) == pytest.approx(most, rel=1e-3)
+
+
+def test_a_vehicle_rolls_down_where_the_ground_grips_and_slides_where_it_does_not():
+    """Wheels that turn take a part of the weight's work; wheels on a slick ground stay as they are."""
+    angle = 0.2
+    gravity = GRAVITY * np.cos(angle)
+    held = Contact(law="regularised", friction=0.6, speed=1e-3, gravity=gravity)
+    run = simulate(PAPER, nu=(0, 0, 0), duration=0.3, effects=[held, Slope(angle)], control=False)
+    assert np.abs(run.slip[-1]).max() < 5e-3, "it rolls down and hardly slips"
+    slick = Contact(law="regularised", friction=1e-3, speed=1e-3, gravity=gravity)
+    slides = simulate(PAPER, nu=(0, 0, 0), duration=0.3, effects=[slick, Slope(angle)], control=False)
+    # on a ground without friction S would have gone g sin(angle) t^2/2
+    free = GRAVITY * np.sin(angle) * 0.3**2 / 2
+    assert slides.pose[-1, 0] == pytest.approx(free, rel=0.02) and run.pose[-1, 0] < 0.95 * free
+
+
+def test_loads_at_rest():
+    """Three wheels determine them; four share by the least norm; a given load stands."""
+    aside = PAPER.replace(center_of_mass=(0.03, -0.01))
+    ground = Contact(law="regularised", friction=0.5, speed=1e-2)
+    loads = ground.loads(aside)
+    angles = np.array(PAPER.wheel_angles)
+    places = PAPER.platform_radius * np.stack([np.cos(angles), np.sin(angles)])
+    assert loads.sum() == pytest.approx(PAPER.mass * GRAVITY, rel=1e-14)
+    assert places @ loads == pytest.approx(PAPER.mass * GRAVITY * np.array([0.03, -0.01]), rel=1e-12)
+    four = Vehicle.paper(4, 5).replace(center_of_mass=(0.02, 0.0))
+    spare = np.array([1, -1, 1, -1])
+    assert ground.loads(four) @ spare == pytest.approx(0, abs=1e-12)
+    assert Contact(law="regularised", friction=0.5, speed=1e-2, load=3.0).loads(PAIR).tolist() == [3.0, 3.0]
+
+
+def test_what_makes_no_sense_is_refused():
+    law = {"law": "regularised", "friction": 0.5, "speed": 1e-2}
+    for changes, field in (
+        ({"speed": None}, "speed"),
+        ({"coefficient": 1.0}, "coefficient"),
+        ({"friction": (0.5, 0.0)}, "friction"),
+        ({"load": -1.0}, "load"),
+    ):
+        with pytest.raises(InvalidValueError) as caught:
+            Contact(**law | changes)
+        assert caught.value.field == field
+    with pytest.raises(InvalidValueError, match="law viscous"):
+        Contact(1.0, load=2.0)
+    for vehicle, effects, field in (
+        (PAIR, [Contact(**law)], "wheels"),
+        (PAPER.replace(center_of_mass=(-0.1, 0.0)), [Contact(**law)], "load"),
+        (PAPER, [Contact(**law), Slope(0.1)], "gravity"),
+    ):
+        with pytest.raises(InvalidValueError) as caught:
+            simulate(vehicle, nu=(0, 0, 0), duration=0.1, effects=effects)
+        assert caught.value.field == field
