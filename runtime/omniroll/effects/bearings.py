@@ -44,8 +44,8 @@ class Bearings(Effect):
     {entries}
 
     wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
-    they take do not hold them. With wheel_speed it is the regularised law. A small wheel_speed or roller_speed makes the
-    equations stiff: near rest steps shrink like speed * inertia / torque.
+    they take do not hold them. With wheel_speed it is the regularised law. A small wheel_speed or roller_speed makes
+    the equations stiff: near rest steps shrink like speed * inertia / torque.
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
