@@ -28,8 +28,8 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 #define FACET_RISES 1e5             /* of these its slope at the end of a step is known                      */
 #define FACET_NOISE 4096            /* roundings of a facet inside a step                                   */
 
-/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope is
- * rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
+/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope
+ * is rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
 ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const double *force, const double *slope,
                                   double *rate)
 {

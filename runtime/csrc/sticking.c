@@ -128,8 +128,8 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     }
 }
 
-/* How many facets the force at this instant has passed by more than its rounding; and of each axle that sticks the signs
- * with which they let it go, added up. */
+/* How many facets the force at this instant has passed by more than its rounding; and of each axle that sticks the
+ * signs with which they let it go, added up. */
 static int facets_passed(const omniroll_run_t *run, const work_t *work, int *signs)
 {
     const omniroll_hold_t *const held = &run->hold;
@@ -185,9 +185,9 @@ static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vect
                 / fabs(determinant);
         further = 0;
         for (int k = 0; k < count; k++) {
-            const double *const row = resting.rows[k];
-            rates[k] = dot3(row, nu_dot);
-            moves[k] = fabs(rates[k]) > MOVES*(fabs(row[0])*reached[0] + fabs(row[1])*reached[1] + fabs(row[2])*reached[2]);
+            const vector3_t row = {fabs(resting.rows[k][0]), fabs(resting.rows[k][1]), fabs(resting.rows[k][2])};
+            rates[k] = dot3(resting.rows[k], nu_dot);
+            moves[k] = fabs(rates[k]) > MOVES*dot3(row, reached);
             further |= moves[k] && !broken[k];
             broken[k] |= moves[k];
         }
@@ -286,8 +286,8 @@ static int pass_axles(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a facet
- * is passed by some roundings. */
+/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a
+ * facet is passed by some roundings. */
 ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 {
     if (!run->axle_count || input/run->wheels != SET_BEARING_INPUT)
