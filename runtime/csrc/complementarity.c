@@ -240,9 +240,9 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
-/* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force along it: the
- * zero of a function that grows and is linear between the places where a torque meets its bound. The last of these
- * where there is no zero. */
+/* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force
+ * along it: the zero of a function that grows and is linear between the places where a torque meets its bound. The last
+ * of these where there is no zero. */
 static double length_along(const bearings_t *bearings, const double *force, const double *z, const double *line)
 {
     const double wanted = dot3(force, line);
@@ -267,64 +267,76 @@ static double length_along(const bearings_t *bearings, const double *force, cons
     return place;
 }
 
-/* The torques of least norm within the bounds that give the force, which some do: rows z, cut off at the bounds. A
- * convex function of z is least, piecewise quadratic; Newton's rule with a search along the line. */
-static void least_torques(const bearings_t *bearings, const double *force, double *torques)
+/* The torques rows z, cut off at their bounds; the bearings that are not cut off and their places, and what is left of
+ * the force when those at their bounds, or all, have given theirs. Returns the sum of the sizes of what this is made
+ * of. */
+static double cut_off(const bearings_t *bearings, const double *force, const double *z, int all, double *torques,
+                      bearings_t *free, int *places, double *rest)
 {
-    const int count = bearings->count;
-    int inside = 1;
-    vector3_t z = {0, 0, 0};
-    least_norm(bearings, force, torques, 0);
-    for (int i = 0; i < count; i++)
-        inside &= fabs(torques[i]) <= bearings->bounds[i];
-    bearings_t free;
-    vector3_t rest;
-    for (int trial = 0; !inside && trial < 20*(1 + count); trial++) {
-        vector3_t basis[3], line, across;
-        double sizes = length3(force);
-        free.count = 0;
-        memcpy(rest, force, sizeof rest);
-        for (int i = 0; i < count; i++) {
-            const double asked = dot3(bearings->rows[i], z);
-            torques[i] = clipped(asked, bearings->bounds[i]);
+    double sizes = length3(force);
+    free->count = 0;
+    memcpy(rest, force, sizeof(vector3_t));
+    for (int i = 0; i < bearings->count; i++) {
+        const double asked = dot3(bearings->rows[i], z);
+        const int inside = fabs(asked) < bearings->bounds[i];
+        torques[i] = clipped(asked, bearings->bounds[i]);
+        if (all || !inside) {
             add3(rest, -torques[i], bearings->rows[i]);
             sizes += fabs(torques[i])*length3(bearings->rows[i]);
-            if (fabs(asked) < bearings->bounds[i])
-                memcpy(free.rows[free.count++], bearings->rows[i], sizeof rest);
         }
-        if (!(length3(rest) > 8*EPS*sizes))
-            break;
+        if (inside) {
+            places[free->count] = i;
+            memcpy(free->rows[free->count++], bearings->rows[i], sizeof(vector3_t));
+        }
+    }
+    return sizes;
+}
+
+/* The z for which rows z, cut off at the bounds, give the force: a convex function of z is least, piecewise quadratic.
+ * Newton's rule with a search along the line. */
+static void find_z(const bearings_t *bearings, const double *force, double *z)
+{
+    bearings_t free;
+    vector3_t basis[3], rest, line;
+    double torques[MOST_WHEELS];
+    int places[MOST_WHEELS];
+    memset(z, 0, sizeof(vector3_t));
+    for (int trial = 0; trial < 20*(1 + bearings->count); trial++) {
+        const double rounding = 8*EPS*cut_off(bearings, force, z, 1, torques, &free, places, rest);
+        if (!(length3(rest) > rounding))
+            return;
         const int rank = span_of(&free, basis);
-        memcpy(across, rest, sizeof rest);
-        take_across(rank, (const vector3_t *)basis, across);
-        if (rank == 3 || length3(across) <= 8*EPS*sizes)
+        memcpy(line, rest, sizeof line);
+        take_across(rank, (const vector3_t *)basis, line);
+        /* What no free torque gives, some at their bounds do. */
+        if (rank == 3 || length3(line) <= rounding)
             least_norm(&free, rest, 0, line);
-        else                                    /* no free torque gives this part: those at their bounds come back */
-            memcpy(line, across, sizeof line);
         normalise3(line);
         const double length = length_along(bearings, force, z, line);
         if (!(length > 0))
-            break;
+            return;
         add3(z, length, line);
     }
+}
+
+/* The torques of least norm within the bounds that give the force, which some do. */
+static void least_torques(const bearings_t *bearings, const double *force, double *torques)
+{
+    int inside = 1;
+    least_norm(bearings, force, torques, 0);
+    for (int i = 0; i < bearings->count; i++)
+        inside &= fabs(torques[i]) <= bearings->bounds[i];
     if (inside)
         return;
-    /* The free ones once more, without z in their digits. */
-    int place[MOST_WHEELS];
+    bearings_t free;
+    vector3_t z, rest;
+    int places[MOST_WHEELS];
     double found[MOST_WHEELS];
-    free.count = 0;
-    memcpy(rest, force, sizeof rest);
-    for (int i = 0; i < count; i++) {
-        torques[i] = clipped(dot3(bearings->rows[i], z), bearings->bounds[i]);
-        if (fabs(torques[i]) < bearings->bounds[i]) {
-            place[free.count] = i;
-            memcpy(free.rows[free.count++], bearings->rows[i], sizeof rest);
-        } else
-            add3(rest, -torques[i], bearings->rows[i]);
-    }
-    least_norm(&free, rest, found, 0);
+    find_z(bearings, force, z);
+    cut_off(bearings, force, z, 0, torques, &free, places, rest);
+    least_norm(&free, rest, found, 0);          /* the free ones once more, without z in their digits         */
     for (int k = 0; k < free.count; k++)
-        torques[place[k]] = clipped(found[k], bearings->bounds[place[k]]);
+        torques[places[k]] = clipped(found[k], bearings->bounds[places[k]]);
 }
 
 /* The facet that a holding force passes by the most roundings; null where none is passed. */
@@ -343,48 +355,65 @@ static const facet_t *passed_facet(const facet_t *facets, int count, const doubl
     return found;
 }
 
-/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques: the least
- * of a convex function. From rest, whenever the bearings at rest cannot be held the motion along a facet's normal is
- * added; whenever one comes to rest on the way to the least, it stays at rest. The function falls with each step.
+/* The motion in which bearings with signs take their bounds against them and the others rest, the forces that act in it
+ * and the sizes of their terms. resting: those that rest, and their places. */
+static void motion_with(const vector3_t *mass, const double *force, const bearings_t *bearings, const int *signs,
+                        bearings_t *resting, int *places, double *nu_dot, double *given, double *size)
+{
+    double directions[9], absent[3];
+    resting->count = 0;
+    for (int k = 0; k < 3; k++)
+        nu_dot[k] = 0, given[k] = force[k], size[k] = fabs(force[k]);
+    for (int i = 0; i < bearings->count; i++) {
+        add3(given, -signs[i]*bearings->bounds[i], bearings->rows[i]);
+        for (int k = 0; k < 3; k++)
+            size[k] += fabs(bearings->bounds[i]*bearings->rows[i][k]);
+        if (signs[i] == 0 && bearings->bounds[i] > 0) {
+            places[resting->count] = i;
+            resting->bounds[resting->count] = bearings->bounds[i];
+            memcpy(resting->rows[resting->count++], bearings->rows[i], sizeof(vector3_t));
+        }
+    }
+    const int moving = directions_allowed(resting, mass, directions, absent);
+    for (int c = 0; c < moving; c++) {
+        const vector3_t column = {directions[c], directions[3 + c], directions[6 + c]};
+        add3(nu_dot, dot3(column, given), column);
+    }
+}
+
+/* The part of the way from one motion to another until a bearing with a sign comes to rest; 1: none does. */
+static double way_to_rest(const bearings_t *bearings, const int *signs, const double *from, const double *to)
+{
+    double part = 1;
+    for (int i = 0; i < bearings->count; i++) {
+        const double here = fmax(signs[i]*dot3(bearings->rows[i], from), 0);
+        const double then = signs[i]*dot3(bearings->rows[i], to);
+        if (then < 0)
+            part = fmin(part, here/(here - then));
+    }
+    return part;
+}
+
+/* nu' where M nu' = force + rows^T torques obeys the law with one bound for rest and motion, and such torques: the
+ * least of a convex function. From rest, whenever the bearings at rest cannot be held the motion along a facet's normal
+ * is added; whenever one comes to rest on the way to the least, it stays at rest. The function falls with each step.
  *
  * facets: scratch, most_facets() of them. */
 static void nearest_force(const vector3_t *mass, const double *force, const bearings_t *bearings, facet_t *facets,
                           double *nu_dot, double *torques)
 {
     const int count = bearings->count;
-    int signs[MOST_WHEELS] = {0}, place[MOST_WHEELS];
-    bearings_t resting;
-    vector3_t asked = {0, 0, 0};
+    int signs[MOST_WHEELS] = {0}, places[MOST_WHEELS];
+    double held[MOST_WHEELS];
+    bearings_t resting = {.count = 0};
+    vector3_t there, given, size, asked = {0, 0, 0};
     memset(nu_dot, 0, sizeof(vector3_t));
     for (int trial = 0; trial < 20*(1 + count); trial++) {
-        double directions[9], absent[3], part = 1;
-        vector3_t given, size, there = {0, 0, 0};
-        resting.count = 0;
-        for (int k = 0; k < 3; k++)
-            given[k] = force[k], size[k] = fabs(force[k]);
-        for (int i = 0; i < count; i++) {
-            add3(given, -signs[i]*bearings->bounds[i], bearings->rows[i]);
-            for (int k = 0; k < 3; k++)
-                size[k] += fabs(bearings->bounds[i]*bearings->rows[i][k]);
-            if (signs[i] == 0 && bearings->bounds[i] > 0) {
-                place[resting.count] = i;
-                resting.bounds[resting.count] = bearings->bounds[i];
-                memcpy(resting.rows[resting.count++], bearings->rows[i], sizeof asked);
-            }
-        }
-        const int moving = directions_allowed(&resting, mass, directions, absent);
-        for (int c = 0; c < moving; c++) {
-            const vector3_t column = {directions[c], directions[3 + c], directions[6 + c]};
-            add3(there, dot3(column, given), column);
-        }
-        for (int i = 0; i < count; i++) {       /* how far until one comes to rest */
-            const double here = signs[i]*dot3(bearings->rows[i], nu_dot), then = signs[i]*dot3(bearings->rows[i], there);
-            if (signs[i] && then < 0)
-                part = fmin(part, fmax(here, 0)/(fmax(here, 0) - then));
-        }
+        motion_with(mass, force, bearings, signs, &resting, places, there, given, size);
+        const double part = way_to_rest(bearings, signs, nu_dot, there);
         const double longest = fmax(length3(nu_dot), length3(there));
         for (int k = 0; k < 3; k++) {
-            nu_dot[k] += part < 1 ? part*(there[k] - nu_dot[k]) : there[k] - nu_dot[k];
+            nu_dot[k] = part < 1 ? nu_dot[k] + part*(there[k] - nu_dot[k]) : there[k];
             asked[k] = dot3(mass[k], there) - given[k];
         }
         if (part < 1) {
@@ -397,12 +426,11 @@ static void nearest_force(const vector3_t *mass, const double *force, const bear
         if (!facet)
             break;
         for (int k = 0; k < resting.count; k++)
-            signs[place[k]] = breaks_away(resting.rows[k], facet);
+            signs[places[k]] = breaks_away(resting.rows[k], facet);
     }
-    double held[MOST_WHEELS];
     least_torques(&resting, asked, held);
     for (int i = 0; i < count; i++)
         torques[i] = -signs[i]*bearings->bounds[i];
     for (int k = 0; k < resting.count; k++)
-        torques[place[k]] = held[k];
+        torques[places[k]] = held[k];
 }

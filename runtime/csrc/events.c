@@ -8,6 +8,7 @@
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define LANDED 2                    /* roundings around zero is on it                                       */
+#define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
 #if SET_IS_ACTED_ON
@@ -27,8 +28,8 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 #define FACET_RISES 1e5             /* of these its slope at the end of a step is known                      */
 #define FACET_NOISE 4096            /* roundings of a facet inside a step                                   */
 
-/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope is
- * rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
+/* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope
+ * is rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
 ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const double *force, const double *slope,
                                   double *rate)
 {
@@ -189,7 +190,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
  * is none. */
 ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h, double start, double low, double high)
 {
-    double left = 0, slope_left = weighted(rate, &gauss_start), area;
+    double left = 0, slope_left = weighted(rate, &gauss_start), area, largest = 0;
+    for (int m = 0; m < NODES; m++)
+        largest = fmax(largest, fabs(rate->node[m]));
+    if (start + h*LEBESGUE*largest <= high && start - h*LEBESGUE*largest >= low)
+        return 1;
     for (int m = 0; m <= NODES; m++) {
         const double right = m < NODES ? gauss_node.node[m] : 1;
         const double slope_right = m < NODES ? rate->node[m] : end_rate;

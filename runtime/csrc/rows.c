@@ -38,7 +38,8 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_HOLDS
     work->held_force = next, next += 3;
     work->facets = (facet_t *)next;
-    next += (most_facets(wheels)*(long long)sizeof(facet_t) + (long long)sizeof(lanes_t) - 1)/(long long)sizeof(lanes_t);
+    const long long facets = most_facets(wheels)*(long long)(sizeof(facet_t)/sizeof(double));
+    next += (facets + LANES - 1)/LANES;
 #endif
     return next - memory;
 }

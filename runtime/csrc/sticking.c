@@ -4,6 +4,7 @@
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 #define AT_BOUND 1e-9               /* a torque is at its bound that is nearer to it than this part of it   */
+#define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 
 ALWAYS_INLINE double *bearing_inputs(const omniroll_run_t *run)
 {
@@ -58,6 +59,13 @@ static void put_to_rest(omniroll_run_t *run)
     }
 }
 
+/* The torques of the bearings that turn; 0 of those that stick. */
+static void turn_bearings(omniroll_run_t *run)
+{
+    for (int i = 0; i < run->axle_count; i++)
+        bearing_inputs(run)[i] = -run->axles[i].mode*run->axles[i].sliding;
+}
+
 /* What sticks with the present modes. */
 static void hold(omniroll_run_t *run, const work_t *work, const vector3_t *mass)
 {
@@ -67,8 +75,7 @@ static void hold(omniroll_run_t *run, const work_t *work, const vector3_t *mass)
     held->count = bearings_of(run, 1, &sticking, places);
     held->free = directions_allowed(&sticking, mass, held->directions, held->absent);
     held->facet_count = held->count ? facets_of(&sticking, work->facets) : 0;
-    for (int i = 0; i < run->axle_count; i++)
-        bearing_inputs(run)[i] = -run->axles[i].mode*run->axles[i].sliding;
+    turn_bearings(run);
 }
 
 /* The force that holds what sticks, at this instant. */
@@ -82,18 +89,16 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
         run->hold.force[k] = work->held_force[k][0];
 }
 
-/* The torques of the bearings at this instant: of least norm where they hold. */
-static void find_torques(omniroll_run_t *run, const work_t *work)
+/* The torques of the bearings with this held force: of least norm where they hold. */
+static void find_torques(omniroll_run_t *run)
 {
     bearings_t sticking;
     int places[MOST_WHEELS];
     double torques[MOST_WHEELS];
     for (int i = 0; i < run->axle_count; i++)
         run->axles[i].torque = bearing_inputs(run)[i];
-    if (!run->hold.count)
+    if (!bearings_of(run, 1, &sticking, places))
         return;
-    find_held_force(run, work);
-    bearings_of(run, 1, &sticking, places);
     least_torques(&sticking, run->hold.force, torques);
     for (int k = 0; k < sticking.count; k++)
         run->axles[places[k]].torque = torques[k];
@@ -123,8 +128,8 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     }
 }
 
-/* How many facets the force at this instant has passed by more than its rounding; and of each axle that sticks the signs
- * with which they let it go, added up. */
+/* How many facets the force at this instant has passed by more than its rounding; and of each axle that sticks the
+ * signs with which they let it go, added up. */
 static int facets_passed(const omniroll_run_t *run, const work_t *work, int *signs)
 {
     const omniroll_hold_t *const held = &run->hold;
@@ -180,9 +185,9 @@ static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vect
                 / fabs(determinant);
         further = 0;
         for (int k = 0; k < count; k++) {
-            const double *const row = resting.rows[k];
-            rates[k] = dot3(row, nu_dot);
-            moves[k] = fabs(rates[k]) > MOVES*(fabs(row[0])*reached[0] + fabs(row[1])*reached[1] + fabs(row[2])*reached[2]);
+            const vector3_t row = {fabs(resting.rows[k][0]), fabs(resting.rows[k][1]), fabs(resting.rows[k][2])};
+            rates[k] = dot3(resting.rows[k], nu_dot);
+            moves[k] = fabs(rates[k]) > MOVES*dot3(row, reached);
             further |= moves[k] && !broken[k];
             broken[k] |= moves[k];
         }
@@ -213,12 +218,11 @@ static void guard_rates(omniroll_run_t *run)
     }
 }
 
-/* Rule 3: which axles stick in the phase that starts now. */
-static void decide(omniroll_run_t *run, const work_t *work)
+/* Rule 3: which of the resting axles stick. */
+static void decide_resting(omniroll_run_t *run, const work_t *work)
 {
     vector3_t force, mass[3];
     int released = 0, signs[MOST_WHEELS];
-    put_to_rest(run);
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
@@ -239,8 +243,23 @@ static void decide(omniroll_run_t *run, const work_t *work)
     }
     for (int k = 0; k < 3; k++)
         run->hold.per_force[k] = run->hold.free ? 1/mass[k][k] : 0;
+}
+
+/* Which axles stick in the phase that starts now. */
+static void decide(omniroll_run_t *run, const work_t *work)
+{
+    int resting = 0;
+    put_to_rest(run);
+    for (int i = 0; i < run->axle_count; i++)
+        resting |= run->axles[i].resting;
+    if (resting)
+        decide_resting(run, work);
+    else {
+        memset(&run->hold, 0, sizeof run->hold);
+        turn_bearings(run);
+    }
     guard_rates(run);
-    find_torques(run, work);
+    find_torques(run);
     run->hold.undecided = 0;
 }
 
@@ -267,13 +286,13 @@ static int pass_axles(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
-/* What an input is rounded against beside itself: a torque that holds is what is left of others. An axle that breaks away
- * on a facet has been held with as many roundings above its bound as the facet is passed with. */
+/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others, and a
+ * facet is passed by some roundings. */
 ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 {
     if (!run->axle_count || input/run->wheels != SET_BEARING_INPUT)
         return 0;
-    return FACET_PASSED/PASSED*length3(run->hold.size)/length3(run->axles[input%run->wheels].row);
+    return HELD_ROUNDINGS*length3(run->hold.size)/length3(run->axles[input%run->wheels].row);
 }
 
 /* Some time has passed. */
@@ -283,7 +302,8 @@ static void axles_have_moved(omniroll_run_t *run, const work_t *work)
         run->axles[i].resting = run->axles[i].mode == 0;
         run->axles[i].released = 0;
     }
-    find_torques(run, work);
+    find_held_force(run, work);
+    find_torques(run);
 }
 
 /* An impact has changed nu. */

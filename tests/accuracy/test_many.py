@@ -148,6 +148,20 @@ def test_effects_vary_by_member():
     assert mixed.shape == (2, 2) and (mixed.end.nu[0, 1] == many.end.nu[0]).all()
 
 
+def test_axles_that_stick_vary_by_member():
+    """In threads: each run decides by itself what sticks."""
+    torques = np.array([1e-3, 3e-3, 1.2e-2])
+    effects = [[omniroll.Bearings(wheel_coulomb=torque)] for torque in torques]
+    many = simulate_many([[PAPER], [HEAVY]], nu=(1, 0.1, 0.4), duration=2, effects=effects)
+    for k, vehicle in enumerate((PAPER, HEAVY)):
+        for m, members in enumerate(effects):
+            alone = omniroll.simulate(vehicle, nu=(1, 0.1, 0.4), duration=2, effects=members)
+            assert alone.stats["engine"] == "compiled"
+            assert (many.end.nu[k, m] == alone.nu[-1]).all() and (many.end.pose[k, m] == alone.pose[-1]).all()
+            assert many.error_estimate[k, m] == alone.stats["error_estimate"] < 1e-9
+    assert (many.end.nu[:, 2] == 0).all() and (many.end.nu[:, 0] != 0).any()
+
+
 @pytest.mark.parametrize("executor", [None, Pickling()])
 def test_a_member_that_fails_is_named(executor):
     """The second one's torques are those of another vehicle, the third one's numbers leave the range."""

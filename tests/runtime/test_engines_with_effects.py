@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from random_scenes import MODELS, PAPER, SCENES, random_scene
 
-from omniroll import Controller, Motor, TorqueTable, simulate
+from omniroll import Bearings, Controller, Motor, TorqueTable, simulate
 from omniroll.effects.effect import Influence, Process, Signal
 from omniroll.effects.torque import Drive
 from omniroll.engine.compiled_engine import can_run
@@ -122,12 +122,17 @@ class CopiedProcess(Process):
         return Influence({"torque": Signal.constant(self.inner.output)})
 
 
-def test_an_effect_of_another_kind_is_asked_at_its_events():
+@pytest.mark.parametrize(
+    "beside", [[], [Bearings(wheel_coulomb=(5e-3, 3e-3, 4e-3))]], ids=["alone", "axles that stick"]
+)
+def test_an_effect_of_another_kind_is_asked_at_its_events(beside):
     """The engine that asks gives what the engine gives that knows the controller."""
     controller = Controller((0.5, 0.1, -0.5), 0.01, 0.05, integral=0.01)
     task = {"nu": (1, 0.2, 0.8), "duration": 2, "accuracy": ACCURACY}
-    assert can_run(checked_task(PAPER, **task, effects=[Copied(controller)]))
-    known, asked = (simulate(PAPER, **task, effects=[e], control=False) for e in (controller, Copied(controller)))
+    assert can_run(checked_task(PAPER, **task, effects=[Copied(controller), *beside]))
+    known, asked = (
+        simulate(PAPER, **task, effects=[effect, *beside], control=False) for effect in (controller, Copied(controller))
+    )
     assert asked.stats["engine"] == "compiled"
     np.testing.assert_allclose(asked.nu, known.nu, rtol=0, atol=1e-13)
     np.testing.assert_allclose(asked.drive, known.drive, rtol=0, atol=1e-15)

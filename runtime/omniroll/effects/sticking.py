@@ -27,6 +27,7 @@ from omniroll.effects.guards import EPS, PASSED, Guard
 AT_REST = 16  # a rate is zero within this many of its roundings
 MOVES = 1e-10  # a bearing moves whose acceleration is above this part of what the forces could give it
 AT_BOUND = 1e-9  # a torque is at its bound that is nearer to it than this part of it
+HELD_ROUNDINGS = 64  # times an input's: of torques that hold
 
 # From the torques (N,) of the bearings that turn and the directions (3, 3) of nu that those which stick allow: nu' (3,)
 # and the generalised force (3,) that holds what sticks.
@@ -130,7 +131,7 @@ class Axles:
 
     def torque_sizes(self) -> np.ndarray:
         """(N,) what torques that hold are rounded against, several times: they are what is left of other torques."""
-        return PASSED * np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
+        return HELD_ROUNDINGS * np.linalg.norm(self.force_size) / np.linalg.norm(self.rows, axis=1)
 
     def rate_guards(self, nu: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) is that of the phase's start."""
