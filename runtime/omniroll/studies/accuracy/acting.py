@@ -100,10 +100,6 @@ class Acting:
             given = process.compiled()
             if given is None:
                 raise OmnirollError(f"no reference solution with {type(effect).__name__}: it acts through Python code")
-            if effect.axles(task.kernel) is not None:
-                raise OmnirollError(
-                    f"no reference solution with {type(effect).__name__}: axles that stick are not in it"
-                )
             forms += given
             for form in given:
                 if isinstance(form, Sampler):
