@@ -163,6 +163,18 @@ def test_a_vehicle_breaks_away_where_the_torques_pass_what_holds_it():
         assert (y[:2, :3] == 0).all() and y[2, 2] > 0
 
 
+def test_a_vehicle_that_nothing_holds_moves_at_once():
+    """Torques beyond what the axles at rest take, from the start on: it goes in rounds, down to the sliding torque."""
+    effects = [Torque(-0.05), Bearings(wheel_coulomb=0.01, wheel_break_away=0.02)]
+    task = checked_task(
+        PAPER, nu=(0, 0, 0), duration=0.5, roller_model="massless", engine="python", effects=effects
+    )  # fmt: skip
+    times = np.array([1e-9, 0.1, 0.5])
+    for y in both_ways(task, times):
+        speeds = np.array(y[:, 2], float) / PAPER.yaw_scale
+        np.testing.assert_allclose(speeds, PAPER.wheels * RATIO / TURNING * 0.04 * times, rtol=1e-14)
+
+
 ONE_BY_ONE = TorqueTable(
     [0, 0.2, 0.4, 0.6], [[0.0] * 3, [0.02, -0.011, 0.004], [0.02, -0.011, 0.02], [0.0] * 3]
 )  # fmt: skip
