@@ -36,6 +36,9 @@ class Event:
     def value(self, time: Any, nu: list[Any]) -> Any:
         return self.constant + self.slope * time + self._weighted(nu)
 
+    def change(self, modes: np.ndarray) -> None:
+        modes[self.wheel] = self.follows
+
     def rate(self, nu_dot: list[Any]) -> Any:
         return self.slope + self._weighted(nu_dot)
 

@@ -11,7 +11,7 @@ from typing import Any
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
-from omniroll.studies.accuracy.sticking import Sticking
+from omniroll.studies.accuracy.sticking import Excess, Sticking
 
 PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
 MOTION = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
@@ -68,6 +68,7 @@ class Mechanics:
         if self.axles is not None:
             y = self._with_axles(self.axles, y)
         self.before = y
+        self.asked: tuple[list | None, list[Excess]] = None, []  # a state, and its excesses
         return y
 
     def _with_axles(self, axles: Sticking, y: list) -> list:
@@ -79,11 +80,16 @@ class Mechanics:
         self.acting.events += axles.events(y[:3])
         return y
 
-    def holding(self, y: list) -> list:
-        """The torques of the axles that stick."""
-        known = self._known(y)
-        mass_matrix = self.module.mass_matrix(self.model, known["chi"])
-        return self.axles.held(mass_matrix, known["force"], self.axles.stuck)[1]
+    def excesses(self, y: list) -> list[Excess]:
+        """How much more than they can the axles that stick would have to hold in a state of this phase."""
+        if self.axles is None or not self.axles.stuck:
+            return []
+        if self.asked[0] is not y:
+            known = self._known(y)
+            mass_matrix = self.module.mass_matrix(self.model, known["chi"])
+            _, force = self.axles.held(mass_matrix, known["force"], self.axles.stuck)
+            self.asked = y, self.axles.excesses(force, self.axles.stuck)
+        return self.asked[1]
 
     def axial_at(self, y: list, axial: Any) -> Any:
         """The free rollers' axial speeds in a state of the phase that began with `axial`."""

@@ -23,7 +23,6 @@ from omniroll.errors import OmnirollError, SimulationStopped
 from omniroll.studies.accuracy.acting import is_beyond
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
-from omniroll.studies.accuracy.sticking import Release
 from omniroll.vehicles.state import State
 
 DIGITS, ORDER = 28, 26
@@ -263,7 +262,7 @@ class _Following:
     @staticmethod
     def _change_modes(passed: list) -> None:
         for event, modes in passed:
-            modes[event.wheel] = event.follows
+            event.change(modes)
 
     def _due_at_start(self) -> dict[int, int]:
         """Wheels that start at their joints and move outwards, or rest there and will."""
@@ -353,13 +352,9 @@ def _margins(m: Mechanics) -> list[Margin]:
         for event, modes in (() if m.acting is None else m.acting.events)
     ]
     of_axles = [
-        Margin(
-            lambda y, k=k, s=s, bound=m.axles.holding[i]: s * m.holding(y)[k] - bound,
-            None, float(m.axles.holding[i]), None, (Release(i, -s), m.axles.modes),
-        )
-        for k, i in enumerate(() if m.axles is None else m.axles.stuck)
-        for s in (1, -1)
-    ]  # fmt: skip
+        Margin(lambda y, k=k: m.excesses(y)[k].value, None, float(excess.reach), None, (excess.release, m.axles.modes))
+        for k, excess in enumerate(m.excesses(m.before))
+    ]
     return of_wheels + of_events + of_axles
 
 
