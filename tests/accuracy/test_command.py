@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import omniroll
 from omniroll import cli
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.engine.switching import SwitchingModel
@@ -100,6 +101,16 @@ def test_effects_are_left_out_in_turn():
     for point in shown.points:
         assert point.trajectory <= 10 * max(point.setting, 1e-14)
     assert "Slope" in text(shown).split("each effect left out")[1]
+
+
+def test_the_integrators_of_others_are_left_out_where_axles_stick():
+    """They would go through the instants at which axles stop and break away."""
+    sticking, sliding = (
+        checked_task(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1, effects=[omniroll.Bearings(**friction)])
+        for friction in ({"wheel_coulomb": 0.01}, {"wheel_coulomb": 0.01, "wheel_speed": 0.1})
+    )
+    assert [peer.name for peer in PEERS if peer.takes(sticking)] == ["compiled", "Python engine"]
+    assert [peer.takes(sliding) for peer in PEERS] == [peer.with_effects for peer in PEERS]
 
 
 @pytest.mark.parametrize("name", ["driven", "tracked", "slope-bearings"])

@@ -1,4 +1,4 @@
-"""Methods of immutable objects whose results are kept."""
+"""Methods whose results are kept."""
 
 from collections.abc import Callable
 from functools import lru_cache, partial
@@ -7,10 +7,10 @@ from typing import Any
 LAST = 8  # results of a method
 
 
-class kept:  # noqa: N801
-    """Decorates a method of an immutable object: the results of the last calls are kept with it, by their arguments.
+class kept:
+    """Decorates a method: the results of the last calls are kept with the object, by their arguments.
 
-    The arguments must be hashable, and the results must not be changed by those who get them.
+    They must depend on nothing that changes, and those who get them must not change them. Arguments must be hashable.
     """
 
     def __init__(self, method: Callable):

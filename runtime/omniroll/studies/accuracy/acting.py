@@ -36,6 +36,9 @@ class Event:
     def value(self, time: Any, nu: list[Any]) -> Any:
         return self.constant + self.slope * time + self._weighted(nu)
 
+    def change(self, modes: np.ndarray) -> None:
+        modes[self.wheel] = self.follows
+
     def rate(self, nu_dot: list[Any]) -> Any:
         return self.slope + self._weighted(nu_dot)
 
@@ -100,10 +103,6 @@ class Acting:
             given = process.compiled()
             if given is None:
                 raise OmnirollError(f"no reference solution with {type(effect).__name__}: it acts through Python code")
-            if effect.axles(task.kernel) is not None:
-                raise OmnirollError(
-                    f"no reference solution with {type(effect).__name__}: axles that stick are not in it"
-                )
             forms += given
             for form in given:
                 if isinstance(form, Sampler):

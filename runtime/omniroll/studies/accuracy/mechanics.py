@@ -11,6 +11,7 @@ from typing import Any
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
+from omniroll.studies.accuracy.sticking import Excess, Sticking
 
 PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
 MOTION = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
@@ -32,6 +33,9 @@ class Mechanics:
         self.rate_of = MOTION | {quantity.name: quantity.rate for quantity in self.vector.quantities}
         self.functions = (*task.effects.functions(bound.roller_model), *PLAIN)
         self.acting = Acting(task, number) if task.effects else None
+        axles = (effect.axles(bound) for effect in task.effects.effects)
+        self.axles = next((Sticking(own, number) for own in axles if own is not None), None)
+        self.functions += ("forces",) if self.axles is not None else ()
 
     # A phase
 
@@ -61,8 +65,31 @@ class Mechanics:
         if self.acting is not None:
             self.acting.begin(now)
             y = [*y[:-1], self.number(0.0)]
+        if self.axles is not None:
+            y = self._with_axles(self.axles, y)
         self.before = y
+        self.asked: tuple[list | None, list[Excess]] = None, []  # a state, and its excesses
         return y
+
+    def _with_axles(self, axles: Sticking, y: list) -> list:
+        """y where it is decided which axles stick, and the rates of these are zero; their events beside the others."""
+        if axles.stuck:
+            mass_matrix = self.module.mass_matrix(self.model, self.view(y, "chi"))
+            y = [*axles.at_rest(mass_matrix, self.view(y, "nu")), *y[3:]]
+            axles.decide(mass_matrix, self._known(y)["force"])
+        self.acting.events += axles.events(y[:3])
+        return y
+
+    def excesses(self, y: list) -> list[Excess]:
+        """How much more than they can the axles that stick would have to hold in a state of this phase."""
+        if self.axles is None or not self.axles.stuck:
+            return []
+        if self.asked[0] is not y:
+            known = self._known(y)
+            mass_matrix = self.module.mass_matrix(self.model, known["chi"])
+            _, force = self.axles.held(mass_matrix, known["force"], self.axles.stuck)
+            self.asked = y, self.axles.excesses(force, self.axles.stuck)
+        return self.asked[1]
 
     def axial_at(self, y: list, axial: Any) -> Any:
         """The free rollers' axial speeds in a state of the phase that began with `axial`."""
@@ -79,17 +106,27 @@ class Mechanics:
 
     def rates(self, y: list) -> list:
         """y'."""
+        known = self._known(y)
+        if self.axles is not None and self.axles.stuck:
+            mass_matrix = self.module.mass_matrix(self.model, known["chi"])
+            known["nu_dot"], _ = self.axles.held(mass_matrix, known["force"], self.axles.stuck)
+        rates = [number for rate in self.rate_of.values() for number in flat(known[rate])]
+        return rates if self.acting is None else [*rates, self.number(1.0)]
+
+    def _known(self, y: list) -> dict[str, Any]:
+        """The state, what acts, and what the functions give of it, by name; without what holds the axles that stick."""
         known = {name: self.view(y, name) for name in self.rate_of} | self.inputs
         known["theta"] = known["heading"] = known["pose"][2]
         if self.acting is not None:
             known |= self.acting.at(y[-1])
+        if self.axles is not None:
+            known["bearing_torque"] = self.axles.torques()
         for name in self.functions:
             signature = self.task.kernel.signatures[name]
             found = self.form(name)(self.model, *(known[argument.name] for argument in signature.inputs))
             outputs = found if len(signature.outputs) > 1 else (found,)
             known |= {argument.name: value for argument, value in zip(signature.outputs, outputs, strict=True)}
-        rates = [number for rate in self.rate_of.values() for number in flat(known[rate])]
-        return rates if self.acting is None else [*rates, self.number(1.0)]
+        return known
 
     # What a phase ends with
 

@@ -40,7 +40,8 @@ class Outcome:
 class Peer:
     """An integrator: run(task, times, setting) -> Outcome; `settings` from coarse to fine; what a setting is.
 
-    prepare(task, setting) compiles what has to be, and is not counted; with_effects: whether effects may act.
+    prepare(task, setting) compiles what has to be, and is not counted; with_effects: whether effects may act;
+    sticking: whether axles may stick.
     """
 
     name: str
@@ -49,6 +50,12 @@ class Peer:
     setting: str = "tolerance"
     prepare: Callable[[Task, float], None] = lambda task, setting: None
     with_effects: bool = True
+    sticking: bool = False
+
+    def takes(self, task: Task) -> bool:
+        """Whether it runs a task with the effects that this has."""
+        sticks = any(effect.axles(task.kernel) is not None for effect in task.effects.effects)
+        return (self.with_effects or not task.effects) and (self.sticking or not sticks)
 
 
 def by_engine(engine: str) -> Callable:
@@ -294,8 +301,8 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 15))
 COARSE = TOLERANCES[1:12:2]
 FIXED = (4, 16, 64, 256, 1024)  # steps a sample
 PEERS = (
-    Peer("compiled", by_engine("compiled"), TOLERANCES),
-    Peer("Python engine", by_engine("python"), COARSE),
+    Peer("compiled", by_engine("compiled"), TOLERANCES, sticking=True),
+    Peer("Python engine", by_engine("python"), COARSE, sticking=True),
     Peer("SciPy RK45", by_scipy("RK45"), (1e-3, 1e-5, 1e-7, 1e-9)),
     Peer("SciPy DOP853", by_scipy("DOP853"), COARSE),
     Peer("DOP853, float kernel", by_scipy("DOP853", "float"), TOLERANCES[1:8], with_effects=False),

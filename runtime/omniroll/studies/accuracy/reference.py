@@ -31,6 +31,7 @@ COLUMNS = 6  # columns of the extrapolation table; further ones would lose digit
 EXTRAPOLATED_STEP = 0.05  # longest step: the fastest wheel turns by this part of the joint's angle
 EXTRAPOLATION_ERROR = 1e-17  # relative error of the last column but one
 LANDING = 7  # steps of Newton's rule that locate a joint, from a linear guess
+HALVINGS = 10  # before secants locate where an axle breaks away
 FINER = 100.0  # no error is shown that is smaller than this many times the reference's own
 LEAST = 1e-18  # the reference's own error is never taken as smaller
 LONGEST = 100_000  # steps before a run is given up
@@ -189,6 +190,8 @@ class _Following:
     def __init__(self, method: Taylor | Extrapolated, task: Task, times: np.ndarray):
         self.method, self.m, self.task, self.times = method, method.mechanics, task, times
         self.y, self.axial = self.m.start()
+        if self.m.axles is not None:
+            self.m.axles.see(self.y[:3])
         self.contact = np.zeros(self.m.wheels, int)
         self.now = self.phase_start = self.m.number(0.0)
         self.end = self.m.number(task.duration)
@@ -250,6 +253,8 @@ class _Following:
         if not moves:
             return
         self.y, self.axial = self.m.switched(self.y, self.axial, moves)
+        if self.m.axles is not None:
+            self.m.axles.see(self.y[:3])
         for i, direction in moves.items():
             self.contact[i] = (self.contact[i] - direction) % self.m.rollers
             self.switches.append((extended(self.now), i, direction))
@@ -257,7 +262,7 @@ class _Following:
     @staticmethod
     def _change_modes(passed: list) -> None:
         for event, modes in passed:
-            modes[event.wheel] = event.follows
+            event.change(modes)
 
     def _due_at_start(self) -> dict[int, int]:
         """Wheels that start at their joints and move outwards, or rest there and will."""
@@ -314,16 +319,17 @@ def exits_in(m: Mechanics, at: Callable, h: Any, probes: int) -> list[Exit]:
         y = at(time)
         beyond = [margin for margin in margins if is_beyond(margin.value(y), margin.size)]
         if beyond:
-            return [Exit(_landed(m, at, time, margin), margin.wheel, margin.of) for margin in beyond]
+            before = h * (k - 1) / probes
+            return [Exit(_landed(m, at, before, time, margin), margin.wheel, margin.of) for margin in beyond]
     return []
 
 
 @dataclass(frozen=True)
 class Margin:
-    """A function of y whose zero ends the phase, and its rate from y and y'."""
+    """A function of y whose zero ends the phase, and its rate from y and y', or None."""
 
     value: Callable[[list], Any]
-    rate: Callable[[list], Any]
+    rate: Callable[[list], Any] | None
     size: float
     wheel: int | None
     of: Any
@@ -345,13 +351,37 @@ def _margins(m: Mechanics) -> list[Margin]:
         )
         for event, modes in (() if m.acting is None else m.acting.events)
     ]
-    return of_wheels + of_events
+    of_axles = [
+        Margin(lambda y, k=k: m.excesses(y)[k].value, None, float(excess.reach), None, (excess.release, m.axles.modes))
+        for k, excess in enumerate(m.excesses(m.before))
+    ]
+    return of_wheels + of_events + of_axles
 
 
-def _landed(m: Mechanics, at: Callable, time: Any, margin: Margin) -> Any:
-    """The time of the margin's zero, by Newton's rule."""
+def _landed(m: Mechanics, at: Callable, before: Any, time: Any, margin: Margin) -> Any:
+    """The time of the margin's zero: by Newton's rule, or without a rate by halving from `before` and secants."""
+    if margin.rate is None:
+        return _enclosed(lambda t: middle(margin.value(at(t))), before, time)
     for _ in range(LANDING):
         y = at(time)
-        time = time - margin.value(y) / margin.rate(m.rates(y))
-        time = time.mid() if hasattr(time, "mid") else time
+        time = middle(time - margin.value(y) / margin.rate(m.rates(y)))
     return time
+
+
+def _enclosed(value: Callable[[Any], Any], low: Any, high: Any) -> Any:
+    """Where a function that is positive at `high` and not at `low` is zero: halved, then by secants."""
+    for _ in range(HALVINGS):
+        half = middle((low + high) / 2)
+        low, high = (low, half) if float(value(half)) > 0 else (half, high)
+    before, after = value(low), value(high)
+    if abs(float(before)) < abs(float(after)):
+        low, before, high, after = high, after, low, before
+    while abs(float(after)) < abs(float(before)):  # until rounding is all that is left
+        following = middle(high - after * (high - low) / (after - before))
+        low, before, high, after = high, after, following, value(following)
+    return low
+
+
+def middle(value: Any) -> Any:
+    """A number without the bounds that flint's have."""
+    return value.mid() if hasattr(value, "mid") else value

@@ -117,7 +117,7 @@ def study(
         effects=[type(effect).__name__ for effect in options.get("effects", ())],
     )  # fmt: skip
     for peer in peers:
-        if result.effects and not peer.with_effects:
+        if not peer.takes(task):
             result.left_out.append(peer.name)
             continue
         report(peer.name)
