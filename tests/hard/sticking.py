@@ -19,6 +19,7 @@ ACCURACY = 1e-13
 BAND = 1e-3  # rad/s: below this rate the friction of a naive implementation fades
 TOUCHES = (1e-4, 1e-7, 1e-10, 1e-13)  # of the speed at the start
 ROUNDINGS = 64
+TENFOLD = 10 * ACCURACY / EPS  # eps: ten times the accuracy that was asked for
 
 
 @cache
@@ -257,9 +258,7 @@ def touching(scale: Scale) -> list[Measurement]:
                         theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         found += [
             setting.measurement("touches judged wrongly, in %", 100 * wrong / tries, 0),
-            setting.measurement(
-                "error of nu and heading, in eps", missed, ROUNDINGS, theirs if scale.compares else None
-            ),
+            setting.measurement("error of nu and heading, in eps", missed, TENFOLD, theirs if scale.compares else None),
         ]
     return found
 
@@ -297,7 +296,7 @@ def reversing(scale: Scale) -> list[Measurement]:
                     motion = naive.simulate(setting.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9)
                     theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         what = "error of nu and heading, in eps"
-        found.append(setting.measurement(what, missed, ROUNDINGS, theirs if scale.compares else None))
+        found.append(setting.measurement(what, missed, TENFOLD, theirs if scale.compares else None))
     return found
 
 
