@@ -1,14 +1,13 @@
 """A motion in steps, as a session makes it: pauses 1 ulp before, at and after each event."""
 
 from collections.abc import Iterable
-from itertools import product
 from typing import Any
 
 import numpy as np
 
 from hard import sticking
 from hard.case import Case, Measurement, Scale
-from hard.setting import PAPER, Setting, settings
+from hard.setting import LAWS, MODELS, PAPER, Setting, settings
 from omniroll import Bearings, Controller, Motor, Session, Torque, TorqueTable, Trajectory
 from omniroll.engine.switching import tau
 
@@ -57,8 +56,11 @@ def around(events: np.ndarray) -> np.ndarray:
 def around_every_event(scale: Scale) -> list[Measurement]:
     """Motors that reach their limits, a controller, tables: switches, limits, samples and knots; axles that stick."""
     duration, found = 1.5, []
-    named = {"all events": DRIVEN} | ({"axles stick": STICKING} if "compiled" in sticking.engines() else {})
-    for (name, effects), setting in product(named.items(), settings(engines=("compiled",))):
+    cases = [("all events", DRIVEN, setting) for setting in settings(engines=("compiled",))]
+    if "compiled" in sticking.engines():  # fewer in `make test`: each set of effects is compiled
+        models, laws = scale.of((("locked",), ("impact",)), (MODELS, LAWS))
+        cases += [("axles stick", STICKING, setting) for setting in settings(models, laws, ("compiled",))]
+    for name, effects, setting in cases:
         worst = 0.0
         random = np.random.default_rng(11)
         for _ in range(scale.of(1, 10)):
