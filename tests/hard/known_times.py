@@ -80,7 +80,7 @@ def many_knots(scale: Scale) -> list[Measurement]:
         random = np.random.default_rng(61)
         times = np.concatenate([[0.0], np.cumsum(random.uniform(1e-6, 2e-3, knots - 1))])
         table = TorqueTable(times, equal(random.normal(size=knots) * 0.02))
-        driven = Driven(0.7, table, float(times[-1]) + 1e-3)
+        driven = Driven(20.0, table, float(times[-1]) + 1e-3)
         run = driven.run(setting)
         theirs = driven.by_scipy() / knots if scale.compares and engine == "python" else None
         missed, passed = driven.missed(run.nu[-1], run.pose[-1]), knots + len(np.unique(run.switches.t))

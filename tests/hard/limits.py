@@ -29,23 +29,21 @@ STALL = 1.0  # V, at which a motor at rest has just its limit
 class Rise:
     """A start whose motor 0 has its largest current inside the run, and no other current near.
 
-    volts  (3,) at the start, and their rise per second
-    peak   the largest current in A, in 28 digits
-    size   the sum of the sizes of the current's terms there
+    volts    (3,) at the start, and their rise per second
+    current  the true one of motor 0 over the elapsed time, without limit; inside digits()
+    peak     the largest of it in A, in 28 digits
+    size     the sum of the sizes of the current's terms there
     """
 
     model: str
     start: dict[str, Any]
     volts: tuple[np.ndarray, np.ndarray]
+    current: Callable[[Any], Any]
     peak: Any
     size: float
 
     def motor(self, limit: float | None) -> Motor:
         return _motor(*self.volts, limit)
-
-    def task(self, limit: float | None, setting: Setting | None = None) -> Task:
-        setting = setting or Setting(self.model, "impact", "python")
-        return setting.task(**self.start, effects=(self.motor(limit),))
 
 
 def _motor(volts: np.ndarray, rise: np.ndarray, limit: float | None) -> Motor:
@@ -102,7 +100,7 @@ def _rise(random: np.random.Generator, model: str) -> Rise | None:
             early, late = (a, late) if value(a) < value(b) else (early, b)
         peak = value(early).mid()
     sizes = np.abs(volts[0]) + np.abs(rise[0]) * DURATION + np.abs(emf).max()
-    return Rise(model, start, (volts, rise), peak, float(peak) + sizes / WINDING["resistance"])
+    return Rise(model, start, (volts, rise), value, peak, float(peak) + sizes / WINDING["resistance"])
 
 
 def limited_from(run: Trajectory) -> float | None:
@@ -141,8 +139,7 @@ def _misplaced(rise: Rise, limit: float, time: float | None) -> float:
     if time is None:
         return float("inf")
     with digits():
-        value = current(rise.task(None))
-        return abs(float(value(flint_module().arb(time)) - limit)) / (EPS * rise.size)
+        return abs(float(rise.current(flint_module().arb(time)) - limit)) / (EPS * rise.size)
 
 
 def grazing(scale: Scale) -> list[Measurement]:
@@ -202,7 +199,7 @@ def law_missed(run: Trajectory) -> float:
 
 def limit_and_switch(scale: Scale) -> list[Measurement]:
     """The first bounces against the flow in 28 digits; after more of them time itself is a matter of rounding."""
-    found, bounces, amount = [], scale.of(2, 12), {"compiled": 10, "python": scale.of(0, 2)}
+    found, bounces, amount = [], scale.of(1, 12), {"compiled": 10, "python": scale.of(0, 2)}
     random = np.random.default_rng(3)
     starts = [bouncing(random, 0.02) for _ in range(3)][1:2] + [bouncing(random, 0.02) for _ in range(scale.of(0, 9))]
     whole = Setting("locked", "impact", "compiled").run(**starts[0], accuracy=1e-13)

@@ -34,7 +34,7 @@ class Motion:
     t, y      time and (nu, chi, pose) at the end
     energy    at the start and at the end, J
     beyond    the largest |chi| - pi/n seen
-    gave_up   too many switches or evaluations, or no step
+    gave_up   too many switches or evaluations, no step, or no event where it sees one
     seen      the elapsed times of other events that were asked for
     """
 
@@ -103,7 +103,7 @@ def simulate(
         try:
             with np.errstate(all="ignore"):  # beyond the joint the kernel has no meaning
                 found = solve_ivp(_counted(flow), span, y, method, events=events, rtol=rtol, atol=1e-14)
-        except GaveUpError:
+        except (GaveUpError, ValueError):  # ValueError of its root finder: the interpolant does not meet the step's end
             motion.gave_up = True
             break
         motion.t = float(found.t[-1])

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from hard import sticking
 from hard.case import Case, Measurement, Scale
-from hard.setting import PAPER, Setting, settings
-from omniroll import Controller, Motor, Session, Torque, TorqueTable, Trajectory
+from hard.setting import LAWS, MODELS, PAPER, Setting, settings
+from omniroll import Bearings, Controller, Motor, Session, Torque, TorqueTable, Trajectory
 from omniroll.engine.switching import tau
 
 SECTION = "Switches"
@@ -19,6 +20,7 @@ DRIVEN = (
     TorqueTable((0.4, 0.9), ((0.01, 0, 0), (0, -0.01, 0)), "hold"),
     Torque(0.0),
 )
+STICKING = (*DRIVEN, Bearings(wheel_coulomb=0.02, wheel_break_away=0.025))
 
 
 def distance(one: Trajectory, nu: np.ndarray, pose: np.ndarray) -> float:
@@ -52,19 +54,23 @@ def around(events: np.ndarray) -> np.ndarray:
 
 
 def around_every_event(scale: Scale) -> list[Measurement]:
-    """Motors that reach their limits, a controller, tables: switches, limits, samples and knots."""
+    """Motors that reach their limits, a controller, tables: switches, limits, samples and knots; axles that stick."""
     duration, found = 1.5, []
-    for setting in settings(engines=("compiled",)):
+    cases = [("all events", DRIVEN, setting) for setting in settings(engines=("compiled",))]
+    if "compiled" in sticking.engines():  # fewer in `make test`: each set of effects is compiled
+        models, laws = scale.of((("locked",), ("impact",)), (MODELS, LAWS))
+        cases += [("axles stick", STICKING, setting) for setting in settings(models, laws, ("compiled",))]
+    for name, effects, setting in cases:
         worst = 0.0
         random = np.random.default_rng(11)
         for _ in range(scale.of(1, 10)):
             nu, chi, spins = random.normal(size=3), random.uniform(-0.6, 0.6, 3), random.normal(size=(3, 4))
-            start = {"nu": nu, "chi": chi, "spins": spins, "effects": DRIVEN}
+            start = {"nu": nu, "chi": chi, "spins": spins, "effects": effects}
             run = setting.run(**start, duration=duration, accuracy=ACCURACY)
             events = np.unique(run.elapsed[1:][np.diff(run.elapsed) == 0])
             session = stepped(setting, start, around(events[(events > 0) & (events < duration)]), duration)
             worst = max(worst, distance(run, session.nu, session.pose))
-        found.append(setting.measurement("all events: distance from one run", worst, BOUND))
+        found.append(setting.measurement(f"{name}: distance from one run", worst, BOUND))
     return found
 
 

@@ -19,6 +19,7 @@ ACCURACY = 1e-13
 BAND = 1e-3  # rad/s: below this rate the friction of a naive implementation fades
 TOUCHES = (1e-4, 1e-7, 1e-10, 1e-13)  # of the speed at the start
 ROUNDINGS = 64
+TENFOLD = 10 * ACCURACY / EPS  # eps: ten times the accuracy that was asked for
 
 
 @cache
@@ -56,7 +57,7 @@ def slow_wheel(random: np.random.Generator, setting: Setting, duration: float) -
     nu = random.normal(size=3)
     per_nu = speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)
     nu += per_nu[:, 0] * (0.1 - nu @ per_nu[:, 0]) / (per_nu[:, 0] @ per_nu[:, 0])
-    chi = JOINT * np.array([0.1, 0.97, 0.95]) * np.sign(nu @ per_nu)
+    chi = JOINT * np.array([0.1, 0.93, 0.9]) * np.sign(nu @ per_nu)
     sliding = 0.02 * random.uniform(0.5, 1.5, 3)
     start = {"nu": nu, "chi": chi, "spins": random.normal(size=(3, 4)), "duration": duration}
     return start, sliding, sliding * random.choice((1.0, 1.3), 3)
@@ -65,7 +66,7 @@ def slow_wheel(random: np.random.Generator, setting: Setting, duration: float) -
 def one_by_one(scale: Scale) -> list[Measurement]:
     """From random starts until they rest, through switches that turn again what stuck."""
     found = []
-    short = (("massless", "impact", 0.3), ("locked", "impact", 0.08))
+    short = (("massless", "impact", 0.3), ("locked", "impact", 0.1))
     for model, law, duration in scale.of(short, [(model, law, 0.5) for model in MODELS for law in LAWS]):
         random, worst, theirs = np.random.default_rng([71, MODELS.index(model)]), dict.fromkeys(engines(), 0.0), 0.0
         judged = Setting(model, law, "python")
@@ -127,31 +128,43 @@ def all_at_once(scale: Scale) -> list[Measurement]:
 
 def on_a_joint(scale: Scale) -> list[Measurement]:
     """The wheels come to rest just before their joints, on them, and just after them."""
-    found = []
+    found, distances = [], (-1e-4, -1e-8, -1e-12, 0.0, 1e-12, 1e-8, 1e-4)
     for setting in settings(models=("massless",), laws=("impact",), engines=engines()):
-        random, wrong, moved, tries = np.random.default_rng(73), 0, 0.0, 0
-        for _ in range(scale.of(1, 10)):
+        random, wrong, theirs, moved, count = np.random.default_rng(73), 0, 0, 0.0, scale.of(1, 10)
+        for _ in range(count):
             nu_3, torque = random.choice((-1, 1)) * random.uniform(0.1, 1), random.uniform(5e-3, 2e-2)
             with on_the_spot.digits():
                 stop, angle = stopping(nu_3, torque)
-                turns = (
-                    int((abs(angle) + mpmath.mpf(JOINT)) / (2 * mpmath.mpf(JOINT))) + 1
-                )  # switches before this joint
-                for beyond in (-1e-4, -1e-8, -1e-12, 0.0, 1e-12, 1e-8, 1e-4):
-                    edge = (2 * turns - 1) * mpmath.mpf(JOINT)
-                    chi = float(mpmath.sign(angle) * (edge + beyond - abs(angle)))
-                    start = {"nu": (0, 0, nu_3), "chi": chi, "duration": 2 * float(stop)}
+                edges = int((abs(angle) + mpmath.mpf(JOINT)) / (2 * mpmath.mpf(JOINT)))  # passed before this joint
+                heading = -angle / on_the_spot.ratio()
+                for beyond in distances:
+                    chi = mpmath.sign(angle) * ((2 * edges + 1) * mpmath.mpf(JOINT) + beyond - abs(angle))
+                    start = {"nu": (0, 0, nu_3), "chi": float(chi), "duration": 2 * float(stop)}
                     run = setting.run(**start, effects=(Bearings(wheel_coulomb=torque),), accuracy=ACCURACY)
-                    least, most = 3 * (turns - (beyond <= 0)), 3 * (turns - (beyond < 0))
-                    wrong += not least <= len(run.switches) <= most or bool((np.abs(run.chi) > JOINT).any())
-                    heading = -angle / on_the_spot.ratio()
+                    wrong += not _switches_fit(len(run.switches), edges, beyond) or bool(
+                        (np.abs(run.chi) > JOINT).any()
+                    )
                     off = float(abs(mpmath.mpf(float(run.pose[-1, 2])) - heading)) / max(1.0, float(abs(angle))) / EPS
-                    moved, tries = max(moved, off, float(np.abs(run.nu[-1]).max()) / EPS), tries + 1
+                    moved = max(moved, off, float(np.abs(run.nu[-1]).max()) / EPS)
+                    if scale.compares:
+                        task, law = setting.task(**start, effects=(Torque(0.0),)), dead_band(np.full(3, torque))
+                        motion = naive.simulate(task, law=law, rtol=1e-9, method="LSODA")
+                        theirs += motion.gave_up or not _switches_fit(len(motion.switches), edges, beyond)
+        share = 100 / (count * len(distances))
         found += [
-            setting.measurement("stops judged wrongly, in %", 100 * wrong / tries, 0),
+            setting.measurement(
+                "stops judged wrongly, in %", share * wrong, 0, share * theirs if scale.compares else None
+            ),
             setting.measurement("error of the heading, in eps", moved, ROUNDINGS),
         ]
     return found
+
+
+def _switches_fit(switches: int, edges: int, beyond: float) -> bool:
+    """Of three wheels that have passed so many joints and stop at the next, or this much beyond it."""
+    if beyond == 0:  # within rounding; also there and back
+        return 3 * edges <= switches <= 3 * edges + 6
+    return switches == 3 * (edges + (beyond > 0))
 
 
 def break_away(start: dict[str, Any], setting: Setting, slope: Slope) -> Any:
@@ -173,7 +186,7 @@ def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
             Setting(setting.model, "impact", "python"),
         )
         lets_go, beside, holds, theirs = 0.0, 0.0, 0, 0.0
-        count = scale.of(2, 20)
+        count = scale.of(2, 6)
         for _ in range(count):
             slope = Slope(10 ** random.uniform(-3, 0), random.uniform(-3, 3))
             start = {"nu": (0, 0, 0), "chi": random.uniform(-0.5, 0.5, 3), "pose": (0, 0, random.uniform(-3, 3))}
@@ -191,7 +204,7 @@ def at_its_break_away_angle(scale: Scale) -> list[Measurement]:
             holds += off > 0.5 * way
             if scale.compares:
                 task = judged.task(**start, effects=(slope, Torque(0.0)))
-                motion = naive.simulate(task, law=dead_band(np.full(3, least)), rtol=1e-9)
+                motion = naive.simulate(task, law=dead_band(np.full(3, least)), rtol=1e-9, method="LSODA")
                 theirs = max(theirs, np.inf if motion.gave_up else float(np.abs(motion.y[:3]).max()))
         found += [
             setting.measurement("at the angle: largest nu", lets_go, 0, theirs if scale.compares else None),
@@ -245,9 +258,7 @@ def touching(scale: Scale) -> list[Measurement]:
                         theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         found += [
             setting.measurement("touches judged wrongly, in %", 100 * wrong / tries, 0),
-            setting.measurement(
-                "error of nu and heading, in eps", missed, ROUNDINGS, theirs if scale.compares else None
-            ),
+            setting.measurement("error of nu and heading, in eps", missed, TENFOLD, theirs if scale.compares else None),
         ]
     return found
 
@@ -266,7 +277,7 @@ def _through_zero(nu_3: float, sliding: float, holding: float, growth: float, du
 
 
 def reversing(scale: Scale) -> list[Measurement]:
-    """Torques that jump to and fro: through zero speed at once where strong, not at all where weak."""
+    """Torques that jump to and fro: through zero speed at once where they are strong, else to rest."""
     found = []
     for setting in settings(models=("massless",), laws=("impact",), engines=engines()):
         random, missed, theirs = np.random.default_rng(76), 0.0, 0.0
@@ -285,7 +296,7 @@ def reversing(scale: Scale) -> list[Measurement]:
                     motion = naive.simulate(setting.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9)
                     theirs = max(theirs, on_the_spot.missed(motion.y[:3], motion.y[-1], end, fastest))
         what = "error of nu and heading, in eps"
-        found.append(setting.measurement(what, missed, ROUNDINGS, theirs if scale.compares else None))
+        found.append(setting.measurement(what, missed, TENFOLD, theirs if scale.compares else None))
     return found
 
 
@@ -328,8 +339,8 @@ CASES = [
         name="stick-on-a-joint",
         section=SECTION,
         title="Wheels that come to rest 1e-4 ... 1e-12 rad before their joints, on them, and beyond them",
-        naive="",
-        promise="a joint that is passed is a switch, no other is; on the joint either will do; the wheels rest there",
+        naive="creeps over the joint, or ends short of it",
+        promise="a joint that is passed is a switch, no other is; on the joint any will do; the wheels rest there",
         run=on_a_joint,
     ),
     Case(

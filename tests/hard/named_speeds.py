@@ -1,0 +1,166 @@
+"""Stiff friction: Coulomb's law with a named speed of 1e-3 ... 1e-9 rad/s, against closed forms in 40 digits."""
+
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from hard import naive, on_the_spot
+from hard.case import Case, Measurement, Scale
+from hard.setting import ENGINES, EPS, JOINT, LAWS, PAPER, Setting
+from omniroll import Bearings, Torque
+from omniroll.studies.accuracy.reference import Taylor, digits, follow
+
+SECTION = "Effects"
+ACCURACY = 1e-9
+SPEEDS = (1e-3, 1e-6, 1e-9)  # rad/s
+COMPILED = Setting("massless", "impact", "compiled")
+SPIN = 3.0  # rad/s
+STEPS = 40  # more than the same motion takes with 1 rad/s
+
+
+def clock(speed: Any, named: Any) -> Any:
+    """slowing t, but for a constant, where w' = - slowing w/sqrt(w^2 + named^2) and w = speed."""
+    whole = mpmath.sqrt(speed**2 + named**2)
+    return named * mpmath.atanh(named / whole) - whole
+
+
+def turned(speed: Any, named: Any) -> Any:
+    """slowing times the angle that is turned until nothing is left of the speed."""
+    return (speed * mpmath.sqrt(speed**2 + named**2) + named**2 * mpmath.asinh(speed / named)) / 2
+
+
+def missed_times(rates: np.ndarray, times: np.ndarray, named: float, slowing: Any) -> float:
+    """How far rates (T,) at times are from the closed form, while well above the named speed, over the first."""
+    first, worst = mpmath.mpf(float(rates[0])), 0.0
+    for rate, time in zip(rates.tolist(), times.tolist(), strict=True):
+        if rate > 100 * named:
+            passed = (clock(mpmath.mpf(rate), mpmath.mpf(named)) - clock(first, mpmath.mpf(named))) / slowing
+            worst = max(worst, float(abs(passed - mpmath.mpf(time)) * slowing / first))
+    return worst
+
+
+def wheels(scale: Scale) -> list[Measurement]:
+    """On the spot, until nothing is left of the speed."""
+    found = []
+    for named in SPEEDS:
+        random, worst, theirs, steps = np.random.default_rng(81), 0.0, 0.0, 0.0
+        for _ in range(scale.of(1, 5)):
+            nu_3, torque = -random.uniform(0.2, 1), random.uniform(5e-3, 2e-2)
+            with on_the_spot.digits():
+                q, slowing = on_the_spot.rate(nu_3), on_the_spot.gain() * mpmath.mpf(torque)
+                start = {"nu": (0, 0, nu_3), "duration": float(2 * q / slowing)}
+                run, plain = (
+                    COMPILED.run(
+                        **start, accuracy=ACCURACY, effects=(Bearings(wheel_coulomb=torque, wheel_speed=speed),)
+                    )
+                    for speed in (named, 1.0)
+                )
+                assert run.stats["engine"] == "compiled"
+                heading = -turned(q, mpmath.mpf(named)) / slowing / on_the_spot.ratio()
+                rates = -run.nu[:, 2] / PAPER.yaw_scale * float(on_the_spot.ratio())
+                worst = max(worst, missed_times(rates, run.elapsed, named, slowing))
+                worst = max(worst, _end_missed(run.nu[-1], run.pose[-1], nu_3, heading))
+                steps = max(steps, run.stats["steps"] - plain.stats["steps"])
+                if scale.compares:
+                    theirs = max(theirs, _by_scipy(start, torque, named, nu_3, heading))
+        found += [
+            COMPILED.measurement(f"axles, {named:g} rad/s: error", worst, ACCURACY, theirs if scale.compares else None),
+            COMPILED.measurement(f"axles, {named:g} rad/s: steps more than with 1 rad/s", steps, STEPS),
+        ]
+    return found
+
+
+def _end_missed(nu: np.ndarray, pose: np.ndarray, nu_3: float, heading: Any) -> float:
+    return max(float(np.abs(nu).max()) / abs(nu_3), float(abs(mpmath.mpf(float(pose[2])) - heading)))
+
+
+def _by_scipy(start: dict[str, Any], torque: float, named: float, nu_3: float, heading: Any) -> float:
+    def law(_: float, rates: np.ndarray) -> np.ndarray:
+        return -torque * rates / np.hypot(rates, named)
+
+    motion = naive.simulate(COMPILED.task(**start, effects=(Torque(0.0),)), law=law, rtol=1e-9, method="LSODA")
+    return float("inf") if motion.gave_up else _end_missed(motion.y[:3], motion.y[-3:], nu_3, heading)
+
+
+def rollers(scale: Scale) -> list[Measurement]:
+    """chi = 0 and equal spins: what the rollers do to the vehicle cancels, and it stays at rest.
+
+    Newton's rule at the nodes solves for nu and for each roller apart. Where h T/(B w_0) is above I/B, what one does to
+    the other is no longer small, and longer steps fail: their number grows with 1/w_0.
+    """
+    found, setting, torque = [], Setting("free", "impact", "compiled"), 5e-6
+    for named in scale.of(SPEEDS[:1], SPEEDS[:2]):
+        with on_the_spot.digits():
+            slowing = mpmath.mpf(torque) / mpmath.mpf(PAPER.roller_inertia)
+            start = {"nu": (0, 0, 0), "spins": SPIN, "duration": float(2 * SPIN / slowing)}
+            run, plain = (
+                setting.run(**start, accuracy=ACCURACY, effects=(Bearings(roller_coulomb=torque, roller_speed=speed),))
+                for speed in (named, 1.0)
+            )
+            spins = run.spins.reshape(len(run), -1)
+            worst = max(missed_times(column, run.elapsed, named, slowing) for column in spins.T)
+        lost = abs(float(run.quantity("roller_loss")[-1]) / run.energy[0] - 1)
+        worst = max(worst, lost, float(np.abs(spins[-1]).max()) / SPIN, float(np.abs(run.nu).max()) / SPIN)
+        found += [
+            setting.measurement(f"rollers, {named:g} rad/s: error", worst, ACCURACY),
+            setting.measurement(
+                f"rollers, {named:g} rad/s: steps more than with 1 rad/s",
+                run.stats["steps"] - plain.stats["steps"],
+                STEPS,
+            ),
+        ]
+    return found
+
+
+def under_impact(scale: Scale) -> list[Measurement]:
+    """Free rollers whose spins come to rest between the switches; a switch turns them again."""
+    found, torque = [], 2e-5
+    for law in scale.of(("impact",), LAWS):
+        random, judged = np.random.default_rng(82), Setting("free", law, "python")
+        worst, rise = dict.fromkeys(ENGINES, 0.0), dict.fromkeys(ENGINES, 0.0)
+        for _ in range(scale.of(1, 3)):
+            start = {
+                "nu": random.normal(size=3),
+                "spins": random.uniform(-0.2, 0.2, (3, 4)),
+                "duration": scale.of(0.02, 0.3),
+            }
+            rates = judged.task(**start).kernel.wheel_speeds(start["nu"])
+            start["chi"] = JOINT * np.sign(rates) * [0.99, 0.97, 0.95]
+            start["effects"] = (Bearings(roller_coulomb=torque, roller_speed=0.05),)
+            with digits():
+                task = judged.task(**start)
+                truth = follow(Taylor(task), task, np.array([task.duration]))
+            assert truth.switches
+            for engine in ENGINES:
+                run = Setting("free", law, engine).run(**start, accuracy=1e-13)
+                end = np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
+                apart = float(np.abs(end - truth.y[-1]).max()) + abs(len(run.switches) - len(truth.switches))
+                worst[engine] = max(worst[engine], apart)
+                rise[engine] = max(rise[engine], float(run.switches.energy_jump.max(initial=0.0)) / run.energy[0])
+        for engine in ENGINES:
+            setting = Setting("free", law, engine)
+            found.append(setting.measurement("distance from the true motion", worst[engine], 1e-11))
+            if law == "impact":
+                found.append(setting.measurement("largest rise of energy at a switch / eps", rise[engine] / EPS, 16))
+    return found
+
+
+CASES = [
+    Case(
+        name="named-speeds",
+        section=SECTION,
+        title="Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (rollers: 1e-6; compiled engine)",
+        naive="a stiff solver is as good, at its own tolerance",
+        promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s",
+        run=lambda scale: wheels(scale) + rollers(scale),
+    ),
+    Case(
+        name="rollers-that-stop",
+        section=SECTION,
+        title="Free rollers that friction stops, and that switches turn again (named speed 0.05 rad/s)",
+        naive="",
+        promise="the motion is the true one, and no impact raises the energy",
+        run=under_impact,
+    ),
+]
