@@ -35,6 +35,9 @@ from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene
 from .scenes.loading import run as run
 from .scenes.problems import SceneError as SceneError
+from .scenes.result_folder import Results as Results
+from .scenes.result_folder import load_results as load_results
+from .scenes.result_folder import unfinished as unfinished
 from .vehicles.parts import cylinder as cylinder
 from .vehicles.vehicle import Vehicle as Vehicle
 

@@ -32,7 +32,7 @@ ALIGNMENT = 128  # bytes
 MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 2 * MOST_WHEELS  # run.c
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
-TOO_LONG = 6  # beside those of engine_calls.h
+TOO_LONG, ENDED = 6, 7  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
@@ -89,7 +89,7 @@ class CompiledRun:
         self.columns = Columns(self.kernel, task)
         self.space = self._workspace()
         self.struct = self.space.begin()
-        self.run, self.status = self.struct[0], None
+        self.run, self.status, self.ended = self.struct[0], None, ""
         self._fill()
         if self.task.effects:
             self.acting = EffectRun(task.effects, self.kernel, task.start_time)
@@ -107,14 +107,23 @@ class CompiledRun:
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count)
             self.status = step(*arguments)
-            while self.status == ASK:
+            while self.status == ASK and not self._is_ended():
                 self._answer()
                 self.status = step(*arguments)
             if self.status == FULL and self.run.row_count * self.space.bytes_per_row > MOST_BYTES:
                 self.status = TOO_LONG
+            if self.status == FULL and not self._is_ended() and self.task.keep is not None:
+                self.task.keep(self)
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
         return self
+
+    def _is_ended(self) -> bool:
+        """Whether somebody wishes that the run ends here."""
+        self.ended = self.task.interrupted() if self.task.interrupted is not None else ""
+        if self.ended:
+            self.status = ENDED
+        return bool(self.ended)
 
     def trajectory(self) -> Trajectory:
         """The result of a run, which is simulated now if it has not been. Raises SimulationStopped."""
@@ -130,7 +139,16 @@ class CompiledRun:
 
     def recorded(self) -> Trajectory:
         """The trajectory up to where the run has come; its buffers are free then."""
-        return assembled(self.task, Recorded(self), self.stats())
+        return self.part(0)
+
+    def part(self, first: int) -> Trajectory:
+        """The trajectory from row `first` to where the run has come."""
+        return assembled(self.task, Recorded(self, first), self.stats())
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+        return self.run.row_count
 
     def end(self) -> dict[str, Any]:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come."""
@@ -331,7 +349,7 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        reason = REASONS[self.status]
+        reason = self.ended or REASONS[self.status]
         if self.status == NO_STEP:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
@@ -494,13 +512,17 @@ class Columns:
 class Recorded:
     """What a run has left, as omniroll.engine.runs.Rows; each part is made of the engine's numbers when it is read."""
 
-    def __init__(self, run: CompiledRun):
+    def __init__(self, run: CompiledRun, first: int = 0):
         self.task, self.columns, space = run.task, run.columns, run.space
         rows, switches = run.run.row_count, run.run.switch_count
-        self.has_spins = run.kernel.has_spins
-        self.rows, self.steps = _kept(space.rows, rows), _kept(space.steps, rows)
-        self.switches = _kept(space.switches, switches)
-        self.later_axial = _kept(space.switch_axial, switches) if self.has_spins else None
+        before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
+        self.has_spins, self.first = run.kernel.has_spins, first
+        self.rows, self.steps = _kept(space.rows, first, rows), _kept(space.steps, first, rows)
+        self.switches = _kept(space.switches, before, switches)
+        if self.has_spins:  # what the free rollers had after the last switch before these rows, and where that was
+            self.later_axial = _kept(space.switch_axial, before, switches)
+            self.axial_before = space.switch_axial[before - 1].copy() if before else run.task.state.free_axial()
+            self.row_before = space.rows[int(space.switches[before - 1, 1]) if before else 0].copy()
 
     @cached_property
     def elapsed(self) -> np.ndarray:
@@ -531,22 +553,23 @@ class Recorded:
 
     @cached_property
     def switch_rows(self) -> np.ndarray:
-        return self.switches[:, 1].astype(int)
+        return self.switches[:, 1].astype(int) - self.first
 
     @property
     def axial(self) -> np.ndarray | None:
         """(T, N, n-1): those after the last switch, and what has become of them."""
         if not self.has_spins:
             return None
-        table = np.concatenate([np.asarray(self.task.state.free_axial())[None], self.later_axial])
+        table = np.concatenate([np.asarray(self.axial_before)[None], self.later_axial])
         switched = np.searchsorted(self.switch_rows, np.arange(len(self.rows)), side="right")
         axial, effects = table[switched], self.task.effects
         if not effects:
             return axial
-        since = np.append(0, self.switch_rows)[switched]
+        since = np.concatenate([self.row_before[None], self.rows[self.switch_rows]])[switched]
         bound = effects.kernel(self.task.vehicle, self.task.kernel.roller_model, "python")  # works on all rows at once
-        before, after = self.columns.state_vector.views(self.y[since]), self.columns.state_vector.views(self.y)
-        found = effects.axial_later(bound, axial, before, after, self.elapsed - self.elapsed[since])
+        start = self.columns.state(since[:, 1 : self.columns.end])
+        before, after = self.columns.state_vector.views(start), self.columns.state_vector.views(self.y)
+        found = effects.axial_later(bound, axial, before, after, self.elapsed - since[:, 0])
         return np.array(np.broadcast_to(found, axial.shape))
 
     def dense(self) -> np.ndarray | None:
@@ -556,9 +579,9 @@ class Recorded:
         return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, starts, self.columns)
 
 
-def _kept(buffer: np.ndarray, count: int) -> np.ndarray:
-    """The first entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
-    return buffer[:count].copy() if len(buffer) == ROWS else buffer[:count]
+def _kept(buffer: np.ndarray, first: int, end: int) -> np.ndarray:
+    """Entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
+    return buffer[first:end].copy() if len(buffer) == ROWS else buffer[first:end]
 
 
 def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray, columns: Columns) -> np.ndarray:

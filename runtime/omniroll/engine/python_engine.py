@@ -1,5 +1,6 @@
 """The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -75,6 +76,7 @@ class Run:
         )
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
+        self.integrator.watch = self._is_ended
         self.phases = 0
         self.phase_start, self.slopes = (
             0.0,
@@ -91,7 +93,7 @@ class Run:
                 self._switch(directions)
                 directions = self._due_at_once()
             elif self.elapsed >= self.task.duration:
-                return self._result()
+                return self.part(0)
             else:
                 self._pass_events()
                 directions = self._phase()
@@ -190,6 +192,8 @@ class Run:
             self._watch(None)
             self.acting.pass_guards(phase.passed)
         self.phases += 1
+        if self.task.keep is not None:
+            self.task.keep(self)
         if self.task.progress is not None:
             self.task.progress(self.elapsed, self.task.duration)
         return phase.directions
@@ -238,6 +242,12 @@ class Run:
         self.rows.directions.append(directions)
         self._add_row()
 
+    def _is_ended(self, done: float) -> None:
+        """Raises StepFailedError where somebody wishes that the run ends here, `done` s into the phase."""
+        reason = self.task.interrupted() if self.task.interrupted is not None else ""
+        if reason:
+            raise StepFailedError(reason)
+
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.
 
@@ -258,21 +268,29 @@ class Run:
             "pose": self.state.pose.tolist(),
             "contact": self.state.contact.tolist(),
         }
-        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
+        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self.part(0))
 
-    def _result(self) -> Trajectory:
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+        return len(self.rows.y)
+
+    def part(self, first: int) -> Trajectory:
+        """The motion from row `first` to the last one."""
         record, counts = self.rows, self.integrator.counts
-        y, directions = np.array(record.y), np.array(record.directions, int)
+        step, switch = bisect_left(record.step_rows, first), bisect_right(record.switch_rows, first) if first else 0
+        y, directions = np.array(record.y[first:]), np.array(record.directions[switch:], int)
+        dense = record.dense[step:]
         rows = Rows(
-            elapsed=np.array(record.elapsed),
+            elapsed=np.array(record.elapsed[first:]),
             y=y,
-            contact=np.array(record.contact),
-            axial=np.array(record.axial) if self.kernel.has_spins else None,
-            dense=lambda: np.array(record.dense).reshape(len(record.dense), -1, y.shape[1]) if record.dense else None,
-            step_rows=np.array(record.step_rows, int),
+            contact=np.array(record.contact[first:]),
+            axial=np.array(record.axial[first:]) if self.kernel.has_spins else None,
+            dense=lambda: np.array(dense).reshape(len(dense), -1, y.shape[1]) if dense else None,
+            step_rows=np.array(record.step_rows[step:], int) - first,
             directions=directions.reshape(len(directions), self.kernel.wheels),
-            switch_rows=np.array(record.switch_rows, int),
-            drive=np.array(record.drive) if self.acting.drives else None,
+            switch_rows=np.array(record.switch_rows[switch:], int) - first,
+            drive=np.array(record.drive[first:]) if self.acting.drives else None,
         )
         stats = {
             "engine": "python",

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -18,6 +18,21 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 Progress = Callable[[float, float], Any]
+
+
+class Partial(Protocol):
+    """A run that is not at its end yet."""
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+
+    def part(self, first: int) -> Trajectory:
+        """The motion from row `first` to the last one."""
+
+
+Keep = Callable[[Partial], None]  # sees a run now and then
+Interrupted = Callable[[], str]  # asked now and then; a text ends the run there, and says why
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
@@ -36,6 +51,8 @@ class Task:
     engine: str
     progress: Progress | None
     effects: EffectSet = EffectSet()
+    keep: Keep | None = None
+    interrupted: Interrupted | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from os import PathLike
 
@@ -277,6 +277,23 @@ class Trajectory(MadeOnDemand):
         }
         arrays = {name: getattr(self, name) for name in ARRAYS} | ({} if dense else {"dense": None})
         trajectory_files.write(Stored(description, arrays, self.switches), path)
+
+    @classmethod
+    def joined(cls, parts: "Sequence[Trajectory]") -> "Trajectory":
+        """One trajectory of parts that follow each other: the first row of each is the last one of that before it."""
+        last = parts[-1]
+        arrays: dict[str, np.ndarray | None] = {}
+        for name in ARRAYS:
+            found = [getattr(part, name) for part in parts]
+            if name == "step_rows":
+                starts = np.cumsum([0, *(len(part) - 1 for part in parts[:-1])])
+                found = [rows + start for rows, start in zip(found, starts, strict=True)]
+            elif name != "dense":
+                found = found[:1] + [array if array is None else array[1:] for array in found[1:]]
+            there = [array for array in found if array is not None]
+            arrays[name] = np.concatenate(there) if there else None
+        arrays["switches"] = np.concatenate([part.switches for part in parts]).view(np.recarray)
+        return replace(last, made={name: partial(arrays.pop, name) for name in list(arrays)})
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Trajectory":

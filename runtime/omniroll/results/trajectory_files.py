@@ -21,6 +21,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from omniroll import durable
 from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError
 
@@ -74,7 +75,7 @@ def write(stored: Stored, path: str | PathLike) -> None:
     if _ending(path) == ".npz":
         _write_npz(stored, path)
     else:
-        with open(path, "w", encoding="utf-8", newline="") as file:
+        with durable.whole_file(path) as file:
             _write_csv(stored, file)
 
 
@@ -112,7 +113,7 @@ def _ending(path: str | PathLike) -> str:
 
 def _write_npz(stored: Stored, path: str | PathLike) -> None:
     arrays = {name: array for name, array in stored.arrays.items() if array is not None}
-    with open(path, "wb") as file:
+    with durable.whole_file(path, "wb") as file:
         np.savez(
             file,
             description=json.dumps(stored.description),
