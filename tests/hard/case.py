@@ -6,7 +6,7 @@ from enum import Enum
 from typing import TypeVar
 
 T = TypeVar("T")
-SECTIONS = ("Switches", "Formulas", "Magnitudes and time", "Number types and compilers", "Input")
+SECTIONS = ("Switches", "Formulas", "Magnitudes and time", "Number types and compilers", "Input", "Files and signals")
 
 
 class Scale(Enum):
