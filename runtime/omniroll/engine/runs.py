@@ -13,7 +13,7 @@ from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
-from omniroll.results.trajectory_files import SWITCH_FIELDS
+from omniroll.results.trajectory_content import SWITCH_FIELDS
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects import KINDS
 from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
@@ -18,7 +18,7 @@ from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
-from omniroll.results.trajectory_files import ARRAYS, Stored
+from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -267,7 +267,8 @@ class Trajectory(MadeOnDemand):
         dense  False leaves the polynomials out: a smaller file, a table to look at; the trajectory that `load` makes
                of it can then be sampled at its rows only
 
-        Raises InvalidValueError for another ending, OSError where the file cannot be written.
+        Raises InvalidValueError for another ending, and for an effect that has no registered name
+        (omniroll.register_effect); OSError where the file cannot be written: the file before is left then.
         """
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
             "stats": self.stats.complete(),
@@ -301,13 +302,14 @@ class Trajectory(MadeOnDemand):
 
         path  str or path
 
-        Raises InvalidValueError for a file that is not a trajectory, OSError where it cannot be read.
+        Raises InvalidValueError for a file that is not a trajectory, or a damaged one: names, shapes, types, that all
+        numbers are finite, and checksums are verified, and the error names the array. OSError where it cannot be read.
         """
         stored = trajectory_files.read(path)
         with trajectory_files.refusing_damage(path):
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])
-            effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
+            effects = [kind_of(entry.pop("kind"))(**entry) for entry in map(dict, described["effects"])]
             arrays = stored.arrays | {"switches": stored.switches.view(np.recarray)}
             return cls(
                 vehicle=vehicle,
