@@ -92,10 +92,17 @@ def _run(path: Path, output: Path) -> int:
 
 def _signalled(path: Path, output: Path, number: int, delay: float) -> int:
     """How a process ends that runs a scene and gets a signal after some s."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS[1:])  # the child must not come back here
     child = os.fork()
     if not child:
-        run_command.PARTS = 0.0
-        os._exit(_run(path, output))
+        code = 128 + number
+        try:
+            run_command.PARTS = 0.0
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS[1:])
+            code = _run(path, output)
+        finally:
+            os._exit(code)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS[1:])
     time.sleep(delay)
     os.kill(child, number)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
