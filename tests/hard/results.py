@@ -67,7 +67,7 @@ def signals(scale: Scale) -> list[Measurement]:
     times, rng = scale.of(4, 100), random.Random(7)
     with folder() as place:
         before = scene(place / "before.toml", "duration = 0.3\nstep = 0.1")
-        long = scene(place / "long.toml", "duration = 3000")
+        long = scene(place / "long.toml", "duration = 1500")
         _run(before, place / "out")
         took = time.perf_counter()
         _run(long, place / "whole")

@@ -18,7 +18,9 @@ from omniroll.effects import registry
 from omniroll.effects.effect import Modal, Sampler, Table
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.numbers import Curve
+from omniroll.engine.outlook import FIRST, Outlook
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task, assembled, least_speed
+from omniroll.engine.stiffness import blamed
 from omniroll.errors import SimulationStopped
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
@@ -27,12 +29,11 @@ from omniroll.vehicles.state import State
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
-ROWS = 4096  # of a call
+ROWS = 4096  # of a call; the first calls of a run are shorter
 ALIGNMENT = 128  # bytes
-MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 2 * MOST_WHEELS  # run.c
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
-TOO_LONG, ENDED = 6, 7  # beside those of engine_calls.h
+TOO_LONG, ENDED, HOPELESS = 6, 7, 8  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
@@ -103,20 +104,29 @@ class CompiledRun:
     def advance(self) -> "CompiledRun":
         """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
-        self.status = FULL
+        self.outlook = Outlook(self.task.duration, self.space.bytes_per_row, self.task.memory)
+        self.status, room = FULL, FIRST
         while self.status == FULL:
-            self.space.make_room(self.run.row_count, self.run.switch_count)
+            self.space.make_room(self.run.row_count, self.run.switch_count, room)
+            room = min(2 * room, ROWS)
             self.status = step(*arguments)
             while self.status == ASK and not self._is_ended():
                 self._answer()
                 self.status = step(*arguments)
-            if self.status == FULL and self.run.row_count * self.space.bytes_per_row > MOST_BYTES:
-                self.status = TOO_LONG
+            if self.status == FULL:
+                self._look_ahead()
             if self.status == FULL and not self._is_ended() and self.task.keep is not None:
                 self.task.keep(self)
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
         return self
+
+    def _look_ahead(self) -> None:
+        """Whether memory holds the rows so far, and those that are to come."""
+        if self.run.row_count * self.space.bytes_per_row > self.task.memory:
+            self.status = TOO_LONG
+        elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
+            self.status = HOPELESS
 
     def _is_ended(self) -> bool:
         """Whether somebody wishes that the run ends here."""
@@ -349,11 +359,13 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        reason = self.ended or REASONS[self.status]
+        reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
+        if self.status in (NO_STEP, HOPELESS):
+            reason += blamed(self.task, self.end())
         return SimulationStopped(reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=state)
 
 
@@ -400,7 +412,7 @@ class Workspace:
         self.steps = np.empty((rows if keeps_steps else 1, 2 + NODES * (6 + wheels + columns.added)))
         self.switches = np.empty((rows, 2 + wheels))
         self.switch_axial = np.empty((rows, *self.axial.shape) if kernel.has_spins else (1, 1, 1))
-        self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes
+        self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes + self.switch_axial[0].nbytes
         self.struct = self.ffi.new("omniroll_run_t *")
         self.start = self.ffi.new("omniroll_run_t *")
         start = self.start
@@ -422,17 +434,17 @@ class Workspace:
             array.fill(0)
         return self.struct
 
-    def make_room(self, rows: int, switches: int) -> None:
-        """Room for ROWS further rows and switches."""
+    def make_room(self, rows: int, switches: int, room: int) -> None:
+        """Room for so many further rows and switches, at most ROWS."""
         run = self.struct[0]
         for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
             old = getattr(self, name)
-            if count + ROWS > len(old) > 1:
+            if count + room > len(old) > 1:
                 array = np.empty((2 * (count + ROWS), *old.shape[1:]))
                 array[:count] = old[:count]
                 setattr(self, name, array)
                 setattr(run, name, self.ffi.from_buffer("double[]", array))
-        run.row_capacity, run.switch_capacity = rows + ROWS, switches + ROWS
+        run.row_capacity, run.switch_capacity = rows + room, switches + room
 
     def give_back(self) -> None:
         """To the runs that come; not where a long run has made the buffers large."""

@@ -27,6 +27,7 @@ from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import Controlled, controlled, made, sensitivity
+from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
 from omniroll.kernels.kernel import Kernel, kernel
@@ -127,6 +128,7 @@ def simulate_many(
     switching: str = "impact",
     accuracy: float = 1e-9,
     engine: str = "compiled",
+    memory: float = MEMORY,
     control: bool = True,
     effects: Sequence = (),
     times: ArrayLike | None = None,
@@ -156,7 +158,7 @@ def simulate_many(
     """
     common = {
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
-        "accuracy": accuracy, "engine": engine,
+        "accuracy": accuracy, "engine": engine, "memory": memory,
     }  # fmt: skip
     shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]

@@ -9,7 +9,9 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
+from omniroll.engine.outlook import FIRST, Outlook
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
+from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
@@ -18,6 +20,8 @@ SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
+NUMBER, NUMBERS_PER_STEP = 40, 12  # bytes of a number in a list; a step keeps its polynomial and a row
+MOST_STEPS = 4096  # between two looks ahead
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
 
@@ -77,6 +81,9 @@ class Run:
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
         self.integrator.watch = self._is_ended
+        numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
+        self.outlook = Outlook(task.duration, NUMBER * numbers, task.memory)
+        self.next_look = FIRST
         self.phases = 0
         self.phase_start, self.slopes = (
             0.0,
@@ -180,7 +187,8 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
-            self._stop(str(error), None)
+            where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
+            self._stop(str(error) + blamed(self.task, where | {"axial": self.state.free_axial()}), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -247,6 +255,15 @@ class Run:
         reason = self.task.interrupted() if self.task.interrupted is not None else ""
         if reason:
             raise StepFailedError(reason)
+        steps = self.integrator.counts.steps
+        if steps >= self.next_look:
+            self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
+            if self.outlook.is_hopeless(steps, len(self.rows.directions), self.elapsed + done):
+                raise StepFailedError(self.outlook.described())
+            if steps * self.outlook.step_memory > self.task.memory:
+                raise StepFailedError(
+                    "more rows than memory should hold; go on in another run from where this one ends"
+                )
 
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.

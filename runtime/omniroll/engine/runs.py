@@ -33,6 +33,7 @@ class Partial(Protocol):
 
 Keep = Callable[[Partial], None]  # sees a run now and then
 Interrupted = Callable[[], str]  # asked now and then; a text ends the run there, and says why
+MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their trajectory takes some four times that
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
@@ -51,6 +52,7 @@ class Task:
     engine: str
     progress: Progress | None
     effects: EffectSet = EffectSet()
+    memory: float = MEMORY
     keep: Keep | None = None
     interrupted: Interrupted | None = None
 

@@ -28,6 +28,7 @@ OPTIONS = {  # argument of simulate: the table and key that it comes from
     "duration": ("run", "duration"),
     "accuracy": ("run", "accuracy"),
     "engine": ("run", "engine"),
+    "memory": ("run", "memory"),
     "start_time": ("run", "start_time"),
     "roller_model": ("rollers", "model"),
     "switching": ("switching", "law"),
