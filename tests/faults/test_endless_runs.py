@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 import omniroll
+from omniroll.commands import explain
 from omniroll.engine.control import made
 from omniroll.engine.outlook import Outlook, shown_bytes
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
+from omniroll.scenes import costs, explanation
+from omniroll.scenes.allowance import Allowance
 
 PAPER = omniroll.Vehicle.paper()
 ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-12)
@@ -76,8 +79,11 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
 
 def test_a_vehicle_that_slows_down_may_run_for_long():
     """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
-    run = done([], "compiled", duration=1e7)
-    assert run.done and run.stats()["steps"] < 200_000
+    memory = 3.2e8
+    run = done([], "compiled", duration=1e6, memory=memory)
+    elapsed = run.recorded().elapsed
+    pace = (elapsed[18_000] - elapsed[14_000]) / 4000  # where the run is first asked whether it has a future
+    assert run.done and 1e6 / pace * run.space.bytes_per_row > 4 * memory
 
 
 # The estimate
@@ -143,3 +149,42 @@ def test_samples_without_end_are_refused(tmp_path):
     path.write_text("[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\nstep = 1e-9\n")
     with pytest.raises(omniroll.SceneError, match="must leave at most 1000000 samples"):
         omniroll.load_scene(path)
+
+
+# What explain does with them
+
+SCENE = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 20\n"
+
+
+@pytest.fixture
+def explained_scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(costs, "MANY", {"compiled": 200, "Python": 20})
+    monkeypatch.setattr(costs, "ENOUGH", 0.0)
+
+    def explained(more):
+        path = tmp_path / "scene.toml"
+        path.write_text(SCENE + more)
+        return explanation.explained(omniroll.load_scene(path))
+
+    return explained
+
+
+def test_explain_says_which_term_is_too_fast(explained_scene):
+    found = explained_scene("[bearings]\nroller_coulomb = 1e-4\nroller_speed = 1e-12\n")
+    (left_out,) = found["left_out"]
+    assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-12" in left_out
+    assert found["prices"][0]["microseconds"] is None
+    assert left_out in explain.text(found)
+
+
+def test_explain_says_what_it_had_no_time_for(explained_scene, monkeypatch):
+    monkeypatch.setattr(explanation, "ALLOWED", 0.0)
+    found = explained_scene("")
+    assert {"the estimate of locked", "the estimate of slope"} <= set(found["left_out"])
+    assert "Left out; estimates and prices may take 0 s together" in explain.text(found)
+
+
+def test_an_allowance_ends():
+    now = iter((0.0, 1.0, 3.0)).__next__
+    allowance = Allowance(2.0, now)
+    assert allowance.has_time("one") and not allowance.has_time("two") and allowance.left_out == ["two"]
