@@ -38,26 +38,47 @@ def reporting(wanted: bool | Report | None, total: float, unit: str, *, delay: f
         yield lambda done, total: (announce(done, total), bar.update(done - bar.n))
 
 
+class Pace:
+    """How fast work goes, from its first report on: what was done before that does not count.
+
+    clock  gives the time in s
+    """
+
+    def __init__(self, clock: Callable[[], float]):
+        self.clock = clock
+        self.first: tuple[float, float] | None = None  # time and what was done then
+        self.took = self.rate = 0.0  # s, and units a second
+
+    def note(self, done: float) -> None:
+        """A report has come. Less is done than before where the work has begun anew."""
+        now = self.clock()
+        if self.first is None or done < self.first[1]:
+            self.first = now, done
+        self.took = now - self.first[0]
+        self.rate = (done - self.first[1]) / self.took if self.took > 0 else 0.0
+
+    def left(self, done: float, total: float) -> float:
+        """Seconds to go."""
+        return (total - done) / self.rate if self.rate > 0 else float("inf")
+
+
 def forewarning(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
     """A function that says once, soon after the start, that the work will take longer than a day."""
-    began: float | None = clock()
+    pace, said = Pace(clock), False
 
     def report(done: float, total: float) -> None:
-        nonlocal began
-        if began is None or (took := clock() - began) < SOON:
+        nonlocal said
+        if said:
             return
-        left = _left(done, total, took)
+        pace.note(done)
+        if pace.took < SOON:
+            return
+        said, left = True, pace.left(done, total)
         if left > DAY:
             text = f"at its present pace this takes {duration(left)}; Ctrl-C ends it and keeps what there is"
             print(f"{done:.4g} of {total:.4g} {unit} done: {text}", file=sys.stderr, flush=True)
-        began = None
 
     return report
-
-
-def _left(done: float, total: float, took: float) -> float:
-    """Seconds to go at the present pace."""
-    return (total - done) * took / done if done > 0 else float("inf")
 
 
 def duration(seconds: float) -> str:
@@ -70,15 +91,18 @@ def duration(seconds: float) -> str:
 
 def lines(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
     """A function that prints a line every few seconds: how much is done, how fast, and the time that is left."""
-    began = last = clock()
+    pace, last = Pace(clock), 0.0
 
     def report(done: float, total: float) -> None:
         nonlocal last
-        now = clock()
-        if now - last >= INTERVAL:
-            last = now
-            pace = f"{done / (now - began):.3g} {unit} a second, {duration(_left(done, total, now - began))} left"
-            print(f"{done:.4g} of {total:.4g} {unit} done, {pace}", file=sys.stderr, flush=True)
+        pace.note(done)
+        if pace.took < last:  # the work has begun anew
+            last = 0.0
+        if pace.took - last >= INTERVAL:
+            last = pace.took
+            left = duration(pace.left(done, total))
+            text = f"{done:.4g} of {total:.4g} {unit} done, {pace.rate:.3g} {unit} a second, {left} left"
+            print(text, file=sys.stderr, flush=True)
 
     return report
 
