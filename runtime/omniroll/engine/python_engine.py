@@ -20,7 +20,7 @@ SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
-NUMBER, NUMBERS_PER_STEP = 40, 12  # bytes of a number in a list; a step keeps its polynomial and a row
+NUMBER, NUMBERS_PER_STEP = 15, 12  # bytes of a number with its share of the arrays; a step keeps a polynomial and a row
 MOST_STEPS = 4096  # between two looks ahead
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
