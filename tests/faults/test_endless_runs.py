@@ -79,7 +79,7 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
 
 def test_a_vehicle_that_slows_down_may_run_for_long():
     """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
-    memory = 4e8
+    memory = 5e8
     run = done([], "compiled", duration=1e6, memory=memory)
     elapsed = run.recorded().elapsed
     pace = (elapsed[18_000] - elapsed[14_000]) / 4000  # where the run is first asked whether it has a future

@@ -43,7 +43,7 @@ def looks(monkeypatch, at, action):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_a_run_with_the_files_of_the_motion_so_far(number, long_scene, tmp_path, monkeypatch, capsys):
-    looks(monkeypatch, 1, lambda: signal.raise_signal(number))
+    looks(monkeypatch, 6, lambda: signal.raise_signal(number))
     before = signal.getsignal(number)
     assert cli.main(["run", str(long_scene), "--output", str(tmp_path / "out"), "--json"]) == 128 + number
     assert signal.getsignal(number) is before
@@ -118,12 +118,12 @@ def test_a_run_that_is_killed_leaves_its_parts(long_scene, tmp_path, monkeypatch
             os._exit(0)
         assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
 
-    killed(at=3)
+    killed(at=7)
     whole = omniroll.run(load_scene(long_scene), control=False)
     found = load_results(out)
-    assert found.summary is None and len(found.places) == 3
+    assert found.summary is None and len(found.places) == 7
     kept = found.trajectory()
-    assert kept.t[-1] > 500
+    assert kept.t[-1] > 300
     for name in ("t", "nu", "contact", "energy", "switches", "dense", "step_rows"):
         assert np.array_equal(getattr(kept, name), getattr(whole, name)[: len(getattr(kept, name))]), name
     assert cli.main(["run", str(long_scene), "--output", str(out)]) == 0
