@@ -105,7 +105,7 @@ class CompiledRun:
         """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = Outlook(self.task.duration, self.space.bytes_per_row, self.task.memory)
-        self.status, room = FULL, FIRST
+        self.status, room = FULL, min(FIRST, ROWS)
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room)
             room = min(2 * room, ROWS)
@@ -440,7 +440,7 @@ class Workspace:
         for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
             old = getattr(self, name)
             if count + room > len(old) > 1:
-                array = np.empty((2 * (count + ROWS), *old.shape[1:]))
+                array = np.empty((2 * (count + max(room, ROWS)), *old.shape[1:]))
                 array[:count] = old[:count]
                 setattr(self, name, array)
                 setattr(run, name, self.ffi.from_buffer("double[]", array))
