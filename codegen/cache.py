@@ -12,6 +12,8 @@ from pathlib import Path
 import platformdirs
 from filelock import FileLock
 
+_FULL: set[Path] = set()  # folders that have taken no more files
+
 
 def user_folder() -> Path:
     """The user's cache folder for omniroll: ~/.cache/omniroll, or where the system keeps such folders."""
@@ -24,7 +26,21 @@ def folder() -> Path:
     $OMNIROLL_CACHE, or user_folder(). Where that cannot be written, a folder of this process that goes away with it,
     and a RuntimeWarning, once.
     """
-    return _writable(Path(os.environ.get("OMNIROLL_CACHE") or user_folder()))
+    wanted = Path(os.environ.get("OMNIROLL_CACHE") or user_folder())
+    return Path(_scratch().name) if wanted in _FULL else _writable(wanted)
+
+
+def give_way(wanted: Path) -> bool:
+    """Use the folder of this process in place of `wanted`, which takes no more files. False: that is done already."""
+    if wanted in _FULL or wanted == Path(_scratch().name):
+        return False
+    _FULL.add(wanted)
+    return True
+
+
+def come_back(wanted: Path) -> None:
+    """Use `wanted` again: the folder of this process takes no files either."""
+    _FULL.discard(wanted)
 
 
 @cache

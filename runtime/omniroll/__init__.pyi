@@ -4,6 +4,7 @@ from .effects.controller import Controller as Controller
 from .effects.function_controller import FunctionController as FunctionController
 from .effects.function_controller import register_controller as register_controller
 from .effects.motor import Motor as Motor
+from .effects.named import register_effect as register_effect
 from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
@@ -36,6 +37,9 @@ from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene
 from .scenes.loading import run as run
 from .scenes.problems import SceneError as SceneError
+from .scenes.result_folder import Results as Results
+from .scenes.result_folder import load_results as load_results
+from .scenes.result_folder import unfinished as unfinished
 from .studies.linearisation import LinearModel as LinearModel
 from .studies.linearisation import linearise as linearise
 from .vehicles.parts import cylinder as cylinder

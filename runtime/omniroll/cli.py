@@ -12,7 +12,9 @@ from omniroll.commands import BAD_CALL, FAILED, INTERRUPTED, STOPPED
 from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
 from omniroll.scenes import SceneError
 
-EXIT_CODES = "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted."
+EXIT_CODES = (
+    "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted, 143 terminated."
+)
 CODES = {InvalidValueError: BAD_CALL, SimulationStopped: STOPPED}
 
 

@@ -7,7 +7,9 @@ from contextlib import contextmanager
 from typing import Any
 
 INTERVAL = 5.0  # s between two lines
-FORMAT = "{percentage:3.0f}% |{bar}| {n:.4g}/{total:.4g} {unit} [{elapsed} < {remaining}]"
+FORMAT = "{percentage:3.0f}% |{bar}| {n:.4g}/{total:.4g} {unit} [{elapsed} < {remaining}, {rate_fmt}]"
+DAY = 86400.0  # s; work that will take longer is announced
+SOON = 2.0  # s of work after which there is an estimate
 
 Report = Callable[[Any, Any], Any]  # (done, total)
 
@@ -26,23 +28,81 @@ def reporting(wanted: bool | Report | None, total: float, unit: str, *, delay: f
     if wanted is False:
         yield lambda done, total: None
         return
+    announce = forewarning(unit)
     tqdm = _tqdm()
     if tqdm is None or (wanted is None and not sys.stderr.isatty()):
-        yield lines(unit)
+        shown = lines(unit)
+        yield lambda done, total: (announce(done, total), shown(done, total))
         return
     with tqdm(total=total, unit=unit, delay=delay, leave=not delay, bar_format=FORMAT, file=sys.stderr) as bar:
-        yield lambda done, total: bar.update(done - bar.n)
+        yield lambda done, total: (announce(done, total), bar.update(done - bar.n))
+
+
+class Pace:
+    """How fast work goes, from its first report on: what was done before that does not count.
+
+    clock  gives the time in s
+    """
+
+    def __init__(self, clock: Callable[[], float]):
+        self.clock = clock
+        self.first: tuple[float, float] | None = None  # time and what was done then
+        self.took = self.rate = 0.0  # s, and units a second
+
+    def note(self, done: float) -> None:
+        """A report has come. Less is done than before where the work has begun anew."""
+        now = self.clock()
+        if self.first is None or done < self.first[1]:
+            self.first = now, done
+        self.took = now - self.first[0]
+        self.rate = (done - self.first[1]) / self.took if self.took > 0 else 0.0
+
+    def left(self, done: float, total: float) -> float:
+        """Seconds to go."""
+        return (total - done) / self.rate if self.rate > 0 else float("inf")
+
+
+def forewarning(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
+    """A function that says once, soon after the start, that the work will take longer than a day."""
+    pace, said = Pace(clock), False
+
+    def report(done: float, total: float) -> None:
+        nonlocal said
+        if said:
+            return
+        pace.note(done)
+        if pace.took < SOON:
+            return
+        said, left = True, pace.left(done, total)
+        if left > DAY:
+            text = f"at its present pace this takes {duration(left)}; Ctrl-C ends it and keeps what there is"
+            print(f"{done:.4g} of {total:.4g} {unit} done: {text}", file=sys.stderr, flush=True)
+
+    return report
+
+
+def duration(seconds: float) -> str:
+    """A time for people: 40 s, 3 min, 2.5 h, 12 days."""
+    for unit, size, most in (("s", 1.0, 120.0), ("min", 60.0, 120.0), ("h", 3600.0, 48.0), ("days", DAY, 1e6)):
+        if seconds < most * size:
+            return f"{seconds / size:.3g} {unit}"
+    return "longer than anybody will wait"
 
 
 def lines(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
-    """A function that prints a line every few seconds."""
-    last = clock()
+    """A function that prints a line every few seconds: how much is done, how fast, and the time that is left."""
+    pace, last = Pace(clock), 0.0
 
     def report(done: float, total: float) -> None:
         nonlocal last
-        if clock() - last >= INTERVAL:
-            last = clock()
-            print(f"{done:.4g} of {total:.4g} {unit} done", file=sys.stderr, flush=True)
+        pace.note(done)
+        if pace.took < last:  # the work has begun anew
+            last = 0.0
+        if pace.took - last >= INTERVAL:
+            last = pace.took
+            left = duration(pace.left(done, total))
+            text = f"{done:.4g} of {total:.4g} {unit} done, {pace.rate:.3g} {unit} a second, {left} left"
+            print(text, file=sys.stderr, flush=True)
 
     return report
 

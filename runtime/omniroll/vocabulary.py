@@ -99,8 +99,11 @@ def by_name(*tables: Iterable[Entry]) -> dict[str, Entry]:
 
 # The vehicle
 
-WHEELS = derived("wheels", Whole(1))
-ROLLERS_PER_WHEEL = derived("rollers_per_wheel", Whole(3), note="At least 4 where roller_axis_radius is not given")
+MOST = 1_000_000  # wheels, and rollers of a wheel
+WHEELS = derived("wheels", Whole(1, MOST))
+ROLLERS_PER_WHEEL = derived(
+    "rollers_per_wheel", Whole(3, MOST), note="At least 4 where roller_axis_radius is not given"
+)
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
     derived("wheel_radius", bounded("wheel_radius")),
@@ -171,6 +174,15 @@ RUN = (
     ),
     Entry("start_time", NUMBER, "s", "time at the start", "0"),
     Entry("engine", Choice(ENGINES), "", "the engine that integrates", "compiled"),
+    Entry(
+        "memory",
+        POSITIVE,
+        "bytes",
+        "memory that the steps of a run may take",
+        "2^30",
+        note="A run that would need far more is stopped while it is young; its trajectory, once it is read, takes some "
+        "four times as much",
+    ),
 )
 ROLLER_MODEL = Entry(
     "roller_model",

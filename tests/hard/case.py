@@ -6,7 +6,15 @@ from enum import Enum
 from typing import TypeVar
 
 T = TypeVar("T")
-SECTIONS = ("Switches", "Effects", "Formulas", "Magnitudes and time", "Number types and compilers", "Input")
+SECTIONS = (
+    "Switches",
+    "Effects",
+    "Formulas",
+    "Magnitudes and time",
+    "Number types and compilers",
+    "Input",
+    "Files and signals",
+)
 
 
 class Scale(Enum):

@@ -8,11 +8,38 @@ from omniroll import progress
 
 
 def test_lines_come_now_and_then(capsys):
-    now = iter((0.0, 1.0, 6.0, 6.0, 7.0)).__next__
+    """The pace is that since the first report: what came before it is other work."""
+    now = iter((100.0, 101.0, 106.0, 107.0)).__next__
     report = progress.lines("s", now)
-    for done in (1.0, 2.0, 3.0):
+    for done in (1.0, 2.0, 4.0, 4.5):
         report(done, 20.0)
-    assert capsys.readouterr().err == "2 of 20 s done\n"
+    assert capsys.readouterr().err == "4 of 20 s done, 0.5 s a second, 32 s left\n"
+
+
+def test_a_pace_begins_anew_with_the_work():
+    now = iter((0.0, 10.0, 20.0, 30.0)).__next__
+    pace = progress.Pace(now)
+    for done in (0.0, 100.0, -1.0, 1.0):
+        pace.note(done)
+    assert pace.rate == 0.2 and pace.left(1.0, 2.0) == 5.0
+
+
+def test_work_beyond_a_day_is_announced_once_and_first(capsys):
+    now = iter((10.0, 11.0, 13.0)).__next__
+    report = progress.forewarning("s", now)
+    for done in (1.0, 3.0, 7.0, 8.0):
+        report(done, 1e6)
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "at its present pace this takes 5.79 days" in said
+    report = progress.forewarning("s", iter((0.0, 3.0)).__next__)
+    for done in (0.0, 3.0):
+        report(done, 8e4)
+    assert capsys.readouterr().err == ""
+
+
+def test_times_for_people():
+    shown = [progress.duration(seconds) for seconds in (40, 300, 9000, 2e5, 1e15)]
+    assert shown == ["40 s", "5 min", "2.5 h", "2.31 days", "longer than anybody will wait"]
 
 
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):

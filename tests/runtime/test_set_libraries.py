@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from omniroll import Vehicle
+from omniroll.codegen import cache as cache_folder
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import NUMBER_TYPES, CompiledKernel, PythonKernel, kernel
@@ -191,10 +192,13 @@ def test_a_library_without_its_checksum_is_compiled_again(fresh_cache):
     assert building.is_whole(place / file)
 
 
-def test_a_full_folder_gives_one_message(fresh_cache, monkeypatch):
+def test_full_folders_give_one_message(fresh_cache, tmp_path, monkeypatch):
+    """The user's own, and the one of the process that stands in for it."""
+
     def full(path, *_, **__):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
+    monkeypatch.setattr(cache_folder, "_scratch", lambda: SimpleNamespace(name=str(tmp_path / "scratch")))
     monkeypatch.setattr(Path, "write_text", full)
     for backend in ("compiled", "python"):
         with pytest.raises(KernelsMissingError, match="No space left on device.*OMNIROLL_CACHE") as caught:

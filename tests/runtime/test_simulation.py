@@ -9,7 +9,6 @@ import pytest
 
 import omniroll
 from omniroll import AccuracyWarning, SimulationStopped, Vehicle, simulate
-from omniroll.engine import compiled_engine
 from omniroll.engine.switching import SwitchingModel
 from omniroll.results.comparison import difference
 
@@ -216,15 +215,14 @@ def test_many_switches_are_no_reason_to_stop():
     assert len(run.switches) > 900 and run.t[-1] == 300
 
 
-def test_a_run_that_fills_memory_stops_and_can_go_on(monkeypatch):
+def test_a_run_that_fills_memory_stops_and_can_go_on():
     task = {"chi": (0.1, -0.2, 0.3), "roller_model": "locked", "accuracy": 1e-9, "control": False}
     whole = simulate(PAPER, nu=(1, 0.2, 1), duration=3000, **task)
-    monkeypatch.setattr(compiled_engine, "MOST_BYTES", 1)
     with pytest.raises(SimulationStopped, match="another run") as raised:
-        simulate(PAPER, nu=(1, 0.2, 1), duration=3000, **task)
-    stopped = raised.value
-    assert stopped.wheel is None and len(stopped.trajectory.t) == compiled_engine.ROWS < len(whole.t)
-    np.testing.assert_array_equal(stopped.trajectory.pose, whole.pose[: compiled_engine.ROWS])
+        simulate(PAPER, nu=(1, 0.2, 1), duration=3000, **task, memory=len(whole.t) // 2 * 1300)
+    stopped, rows = raised.value, len(raised.value.trajectory)
+    assert stopped.wheel is None and 1000 < rows < len(whole.t)
+    np.testing.assert_array_equal(stopped.trajectory.pose, whole.pose[:rows])
     assert stopped.state["pose"] == stopped.trajectory.pose[-1].tolist()
 
 

@@ -193,7 +193,7 @@ def test_a_run_of_no_time_can_be_saved(tmp_path):
         ("a.csv", b"t,nu\n1,2\n"),
         ("a.npz", b"nothing"),
         ("a.csv", b""),
-        ("a.csv", b"# omniroll trajectory 1\n# {}\n"),
+        ("a.csv", b"# omniroll trajectory 2\n# {}\n"),
         ("a.txt", b""),
     ],
 )

@@ -5,14 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from omniroll.scenes import costs
+from omniroll.scenes import costs, explanation
 
 SHORT = 0.5  # s
 
 
 @pytest.fixture
 def quick_timing(monkeypatch) -> None:
-    """For tests that do not ask how long an evaluation takes: few evaluations, timed once."""
+    """For tests that do not ask how long an evaluation takes: few evaluations, timed once, and no time is too long."""
+    monkeypatch.setattr(explanation, "ALLOWED", 1e9)
     monkeypatch.setattr(costs, "MANY", {"compiled": 200, "Python": 20})
     monkeypatch.setattr(costs, "ENOUGH", 0.0)
 

@@ -105,7 +105,7 @@ def test_a_run_that_stops_is_kept_and_is_exit_code_3(tmp_path, capsys, monkeypat
 
 
 def test_what_is_not_finite_is_null_in_json():
-    from omniroll.scenes.outcome import as_json
+    from omniroll.scenes.result_folder import as_json
 
     assert json.loads(as_json({"a": [1.0, float("inf")], "b": {"c": float("nan")}})) == {
         "a": [1.0, None],

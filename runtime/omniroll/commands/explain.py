@@ -47,6 +47,10 @@ def text(explanation: dict[str, Any]) -> str:
     if not any(effect["estimate"] for effect in explanation["effects"]):
         lines.append("  nothing to compare with: the motion takes no time, or too long on this machine, or it stops")
     lines += _cost(explanation)
+    if explanation["left_out"]:
+        allowed = f"estimates and prices may take {explanation['allowed']:g} s together"
+        lines += ["", f"Left out; {allowed}, and kernels that were made for them are kept"]
+        lines += [f"  {text}" for text in explanation["left_out"]]
     lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in explanation["lints"])]
     return "\n".join(lines if explanation["lints"] else [*lines, "  nothing"])
 

@@ -3,17 +3,21 @@
 import argparse
 import importlib.util
 import sys
+import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from omniroll.errors import OmnirollError
+from omniroll.interruption import Interruption
 from omniroll.progress import reporting
 from omniroll.scenes import load_scene
-from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
+from omniroll.scenes.outcome import Outcome, result_folder, run_scene, write
+from omniroll.scenes.result_folder import Parts, as_json
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 DELAY = 1.0  # s of work before a bar is shown
+PARTS = 10.0  # s of work after which what has been done is kept
 LEDGER = {
     "start": "at the start",
     "end": "at the end",
@@ -34,19 +38,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """0 where the simulation came to its end. Raises SimulationStopped after what was done has been kept."""
+    """0 where the simulation came to its end; 128 and the number of a signal that has ended it. Raises
+    SimulationStopped. What was done has been kept then."""
     scene = load_scene(arguments.scene)
     if arguments.plot and importlib.util.find_spec("matplotlib") is None:
         raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
     folder = arguments.output or Path("out/run") / scene.name
-    folder.mkdir(parents=True, exist_ok=True)
     early = [str(doubt) for doubt in scene.doubts()]
     _warn(early)
-    with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
-        outcome = run_scene(scene, report)
-    files = write(outcome, folder, picture=arguments.plot)
-    print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")
+    with result_folder(folder) as results, Interruption() as interruption:
+        parts = Parts(results.unfinished, PARTS, time.monotonic)
+        with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
+            outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption)
+        summary = write(outcome, results, picture=arguments.plot)
+    files = ", ".join([*summary["files"], "summary.json"])
+    print(as_json(summary) if arguments.json else text(outcome) + f"\n\n{folder}: {files}")
     _warn(warning for warning in outcome.warnings if warning not in early)
+    if outcome.interrupted:
+        print(f"omniroll: {outcome.interrupted}; the files hold the motion so far", file=sys.stderr)
+        return interruption.exit_code
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0

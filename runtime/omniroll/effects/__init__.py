@@ -6,10 +6,12 @@ from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.motor import Motor
+from omniroll.effects.named import KINDS, register_effect
 from omniroll.effects.slope import Slope
 from omniroll.effects.torque import Torque, TorqueTable
 
 EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, Bearings, Slope, Contact)
-KINDS = {kind.__name__: kind for kind in EFFECTS}
+for kind in EFFECTS:
+    register_effect(kind.__name__)(kind)
 
 __all__ = ["KINDS", "Effect", *KINDS]

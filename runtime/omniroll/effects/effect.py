@@ -26,6 +26,7 @@ import numpy as np
 
 from omniroll.effects import registry
 from omniroll.effects.guards import Guard
+from omniroll.effects.named import name_of
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
 from omniroll.effects.sticking import Axles
@@ -276,5 +277,5 @@ class Effect:
         return Process()
 
     def as_dict(self) -> dict[str, Any]:
-        """Kind and fields, in plain Python types."""
-        return {"kind": type(self).__name__} | {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        """The name of its kind, and its fields in plain Python types. Raises InvalidValueError where it has no name."""
+        return {"kind": name_of(type(self))} | {entry.name: getattr(self, entry.name) for entry in fields(self)}

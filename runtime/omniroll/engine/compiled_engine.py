@@ -20,7 +20,9 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
+from omniroll.engine.outlook import FIRST, Outlook
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Places, Task, assembled, least_speed
+from omniroll.engine.stiffness import blamed
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.errors import KernelsMissingError, SimulationStopped
 from omniroll.kernels import sets
@@ -30,13 +32,12 @@ from omniroll.vehicles.state import State
 
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
-ROWS = 4096  # of a call
+ROWS = 4096  # of a call; the first calls of a run are shorter
 ALIGNMENT = 128  # bytes
-MOST_BYTES = 2**30  # of rows and steps; their trajectory takes some four times that
 MOST_GUARDS = 3 * MOST_WHEELS  # run.c
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
-TOO_LONG = 6  # beside those of engine_calls.h
+TOO_LONG, ENDED, HOPELESS = 6, 7, 8  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
@@ -114,7 +115,7 @@ class CompiledRun:
         self.columns = columns(self.kernel, task.effects.quantities(self.kernel.roller_model))
         self.space = self._workspace()
         self.struct = self.space.begin()
-        self.run, self.status = self.struct[0], None
+        self.run, self.status, self.ended = self.struct[0], None, ""
         self._fill()
         self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
         self.called: list[tuple[int, Process]] = []  # samplers whose samples are taken here
@@ -127,18 +128,36 @@ class CompiledRun:
     def advance(self) -> "CompiledRun":
         """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
-        self.status = FULL
+        self.outlook = Outlook(self.task.duration, self.space.bytes_per_row, self.task.memory)
+        self.status, room = FULL, min(FIRST, ROWS)
         while self.status == FULL:
-            self.space.make_room(self.run.row_count, self.run.switch_count)
+            self.space.make_room(self.run.row_count, self.run.switch_count, room)
+            room = min(2 * room, ROWS)
             self.status = step(*arguments)
-            while self.status == ASK:
+            while self.status == ASK and not self._is_ended():
                 self._answer()
                 self.status = step(*arguments)
-            if self.status == FULL and self.run.row_count * self.space.bytes_per_row > MOST_BYTES:
-                self.status = TOO_LONG
+            if self.status == FULL:
+                self._look_ahead()
+            if self.status == FULL and not self._is_ended() and self.task.keep is not None:
+                self.task.keep(self)
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
         return self
+
+    def _look_ahead(self) -> None:
+        """Whether memory holds the rows so far, and those that are to come."""
+        if self.run.row_count * self.space.bytes_per_row > self.task.memory:
+            self.status = TOO_LONG
+        elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
+            self.status = HOPELESS
+
+    def _is_ended(self) -> bool:
+        """Whether somebody wishes that the run ends here."""
+        self.ended = self.task.interrupted() if self.task.interrupted is not None else ""
+        if self.ended:
+            self.status = ENDED
+        return bool(self.ended)
 
     def trajectory(self) -> Trajectory:
         """The result of a run, which is simulated now if it has not been. Raises SimulationStopped."""
@@ -154,7 +173,16 @@ class CompiledRun:
 
     def recorded(self) -> Trajectory:
         """The trajectory up to where the run has come; its buffers are free then."""
-        return assembled(self.task, Recorded(self), self.stats())
+        return self.part(0)
+
+    def part(self, first: int) -> Trajectory:
+        """The trajectory from row `first` to where the run has come."""
+        return assembled(self.task, Recorded(self, first), self.stats())
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+        return self.run.row_count
 
     def end(self) -> dict[str, Any]:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come."""
@@ -331,11 +359,13 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
-        reason = REASONS[self.status]
+        reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
             name = "nu" if part < 0 else self.columns.states[part]
             reason += f": {name} changes faster than a step can follow"
+        if self.status in (NO_STEP, HOPELESS):
+            reason += blamed(self.task, self.end())
         return SimulationStopped(reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=state)
 
 
@@ -382,7 +412,7 @@ class Workspace:
         self.steps = np.empty((rows if keeps_steps else 1, 2 + NODES * (6 + wheels + columns.added)))
         self.switches = np.empty((rows, 2 + wheels))
         self.switch_axial = np.empty((rows, *self.axial.shape) if kernel.has_spins else (1, 1, 1))
-        self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes
+        self.bytes_per_row = self.rows[0].nbytes + self.steps[0].nbytes + self.switch_axial[0].nbytes
         self.struct = self.ffi.new("omniroll_run_t *")
         self.start = self.ffi.new("omniroll_run_t *")
         start = self.start
@@ -404,17 +434,17 @@ class Workspace:
             array.fill(0)
         return self.struct
 
-    def make_room(self, rows: int, switches: int) -> None:
-        """Room for ROWS further rows and switches."""
+    def make_room(self, rows: int, switches: int, room: int) -> None:
+        """Room for so many further rows and switches, at most ROWS."""
         run = self.struct[0]
         for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
             old = getattr(self, name)
-            if count + ROWS > len(old) > 1:
-                array = np.empty((2 * (count + ROWS), *old.shape[1:]))
+            if count + room > len(old) > 1:
+                array = np.empty((2 * (count + max(room, ROWS)), *old.shape[1:]))
                 array[:count] = old[:count]
                 setattr(self, name, array)
                 setattr(run, name, self.ffi.from_buffer("double[]", array))
-        run.row_capacity, run.switch_capacity = rows + ROWS, switches + ROWS
+        run.row_capacity, run.switch_capacity = rows + room, switches + room
 
     def give_back(self) -> None:
         """To the runs that come; not where a long run has made the buffers large."""
@@ -499,13 +529,17 @@ columns = lru_cache(maxsize=64)(Columns)
 class Recorded:
     """What a run has left, as omniroll.engine.runs.Rows; each part is made of the engine's numbers when it is read."""
 
-    def __init__(self, run: CompiledRun):
+    def __init__(self, run: CompiledRun, first: int = 0):
         self.task, self.columns, space = run.task, run.columns, run.space
         rows, switches = run.run.row_count, run.run.switch_count
-        self.has_spins = run.kernel.has_spins
-        self.rows, self.steps = _kept(space.rows, rows), _kept(space.steps, rows)
-        self.switches = _kept(space.switches, switches)
-        self.later_axial = _kept(space.switch_axial, switches) if self.has_spins else None
+        before = int(np.searchsorted(space.switches[:switches, 1], first, side="right")) if first else 0
+        self.has_spins, self.first = run.kernel.has_spins, first
+        self.rows, self.steps = _kept(space.rows, first, rows), _kept(space.steps, first, rows)
+        self.switches = _kept(space.switches, before, switches)
+        if self.has_spins:  # what the free rollers had after the last switch before these rows, and where that was
+            self.later_axial = _kept(space.switch_axial, before, switches)
+            self.axial_before = space.switch_axial[before - 1].copy() if before else run.task.state.free_axial()
+            self.row_before = space.rows[int(space.switches[before - 1, 1]) if before else 0].copy()
 
     @cached_property
     def elapsed(self) -> np.ndarray:
@@ -537,28 +571,29 @@ class Recorded:
 
     @cached_property
     def switch_rows(self) -> np.ndarray:
-        return self.switches[:, 1].astype(int)
+        return self.switches[:, 1].astype(int) - self.first
 
     def axial(self, some: Places) -> np.ndarray:
         """(..., N, n-1) in some rows: those after the last switch, and what has become of them."""
-        table = np.concatenate([np.asarray(self.task.state.free_axial())[None], self.later_axial])
+        table = np.concatenate([np.asarray(self.axial_before)[None], self.later_axial])
         switched = np.searchsorted(self.switch_rows, np.arange(len(self.rows))[some], side="right")
         axial, effects = table[switched], self.task.effects
         if not effects:
             return axial
-        since = np.append(0, self.switch_rows)[switched]
+        since = np.concatenate([self.row_before[None], self.rows[self.switch_rows]])[switched]
         bound = effects.kernel(self.task.vehicle, self.task.kernel.roller_model, "python")  # works on all rows at once
-        before, after = self.columns.state_vector.views(self.y[since]), self.columns.state_vector.views(self.y[some])
-        found = effects.axial_later(bound, axial, before, after, self.elapsed[some] - self.elapsed[since])
+        start = self.columns.state(since[..., 1 : self.columns.end])
+        before, after = self.columns.state_vector.views(start), self.columns.state_vector.views(self.y[some])
+        found = effects.axial_later(bound, axial, before, after, self.elapsed[some] - since[..., 0])
         return np.array(np.broadcast_to(found, axial.shape))
 
     def dense(self, some: Places) -> np.ndarray:
         return dense_polynomials(self.rows[:, 1 : self.columns.end], self.steps, self.step_rows[some], self.columns)
 
 
-def _kept(buffer: np.ndarray, count: int) -> np.ndarray:
-    """The first entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
-    return buffer[:count].copy() if len(buffer) == ROWS else buffer[:count]
+def _kept(buffer: np.ndarray, first: int, end: int) -> np.ndarray:
+    """Entries of a buffer that is used again; or of one that a long run has made large, and that is not."""
+    return buffer[first:end].copy() if len(buffer) == ROWS else buffer[first:end]
 
 
 def dense_polynomials(y: np.ndarray, steps: np.ndarray, starts: np.ndarray, columns: Columns) -> np.ndarray:

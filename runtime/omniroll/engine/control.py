@@ -114,16 +114,21 @@ class Controlled:
 def controlled(task: Task) -> Controlled:
     """Runs at tighter tolerances until two agree to the accuracy; the coarser one of two is the control.
 
-    There is no estimate where one of the two cannot go on.
+    There is no estimate where one of the two cannot go on. Where that is a run that was made again, the one before it
+    stands, with its own estimate.
     """
-    quiet, accuracy = replace(task, progress=None), task.accuracy
+    quiet, accuracy = replace(task, progress=None, keep=None), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
     floor = _Floor(quiet, aside)
     control = made(moved(quiet, aside), min(CONTROL * accuracy, COARSEST))
+    if task.interrupted is not None and task.interrupted():  # the coarser run is all that there is
+        return Controlled(control, None, floor.sensitivity)
     for trial in range(TRIALS):
         run = made(task, tolerance)
         if not (control.done and run.done):
+            if trial > 0:
+                run, control = control, run
             break
         distance = run.distance_from(control)
         least = floor.of(run, distance if trial == 0 else None)

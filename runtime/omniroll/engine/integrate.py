@@ -92,6 +92,7 @@ class PhaseIntegrator:
         self.counts = Counts()
         self.next_step: float | None = None  # carried over a switch
         self.carry = np.zeros_like(scale)  # what the rounding of y has left over
+        self.watch: Callable[[float], None] = lambda done: None  # may end a phase after each step
 
     def run(
         self,
@@ -104,7 +105,7 @@ class PhaseIntegrator:
         """Integrate from y to the next switch or guard, at most for the time `limit`.
 
         gap(h) is the time within which switches are one switch, where h is the phase's length.
-        Raises StepFailedError; its `phase` attribute is what was done until then.
+        Raises StepFailedError; its `phase` attribute is what was done until then. So does `watch`.
         """
         phase = Phase(y, np.zeros(self.wheels, int), np.zeros(len(guards), bool))
         self.carry[: self.pose.start] = 0.0  # a switch has put wheels onto their joints, and may have changed nu
@@ -149,6 +150,7 @@ class PhaseIntegrator:
                 phase.directions = self._due(flow, time, y, gap(time))
                 phase.y = self._onto_joint(phase, phase.directions)
                 return True
+            self.watch(time)
 
     def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[AnyStep, float]:
         """One accepted step, short enough not to pass the next joint by far; and the time of its end."""

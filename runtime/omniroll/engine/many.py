@@ -9,7 +9,14 @@ import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+)
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -21,6 +28,7 @@ from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import Controlled, controlled, made, sensitivity
+from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
 from omniroll.kernels.kernel import Kernel, kernel
@@ -122,6 +130,7 @@ def simulate_many(
     switching: str = "impact",
     accuracy: float = 1e-9,
     engine: str = "compiled",
+    memory: float = MEMORY,
     control: bool = True,
     effects: Sequence = (),
     times: ArrayLike | None = None,
@@ -151,7 +160,7 @@ def simulate_many(
     """
     common = {
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
-        "accuracy": accuracy, "engine": engine,
+        "accuracy": accuracy, "engine": engine, "memory": memory,
     }  # fmt: skip
     shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]
@@ -308,19 +317,28 @@ class _Sweep:
                 raise
 
     def on(self, executor: Executor, report: Report) -> None:
-        """On an executor: each of its workers gets chunks. What comes back of a chunk that failed is its error."""
+        """On an executor: each of its workers gets chunks. What comes back of a chunk that failed is its error.
+
+        A pool of processes breaks as a whole where one of them dies. What it did not do is done apart.
+        """
+        lost: list[range] = []
 
         def keep(places: range, future: Future) -> None:
             try:
                 of_chunk = future.result()
+            except BrokenExecutor:
+                lost.append(places)
+                return
             except Exception as error:
                 of_chunk = [{"reason": f"its worker failed: {_shown(error)}"} for _ in places]
             self.found[places.start : places.stop] = of_chunk
 
-        futures = {
-            executor.submit(run_chunk, Chunk(tuple(self.runs[k] for k in places), self.times, self.control)): places
-            for places in self._chunks(_cores())
-        }
+        futures: dict[Future, range] = {}
+        for places in self._chunks(_cores()):
+            try:
+                futures[executor.submit(run_chunk, self._chunk(places))] = places
+            except BrokenExecutor:
+                lost.append(places)
         try:
             self._collect(futures, report, keep)
         except BaseException:
@@ -328,6 +346,28 @@ class _Sweep:
                 if not future.cancel() and future.done():
                     keep(places, future)
             raise
+        self._apart(lost)
+
+    def _apart(self, lost: list[range]) -> None:
+        """Runs in a process beside this one, a new one where it dies; a chunk that ends it is done run by run."""
+        pool = None
+        while lost:
+            places = lost.pop(0)
+            pool = pool or ProcessPoolExecutor(1)
+            try:
+                self.found[places.start : places.stop] = pool.submit(run_chunk, self._chunk(places)).result()
+            except BrokenExecutor as error:
+                pool.shutdown()
+                pool = None
+                if len(places) > 1:
+                    lost[:0] = [range(k, k + 1) for k in places]
+                else:
+                    self.found[places.start] = {"reason": f"its worker died: {_shown(error)}"}
+        if pool is not None:
+            pool.shutdown()
+
+    def _chunk(self, places: range) -> Chunk:
+        return Chunk(tuple(self.runs[k] for k in places), self.times, self.control)
 
     def _chunks(self, workers: int) -> list[range]:
         count = len(self.runs)

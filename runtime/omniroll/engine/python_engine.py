@@ -1,5 +1,6 @@
 """The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -8,7 +9,9 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
+from omniroll.engine.outlook import FIRST, Outlook
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
+from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
 from omniroll.results.trajectory import Trajectory
@@ -17,6 +20,8 @@ SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
+NUMBER, NUMBERS_PER_STEP = 15, 12  # bytes of a number with its share of the arrays; a step keeps a polynomial and a row
+MOST_STEPS = 4096  # between two looks ahead
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
 
@@ -79,6 +84,10 @@ class Run:
         )
         self.rows = Record()
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
+        self.integrator.watch = self._is_ended
+        numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
+        self.outlook = Outlook(task.duration, NUMBER * numbers, task.memory)
+        self.next_look = FIRST
         self.phases = 0
         self.phase_start, self.slopes = (
             0.0,
@@ -95,7 +104,7 @@ class Run:
                 self._switch(directions)
                 directions = self._due_at_once()
             elif self.elapsed >= self.task.duration:
-                return self._result()
+                return self.part(0)
             else:
                 self._pass_events()
                 directions = self._phase()
@@ -182,7 +191,8 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
-            self._stop(str(error), None)
+            where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
+            self._stop(str(error) + blamed(self.task, where | {"axial": self.state.free_axial()}), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -194,6 +204,8 @@ class Run:
             self._watch(None)
             self.acting.pass_guards(phase.passed)
         self.phases += 1
+        if self.task.keep is not None:
+            self.task.keep(self)
         if self.task.progress is not None:
             self.task.progress(self.elapsed, self.task.duration)
         return phase.directions
@@ -243,6 +255,21 @@ class Run:
         self.rows.directions.append(directions)
         self._add_row()
 
+    def _is_ended(self, done: float) -> None:
+        """Raises StepFailedError where somebody wishes that the run ends here, `done` s into the phase."""
+        reason = self.task.interrupted() if self.task.interrupted is not None else ""
+        if reason:
+            raise StepFailedError(reason)
+        steps = self.integrator.counts.steps
+        if steps >= self.next_look:
+            self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
+            if self.outlook.is_hopeless(steps, len(self.rows.directions), self.elapsed + done):
+                raise StepFailedError(self.outlook.described())
+            if steps * self.outlook.step_memory > self.task.memory:
+                raise StepFailedError(
+                    "more rows than memory should hold; go on in another run from where this one ends"
+                )
+
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.
 
@@ -263,21 +290,29 @@ class Run:
             "pose": self.state.pose.tolist(),
             "contact": self.state.contact.tolist(),
         }
-        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self._result())
+        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self.part(0))
 
-    def _result(self) -> Trajectory:
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+        return len(self.rows.y)
+
+    def part(self, first: int) -> Trajectory:
+        """The motion from row `first` to the last one."""
         record, counts = self.rows, self.integrator.counts
-        y, directions = np.array(record.y), np.array(record.directions, int)
+        step, switch = bisect_left(record.step_rows, first), bisect_right(record.switch_rows, first) if first else 0
+        y, directions = np.array(record.y[first:]), np.array(record.directions[switch:], int)
+        dense = record.dense[step:]
         rows = Rows(
-            elapsed=np.array(record.elapsed),
+            elapsed=np.array(record.elapsed[first:]),
             y=y,
-            contact=np.array(record.contact),
-            axial=lambda some: np.array(record.axial)[some],
-            dense=lambda some: np.array(record.dense).reshape(len(record.dense), -1, y.shape[1])[some],
-            step_rows=np.array(record.step_rows, int),
+            contact=np.array(record.contact[first:]),
+            axial=lambda some: np.array(record.axial[first:])[some],
+            dense=lambda some: np.array(dense).reshape(len(dense), -1, y.shape[1])[some],
+            step_rows=np.array(record.step_rows[step:], int) - first,
             directions=directions.reshape(len(directions), self.kernel.wheels),
-            switch_rows=np.array(record.switch_rows, int),
-            drive=np.array(record.drive) if self.acting.drives else None,
+            switch_rows=np.array(record.switch_rows[switch:], int) - first,
+            drive=np.array(record.drive[first:]) if self.acting.drives else None,
         )
         stats = {
             "engine": "python",

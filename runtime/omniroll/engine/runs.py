@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,13 +13,29 @@ from omniroll.engine.switching import EPS
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
-from omniroll.results.trajectory_files import SWITCH_FIELDS
+from omniroll.results.trajectory_content import SWITCH_FIELDS
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 Progress = Callable[[float, float], Any]
 Places = np.ndarray | slice
 ALL = slice(None)
+
+
+class Partial(Protocol):
+    """A run that is not at its end yet."""
+
+    @property
+    def row_count(self) -> int:
+        """How many rows there are so far."""
+
+    def part(self, first: int) -> Trajectory:
+        """The motion from row `first` to the last one."""
+
+
+Keep = Callable[[Partial], None]  # sees a run now and then
+Interrupted = Callable[[], str]  # asked now and then; a text ends the run there, and says why
+MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their trajectory takes some four times that
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
@@ -38,6 +54,9 @@ class Task:
     engine: str
     progress: Progress | None
     effects: EffectSet = EffectSet()
+    memory: float = MEMORY
+    keep: Keep | None = None
+    interrupted: Interrupted | None = None
 
 
 @dataclass(frozen=True)

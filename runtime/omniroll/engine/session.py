@@ -25,7 +25,7 @@ from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 1  # of what save() gives
 START = ("nu", "chi", "spins", "pose")
-NOT_IN_SESSIONS = ("duration", "engine", "progress", "control")  # arguments of simulate
+NOT_IN_SESSIONS = ("duration", "engine", "memory", "progress", "control")  # arguments of simulate
 
 
 class Described(Protocol):

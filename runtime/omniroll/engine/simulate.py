@@ -10,7 +10,8 @@ from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.control import accuracy_doubts, controlled_run, one_run
-from omniroll.engine.runs import Progress, Task
+from omniroll.engine.outlook import shown_bytes
+from omniroll.engine.runs import MEMORY, Progress, Task
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.trajectory import Trajectory
@@ -20,6 +21,8 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
 ENTRIES = by_name(RUN)
+NUMBERS_OF_A_WHEEL = 20  # in a row and in a step, where rollers need none; a step has 16 nodes
+LEAST_STATES = 100  # with free rollers each state has every roller's speed
 USUAL = 1e10  # numbers up to this, and down to its inverse, are far inside the number range
 
 
@@ -37,6 +40,7 @@ def simulate(
     switching: str = "impact",
     accuracy: float = 1e-9,
     engine: str = "compiled",
+    memory: float = MEMORY,
     progress: Progress | None = None,
     effects: Sequence[Effect] = (),
     control: bool = True,
@@ -56,15 +60,15 @@ def simulate(
 
     The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
-    SimulationStopped, which has the trajectory so far, when switches follow each other without progress in
-    time, or when the compiled engine has filled 1 GiB with steps; KernelsMissingError for the compiled engine
-    where no C kernels were built. Warns with AccuracyWarning where the error estimate stays above the accuracy,
-    and with UnstableControllerWarning.
+    SimulationStopped, which has the trajectory so far, when switches follow each other without progress in time, or
+    when the steps have filled the memory, or would fill it many times at their present pace: it names the term that
+    makes them short; KernelsMissingError for the compiled engine where no C kernels were built. Warns with
+    AccuracyWarning where the error estimate stays above the accuracy, and with UnstableControllerWarning.
     """
     task = checked_task(
         vehicle, nu=nu, chi=chi, spins=spins, pose=pose, duration=duration, start_time=start_time,
-        roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, progress=progress,
-        effects=effects,
+        roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, memory=memory,
+        progress=progress, effects=effects,
     )  # fmt: skip
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
@@ -89,6 +93,7 @@ def checked_task(
     switching: str = "impact",
     accuracy: float = 1e-9,
     engine: str = "compiled",
+    memory: float = MEMORY,
     progress: Progress | None = None,
     effects: Sequence[Effect] = (),
 ) -> Task:
@@ -98,6 +103,8 @@ def checked_task(
     ROLLER_MODEL.checked(roller_model)
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
+    memory = ENTRIES["memory"].checked(memory)
+    _check_memory(vehicle, roller_model, memory)
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(
@@ -111,10 +118,21 @@ def checked_task(
         engine=engine,
         progress=progress,
         effects=acting,
+        memory=memory,
     )
     if not _far_inside(task):
         _check_range(task)
     return task
+
+
+def _check_memory(vehicle: Vehicle, roller_model: str, memory: float) -> None:
+    """Refuse a vehicle of which not even a few states have room."""
+    numbers = vehicle.wheels * (vehicle.rollers_per_wheel if roller_model == "free" else NUMBERS_OF_A_WHEEL)
+    least = 8 * numbers * LEAST_STATES
+    if least > memory:
+        size = f"{vehicle.wheels} wheels of {vehicle.rollers_per_wheel} {roller_model} rollers"
+        bound = f"must be at least {least:.3g} for {size}: {shown_bytes(least)}"
+        raise InvalidValueError("memory", memory, bound)
 
 
 def _initial_state(bound: Kernel, nu: ArrayLike, chi: ArrayLike, spins: ArrayLike, pose: ArrayLike) -> State:

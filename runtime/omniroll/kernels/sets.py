@@ -29,12 +29,14 @@ import shutil
 import sys
 import tempfile
 import threading
+import time
+import warnings
 from collections.abc import Callable
 from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import cffi
 
@@ -49,6 +51,10 @@ if TYPE_CHECKING:
 
 BUILT = Path(__file__).with_name("built")
 MAKING = threading.RLock()  # what two threads ask for is made once
+CHECKSUMS = "checksums.json"  # of the texts in a folder
+MAKING_PREFIX, LEFT = "making-", 3600.0  # folders in the making; one so many s old was left by a killed process
+WHOLE: set[Path] = set()  # folders whose texts have been looked at
+Made = TypeVar("Made")
 
 
 @cache
@@ -85,8 +91,12 @@ def functions(base: str, effects: tuple[str, ...]) -> list[dict]:
     name = set_name(base, effects)
     if name in set_names():
         return [f for f in generated_data.load("kernels")["functions"] if name in f["sets"]]
-    place = BUILT / name if is_general(base, effects) else folder(base, effects)
-    return json.loads((place / "functions.json").read_text(encoding="utf-8"))
+
+    def read() -> list[dict]:
+        place = BUILT / name if is_general(base, effects) else folder(base, effects)
+        return json.loads((place / "functions.json").read_text(encoding="utf-8"))
+
+    return _where_there_is_room(read)
 
 
 def python_module(base: str, effects: tuple[str, ...]) -> ModuleType:
@@ -96,11 +106,19 @@ def python_module(base: str, effects: tuple[str, ...]) -> ModuleType:
     if name in set_names():
         return importlib.import_module(qualified)
     with MAKING:
-        return _loaded(qualified, folder(base, effects) / f"{name}.py")
+        return _where_there_is_room(lambda: _loaded(qualified, folder(base, effects) / f"{name}.py"))
 
 
 @cache
 def _loaded(qualified: str, path: Path) -> ModuleType:
+    try:
+        return _executed(qualified, path)
+    except (EOFError, ValueError, TypeError, ImportError):  # Python's own cache of it is damaged
+        shutil.rmtree(path.with_name("__pycache__"), ignore_errors=True)
+        return _executed(qualified, path)
+
+
+def _executed(qualified: str, path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(qualified, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -114,7 +132,7 @@ def _loaded(qualified: str, path: Path) -> ModuleType:
 def library(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     """`ffi` and `lib` of a set's compiled functions. Raises KernelsMissingError where they cannot be had."""
     with MAKING:
-        return _opened_pair(base, effects, number_type)
+        return _where_there_is_room(lambda: _opened_pair(base, effects, number_type))
 
 
 def engine(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False) -> SimpleNamespace:
@@ -127,7 +145,7 @@ def engine(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False
     """
     unrolled = wheels in building.UNROLLED and not is_general(base, effects)
     with MAKING:  # two threads get one library
-        return _opened_engine(base, effects, wheels if unrolled else None, sharp)
+        return _where_there_is_room(lambda: _opened_engine(base, effects, wheels if unrolled else None, sharp))
 
 
 @cache
@@ -178,14 +196,20 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
     where it is not as it was compiled."""
     built = BUILT / set_name(base, effects)
     for file in files:
-        if (built / file).exists():
+        if building.is_whole(built / file):
             return built, file
+        if (built / file).exists():
+            _say(f"{built / file} is damaged; it is compiled anew beside the user's other kernels")
     with MAKING:
         try:
             building.find_compiler()
             place = c_folder(base, effects)
             with cache_folder.lock(place / "libraries"):
                 if not building.is_whole(place / files[0]):
+                    if (place / files[0]).exists():
+                        _say(f"{place / files[0]} is damaged, or its making was cut off; it is compiled anew")
+                    for left in place.glob("tmp*"):  # by a compiler that was killed
+                        shutil.rmtree(left, ignore_errors=True)
                     build(place)
         except CompilationError as problem:
             raise KernelsMissingError(f"{problem}; or choose the Python engine") from None
@@ -194,11 +218,33 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
     return place, files[0]
 
 
-def _cannot_keep(place: Path, problem: OSError) -> KernelsMissingError:
-    """The error for a folder of kernels that takes no more files."""
-    return KernelsMissingError(
-        f"kernels cannot be kept in {place.parent}: {problem}; $OMNIROLL_CACHE names another folder"
-    )
+class _NoRoomError(KernelsMissingError):
+    """A folder of kernels takes no more files."""
+
+
+def _cannot_keep(place: Path, problem: OSError) -> _NoRoomError:
+    return _NoRoomError(f"kernels cannot be kept in {place.parent}: {problem}; $OMNIROLL_CACHE names another folder")
+
+
+def _where_there_is_room(make: Callable[[], Made]) -> Made:
+    """What `make` gives; where the folder takes no more files, made once more in one of this process."""
+    try:
+        return make()
+    except _NoRoomError as problem:
+        wanted = cache_folder.folder()
+        if not cache_folder.give_way(wanted):
+            raise
+        try:
+            made = make()
+        except _NoRoomError:
+            cache_folder.come_back(wanted)
+            raise problem from None
+        _say(f"{problem}; they are made for this process alone")
+        return made
+
+
+def _say(text: str) -> None:
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
 
 
 def c_folder(base: str, effects: tuple[str, ...]) -> Path:
@@ -206,12 +252,39 @@ def c_folder(base: str, effects: tuple[str, ...]) -> Path:
     flags = [*building.compiler(), *building.PAIR_FLAGS, *building.ENGINE_FLAGS]
     key = hashlib.sha256("\0".join([*flags, platform.machine()]).encode()).hexdigest()[:16]
     place = folder(base, effects) / key
-    if not place.is_dir():
-        _put_in_place(place, _texts(base, effects).c_files())
+    _ensure(place, lambda: _texts(base, effects).c_files())
     return place
 
 
 # Texts
+
+
+def _ensure(place: Path, texts: Callable[[], dict[str, str]]) -> None:
+    """A folder with these texts; one whose texts are not as they were written is made anew."""
+    if place.is_dir() and not _is_whole(place):
+        try:
+            with cache_folder.lock(place):
+                if place.is_dir() and not _is_whole(place):
+                    _say(f"{place} is damaged; it is made anew")
+                    shutil.rmtree(place)
+        except OSError as problem:
+            raise _cannot_keep(place, problem) from None
+    if not place.is_dir():
+        _put_in_place(place, texts())
+
+
+def _is_whole(place: Path) -> bool:
+    """Whether the texts in a folder are those that were written there; looked at once in a process."""
+    if place not in WHOLE:
+        try:
+            checksums = json.loads((place / CHECKSUMS).read_text(encoding="utf-8"))
+            damaged = any(building.digest(place / file) != checksum for file, checksum in checksums.items())
+        except (OSError, ValueError, AttributeError):
+            damaged = True
+        if damaged:
+            return False
+        WHOLE.add(place)
+    return True
 
 
 def _put_in_place(place: Path, texts: dict[str, str]) -> None:
@@ -219,8 +292,12 @@ def _put_in_place(place: Path, texts: dict[str, str]) -> None:
     scratch = None
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        scratch = tempfile.mkdtemp(dir=place.parent)
-        for file, text in texts.items():
+        for left in place.parent.glob(f"{MAKING_PREFIX}*"):
+            if time.time() - left.stat().st_mtime > LEFT:
+                shutil.rmtree(left, ignore_errors=True)
+        scratch = tempfile.mkdtemp(prefix=MAKING_PREFIX, dir=place.parent)
+        checksums = {file: hashlib.sha256(text.encode()).hexdigest() for file, text in texts.items()}
+        for file, text in (texts | {CHECKSUMS: json.dumps(checksums)}).items():
             Path(scratch, file).write_text(text, encoding="utf-8")
         os.replace(scratch, place)
     except OSError as problem:
@@ -264,6 +341,5 @@ def folder(base: str, effects: tuple[str, ...]) -> Path:
     key = hashlib.sha256(f"{_source_key()} {name}".encode()).hexdigest()[:16]
     with MAKING:
         place = cache_folder.folder() / key
-        if not place.is_dir():
-            _put_in_place(place, _texts(base, effects).python_files())
+        _ensure(place, lambda: _texts(base, effects).python_files())
     return place

@@ -1,7 +1,7 @@
 """A run's result: rows at the steps' ends, two at every switch, and polynomials in between."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from os import PathLike
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.effects import KINDS
 from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
@@ -19,7 +19,7 @@ from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts
-from omniroll.results.trajectory_files import ARRAYS, Stored
+from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -334,7 +334,8 @@ class Trajectory(MadeOnDemand):
         dense  False leaves the polynomials out: a smaller file, a table to look at; the trajectory that `load` makes
                of it can then be sampled at its rows only
 
-        Raises InvalidValueError for another ending, OSError where the file cannot be written.
+        Raises InvalidValueError for another ending, and for an effect that has no registered name
+        (omniroll.register_effect); OSError where the file cannot be written: the file before is left then.
         """
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
             "stats": self.stats.complete(),
@@ -346,18 +347,36 @@ class Trajectory(MadeOnDemand):
         trajectory_files.write(Stored(description, arrays, self.switches), path)
 
     @classmethod
+    def joined(cls, parts: "Sequence[Trajectory]") -> "Trajectory":
+        """One trajectory of parts that follow each other: the first row of each is the last one of that before it."""
+        last = parts[-1]
+        arrays: dict[str, np.ndarray | None] = {}
+        for name in ARRAYS:
+            found = [getattr(part, name) for part in parts]
+            if name == "step_rows":
+                starts = np.cumsum([0, *(len(part) - 1 for part in parts[:-1])])
+                found = [rows + start for rows, start in zip(found, starts, strict=True)]
+            elif name != "dense":
+                found = found[:1] + [array if array is None else array[1:] for array in found[1:]]
+            there = [array for array in found if array is not None]
+            arrays[name] = np.concatenate(there) if there else None
+        arrays["switches"] = np.concatenate([part.switches for part in parts]).view(np.recarray)
+        return replace(last, made={name: partial(arrays.pop, name) for name in list(arrays)}, in_part={})
+
+    @classmethod
     def load(cls, path: str | PathLike) -> "Trajectory":
         """Read what `save` wrote.
 
         path  str or path
 
-        Raises InvalidValueError for a file that is not a trajectory, OSError where it cannot be read.
+        Raises InvalidValueError for a file that is not a trajectory, or a damaged one: names, shapes, types, that all
+        numbers are finite, and checksums are verified, and the error names the array. OSError where it cannot be read.
         """
         stored = trajectory_files.read(path)
         with trajectory_files.refusing_damage(path):
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])
-            effects = [KINDS[entry.pop("kind")](**entry) for entry in map(dict, described.get("effects", []))]
+            effects = [kind_of(entry.pop("kind"))(**entry) for entry in map(dict, described["effects"])]
             arrays = stored.arrays | {"switches": stored.switches.view(np.recarray)}
             return cls(
                 vehicle=vehicle,

@@ -9,77 +9,49 @@ of it.
 """
 
 import csv
+import errno
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any, TextIO
-from zipfile import BadZipFile
+from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
 
+from omniroll import durable
 from omniroll.effects.effect_set import DRIVES
 from omniroll.errors import InvalidValueError
+from omniroll.results.trajectory_content import ARRAYS, AXES, SWITCH_FIELDS, Stored, check
 
-FORMAT = "omniroll trajectory 1"
-SWITCH_FIELDS = np.dtype([("t", float), ("wheel", np.int64), ("direction", np.int64), ("energy_jump", float)])
-ARRAYS = (
-    "t",
-    "elapsed",
-    "nu",
-    "chi",
-    "contact",
-    "contact_spin",
-    "spins",
-    "pose",
-    "energy",
-    "dense",
-    "step_rows",
-    "added",
-    "drive",
-)
+FORMAT = "omniroll trajectory 2"
+LAYOUT = ("switches", "dense", "step_rows", "added", "drives")  # what the description of a CSV file has besides
 COLUMNS = ("t", "elapsed", "nu", "chi", "pose", "contact", "contact_spin", "energy")  # of every CSV file, in this order
-
-
-@dataclass(frozen=True)
-class Stored:
-    """What a file holds of a trajectory.
-
-    description  plain data that JSON can hold; description["vehicle"] has the fields of the vehicle
-    arrays       the arrays of ARRAYS by name; None for those that the trajectory lacks
-    switches     (K,) records of SWITCH_FIELDS
-    """
-
-    description: dict[str, Any]
-    arrays: dict[str, np.ndarray | None]
-    switches: np.ndarray
-
-    @property
-    def wheels(self) -> int:
-        """N, the number of wheels."""
-        return self.description["vehicle"]["wheels"]
-
-    @property
-    def rollers_per_wheel(self) -> int:
-        """n, the number of rollers of a wheel."""
-        return self.description["vehicle"]["rollers_per_wheel"]
 
 
 def write(stored: Stored, path: str | PathLike) -> None:
     """Write a .npz or .csv file. Raises InvalidValueError for a name with another ending."""
     stored = replace(stored, description={"format": FORMAT} | stored.description)
+    try:
+        checksums = stored.checksums()
+    except (TypeError, ValueError) as error:  # an effect whose fields are not plain data
+        raise InvalidValueError(
+            "effects", stored.description["effects"], f"cannot be kept in a file: {error}"
+        ) from error
+    stored = replace(stored, description=stored.description | {"checksums": checksums})
     if _ending(path) == ".npz":
         _write_npz(stored, path)
     else:
-        with open(path, "w", encoding="utf-8", newline="") as file:
+        with durable.whole_file(path) as file:
             _write_csv(stored, file)
 
 
 def read(path: str | PathLike) -> Stored:
-    """Read a .npz or .csv file. Raises InvalidValueError for a file of another kind, or one that is damaged."""
+    """Read a .npz or .csv file. Raises InvalidValueError for a file of another kind or version, or one that is damaged;
+    it says which array is wrong."""
     ending = _ending(path)
     with refusing_damage(path):
         if ending == ".npz":
@@ -87,19 +59,25 @@ def read(path: str | PathLike) -> Stored:
         else:
             with open(path, encoding="utf-8", newline="") as file:
                 stored = _read_csv(file)
-        if stored.description.get("format") != FORMAT:
-            raise ValueError(f"format {stored.description.get('format')!r}")
+        checksums = stored.description.pop("checksums", {})
+        check(stored, checksums)
         return stored
 
 
 @contextmanager
 def refusing_damage(path: str | PathLike) -> Iterator[None]:
-    """Turns the errors that the content of a damaged file causes into an InvalidValueError that names the file."""
+    """Turns the errors that the content of a damaged file causes into an InvalidValueError that names the file.
+
+    numpy, zipfile and json raise errors of a dozen kinds, SyntaxError among them. An OSError is one of reading, except
+    for a place before the file's beginning.
+    """
     try:
         yield
     except InvalidValueError:
         raise
-    except (KeyError, ValueError, TypeError, IndexError, StopIteration, BadZipFile, EOFError) as error:
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:
+            raise
         raise InvalidValueError("path", str(path), f"is not a whole {FORMAT} file ({error})") from error
 
 
@@ -112,7 +90,7 @@ def _ending(path: str | PathLike) -> str:
 
 def _write_npz(stored: Stored, path: str | PathLike) -> None:
     arrays = {name: array for name, array in stored.arrays.items() if array is not None}
-    with open(path, "wb") as file:
+    with durable.whole_file(path, "wb") as file:
         np.savez(
             file,
             description=json.dumps(stored.description),
@@ -122,9 +100,27 @@ def _write_npz(stored: Stored, path: str | PathLike) -> None:
 
 
 def _read_npz(path: str | PathLike) -> Stored:
+    with ZipFile(path) as archive:
+        members = archive.infolist()
+    # Files are written as they are, not compressed: what is read is no larger than the file.
+    if any(member.compress_type != ZIP_STORED or member.file_size != member.compress_size for member in members):
+        raise ValueError("its arrays are compressed")
+    unknown = {member.filename.removesuffix(".npy") for member in members} - {*AXES, "description"}
+    if unknown or len(members) != len({member.filename for member in members}):
+        raise ValueError(f"arrays that a trajectory does not have: {', '.join(sorted(unknown)) or 'one of them twice'}")
     with np.load(path, allow_pickle=False) as file:
+        description = _read_description(str(file["description"]))
         arrays = {name: file[name] if name in file.files else None for name in ARRAYS}
-        return Stored(json.loads(str(file["description"])), arrays, file["switches"])
+        return Stored(description, arrays, file["switches"])
+
+
+def _read_description(text: str) -> dict[str, Any]:
+    """The description of a file. Raises ValueError for that of another version."""
+    description = json.loads(text)
+    found = description.get("format")
+    if found != FORMAT:
+        raise ValueError(f"it says that it is {found!r}; simulate again")
+    return description
 
 
 def _names(stored: Stored, spins: bool, drives: int, added: int) -> list[str]:
@@ -182,22 +178,26 @@ def _listed(entry: np.ndarray | np.number) -> list:
 
 
 def _read_csv(file: TextIO) -> Stored:
-    if file.readline().strip() != f"# {FORMAT}":
-        raise ValueError("the first line does not say so")
-    description = json.loads(file.readline().removeprefix("#"))
+    first = file.readline().strip()
+    if first != f"# {FORMAT}":
+        raise ValueError(f"its first line is {first[:40]!r}")
+    described = _read_description(file.readline().removeprefix("#"))
+    layout = {name: described.pop(name) for name in LAYOUT}
     reader = csv.reader(file)
     names = next(reader)
     table = list(reader)
-    switches = np.array([tuple(row) for row in description["switches"]], SWITCH_FIELDS)
-    stored = Stored(description, {}, switches)
-    return replace(stored, arrays=_arrays(stored, names, table))
+    switches = np.array([tuple(row) for row in layout["switches"]], SWITCH_FIELDS)
+    stored = Stored(described, {}, switches)
+    if not stored.wheels <= len(names):
+        raise ValueError("columns are missing")
+    return replace(stored, arrays=_arrays(stored, layout, names, table))
 
 
-def _arrays(stored: Stored, names: list[str], table: list[list[str]]) -> dict[str, Any]:
+def _arrays(stored: Stored, layout: dict[str, Any], names: list[str], table: list[list[str]]) -> dict[str, Any]:
     """The arrays from the rows of a CSV file, as texts."""
-    wheels, rollers, rows, description = stored.wheels, stored.rollers_per_wheel, len(table), stored.description
-    with_spins = "spin_1_2" in names
-    added, drives = description.get("added"), description.get("drives", 0)
+    wheels, rollers, rows = stored.wheels, stored.rollers_per_wheel, len(table)
+    with_spins = f"spin_{wheels}_{rollers}" in names
+    added, drives = layout["added"], layout["drives"]
     plain = _names(stored, with_spins, drives, added or 0)
     if names[: len(plain)] != plain or any(len(row) != len(names) for row in table):
         raise ValueError("columns are missing")
@@ -206,7 +206,7 @@ def _arrays(stored: Stored, names: list[str], table: list[list[str]]) -> dict[st
     arrays: dict[str, Any] = {
         "spins": None,
         "dense": None,
-        "step_rows": np.array(description["step_rows"], int),
+        "step_rows": np.array(layout["step_rows"], int),
         "added": None,
         "drive": None,
     }
@@ -225,7 +225,7 @@ def _arrays(stored: Stored, names: list[str], table: list[list[str]]) -> dict[st
         place += width
     if added is not None:
         arrays["added"] = numbers[:, place:].copy()
-    if description["dense"]:
+    if layout["dense"]:
         inner = np.array([[float(text) for text in table[row][len(plain) :]] for row in arrays["step_rows"]])
         arrays["dense"] = _dense(inner, arrays)
     return arrays

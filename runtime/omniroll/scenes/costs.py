@@ -10,10 +10,12 @@ import numpy as np
 
 from omniroll.effects import Effect
 from omniroll.engine.compiled_engine import can_run
+from omniroll.engine.control import made
 from omniroll.engine.runs import Task
-from omniroll.engine.simulate import checked_task, one_run
+from omniroll.engine.simulate import checked_task
 from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.kernels import sets
+from omniroll.scenes.allowance import Allowance
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -67,20 +69,28 @@ class Price:
     percent: float | None
 
 
-def prices(scene: Scene) -> list[Price]:
-    """The price of each effect that acts: the time of a run with all of them less that without this one.
+def prices(scene: Scene, allowance: Allowance | None = None) -> list[Price]:
+    """The price of each effect that acts: the time of a run with all of them less that without this one. None are
+    known where there is no time left.
 
     Both are measured on the beginning of a motion that starts with nu = (1, 1, 1), since the scene may stand still
     without the effect. An effect may save time: it may slow the vehicle down, so that there are fewer switches.
     """
     acting = scene.options.get("effects", ())
-    if not acting:
+    allowance = allowance or Allowance()
+    if not acting or not allowance.has_time("the price of each effect"):
         return []
     task = _moving(scene, acting)
     turning = np.abs(task.kernel.wheel_speeds(task.state.nu)).max()
     duration = float(WINDOW * np.pi / task.kernel.rollers_per_wheel / turning)
-    whole, found = _of_duration(task, duration), []
+    found: list[Price] = []
+    try:
+        whole = _of_duration(task, duration)
+    except SimulationStopped:
+        return [Price(type(effect).__name__, None, None) for effect in acting]
     for effect in acting:
+        if not allowance.has_time(f"the price of {type(effect).__name__}"):
+            continue
         try:
             rest = _of_duration(_moving(scene, [other for other in acting if other is not effect]), duration)
             found.append(Price(type(effect).__name__, whole - rest, 100 * (whole - rest) / whole))
@@ -98,6 +108,9 @@ def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:
 
 def _of_duration(task: Task, duration: float) -> float:
     """Microseconds per simulated second, without what a call costs whatever it simulates."""
+    longer = made(replace(task, duration=duration), task.accuracy)
+    if not longer.done:
+        raise longer.stop
     took, _ = _least(replace(task, duration=duration), OFTEN)
     overhead, _ = _least(replace(task, duration=NOTHING * duration), OFTEN)
     return 1e6 * (took - overhead) / duration
@@ -123,12 +136,12 @@ def _long_enough(task: Task) -> Task:
     task = replace(task, progress=None, duration=SHORTEST * task.duration)
     for _ in range(DOUBLINGS if task.duration > 0 else 0):
         longer = replace(task, duration=2 * task.duration)
-        try:
-            _, evaluations = _timed(longer)
-        except SimulationStopped:
+        began = time.perf_counter()
+        run = made(longer, longer.accuracy)
+        if not run.done:
             break
         task = longer
-        if evaluations >= many:
+        if run.stats()["evaluations"] >= many or time.perf_counter() - began > ENOUGH:
             break
     return task
 
@@ -145,7 +158,9 @@ def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
 
 
 def _timed(task: Task) -> tuple[float, int]:
-    """Seconds of a run, and its evaluations. Raises SimulationStopped."""
+    """Seconds of a run, as far as it came, and its evaluations."""
     start = time.perf_counter()
-    trajectory = one_run(task, task.accuracy)
-    return time.perf_counter() - start, trajectory.stats["evaluations"]
+    run = made(task, task.accuracy)
+    took, evaluations = time.perf_counter() - start, run.stats()["evaluations"]
+    run.release()
+    return took, evaluations

@@ -18,9 +18,10 @@ from omniroll.effects import Bearings, Contact, Effect, Motor, Slope, Torque
 from omniroll.effects.torque import Drive
 from omniroll.engine.runs import Progress
 from omniroll.engine.simulate import checked_task, one_run
-from omniroll.errors import OmnirollError
+from omniroll.errors import OmnirollError, SimulationStopped
 from omniroll.results.comparison import distance_at
 from omniroll.results.trajectory import Trajectory
+from omniroll.scenes.allowance import Allowance
 from omniroll.scenes.loading import Scene
 from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
@@ -67,15 +68,21 @@ class Variant:
     unit: str = ""
 
 
-def estimates(scene: Scene) -> tuple[float, list[Estimate]]:
-    """The time compared, in s, and an estimate for every effect that is off and has one."""
+def estimates(scene: Scene, allowance: Allowance | None = None) -> tuple[float, list[Estimate]]:
+    """The time compared, in s, and an estimate for every effect that is off and has one, as far as there is time."""
+    allowance = allowance or Allowance()
     duration = min(PROBE, scene.options["duration"])
-    base = _motion(scene, duration, {})
+    try:
+        base = _simulated(scene, duration, {})
+    except OmnirollError as error:
+        allowance.left_out.append(f"all estimates, since the motion itself {_why(error)}")
+        base = None
     if base is None or duration == 0:
         return duration, []
     made = [
         _estimate(variant, base, _motion(scene, duration, variant.changes))
         for variant in chain(_other_models(scene), _other_effects(scene, base))
+        if allowance.has_time(f"the estimate of {variant.effect}")
     ]
     if "reactions" not in scene.tables:
         made.append(Estimate("reactions", "an output, which changes no motion", 0.0))
@@ -156,13 +163,21 @@ def _clock() -> Progress:
     return report
 
 
+def _why(error: OmnirollError) -> str:
+    return f"stopped: {error.reason}" if isinstance(error, SimulationStopped) else str(error)
+
+
 def _motion(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajectory | None:
-    arguments = scene.options | {"duration": duration, "progress": _clock()} | changes
-    layout = arguments.pop("layout", {})
     try:
-        return one_run(checked_task(scene.vehicle.replace(**layout), **arguments), ACCURACY)
+        return _simulated(scene, duration, changes)
     except OmnirollError:
         return None
+
+
+def _simulated(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajectory:
+    arguments = scene.options | {"duration": duration, "progress": _clock()} | changes
+    layout = arguments.pop("layout", {})
+    return one_run(checked_task(scene.vehicle.replace(**layout), **arguments), ACCURACY)
 
 
 def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> Estimate:

@@ -9,6 +9,7 @@ from omniroll.engine.compiled_engine import can_run, kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.scenes.acting import MAKERS
+from omniroll.scenes.allowance import Allowance
 from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
@@ -16,13 +17,15 @@ from omniroll.scenes.loading import Scene
 from omniroll.vocabulary import STATE, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
+ALLOWED = 60.0  # s for estimates and prices together
 UNITS = {"energy": "J", "momentum": "kg m^2/s", "speed": "rad/s"}
 
 
 def explained(scene: Scene) -> dict[str, Any]:
-    """All of it in plain Python types. Runs the scene for a short time."""
+    """All of it in plain Python types. Runs the scene for a short time, and takes some ALLOWED s for that."""
     task = checked_task(scene.vehicle, **scene.options)
-    compared, off = estimates(scene)
+    allowance = Allowance(ALLOWED)
+    compared, off = estimates(scene, allowance)
     by_effect = {estimate.effect: estimate for estimate in off}
     on = effects_on(scene, task)
     costs = operations(task)
@@ -49,7 +52,9 @@ def explained(scene: Scene) -> dict[str, Any]:
         "felt": FELT,
         "operations": {"functions": [asdict(cost) for cost in costs], "total": sum(cost.total for cost in costs)},
         "time": nanoseconds(task),
-        "prices": [asdict(price) for price in prices(scene)],
+        "prices": [asdict(price) for price in prices(scene, allowance)],
+        "left_out": allowance.left_out,
+        "allowed": ALLOWED,
         "lints": [asdict(lint) for lint in lints(scene, massless.distance if massless else None)],
     }
 

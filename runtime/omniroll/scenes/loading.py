@@ -28,6 +28,7 @@ OPTIONS = {  # argument of simulate: the table and key that it comes from
     "duration": ("run", "duration"),
     "accuracy": ("run", "accuracy"),
     "engine": ("run", "engine"),
+    "memory": ("run", "memory"),
     "start_time": ("run", "start_time"),
     "roller_model": ("rollers", "model"),
     "switching": ("switching", "law"),
@@ -39,7 +40,7 @@ MOST_SAMPLES = 1_000_000
 class Scene:
     """A scene that has been read.
 
-    name     the file's name without its ending
+    name     the file's name without its ending, or with it where nothing but dots stand before it
     vehicle  the vehicle
     options  the other arguments of omniroll.simulate
     tables   the file's tables, checked, as plain data
@@ -95,7 +96,12 @@ def load_scene(path: str | PathLike) -> Scene:
         _check_whole(vehicle, options, tables, findings)
     if findings.problems:
         raise SceneError(path, findings.problems)
-    return Scene(Path(path).stem, vehicle, options, tables)
+    return Scene(_name(Path(path)), vehicle, options, tables)
+
+
+def _name(path: Path) -> str:
+    """The name of a scene, which may be that of a folder: not "." or ".."."""
+    return path.stem if path.stem.strip(".") else path.name
 
 
 def run(scene: Scene, **changes: Any) -> Trajectory:

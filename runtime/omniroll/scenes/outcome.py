@@ -1,16 +1,16 @@
 """What a run of a scene leaves: a summary, and files."""
 
 import csv
-import json
 import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from omniroll.engine.runs import Interrupted, Keep
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report
@@ -19,6 +19,7 @@ from omniroll.results.reactions import Reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
+from omniroll.scenes.result_folder import ResultFolder
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
 FILES = (
@@ -43,6 +44,7 @@ class Outcome:
     warnings    what simulate and reactions would warn of
     stopped     the error that stopped it, or None
     reactions   where the scene asks for them
+    interrupted what has interrupted it, or ""
     """
 
     scene: Scene
@@ -51,6 +53,7 @@ class Outcome:
     warnings: tuple[str, ...]
     stopped: SimulationStopped | None
     reactions: Reactions | None
+    interrupted: str = ""
 
     def summary(self) -> dict[str, Any]:
         """What there is to know in short, in plain Python types; units SI."""
@@ -58,6 +61,7 @@ class Outcome:
         return {
             "scene": self.scene.name,
             "stopped": stopped and {"reason": stopped.reason, "t": stopped.t, "wheel": stopped.wheel},
+            "interrupted": self.interrupted or None,
             "warnings": list(self.warnings),
             "roller_model": trajectory.roller_model,
             "switching": trajectory.switching,
@@ -91,11 +95,18 @@ def _reactions_in_short(reactions: Reactions) -> dict[str, Any]:
     }
 
 
-def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
-    """Run a scene, also one that stops before its end."""
+def run_scene(
+    scene: Scene, report: Report | None = None, *, keep: Keep | None = None, interrupted: Interrupted | None = None
+) -> Outcome:
+    """Run a scene, also one that stops before its end.
+
+    keep         sees the run now and then
+    interrupted  ends the run where it gives a text
+    """
     stopped, reactions = None, None
     began = time.perf_counter()
     task = checked_task(scene.vehicle, **scene.options, progress=report)
+    task = replace(task, keep=keep, interrupted=interrupted)
     doubts = scene.doubts()
     try:
         trajectory = controlled_run(task) if task.duration > 0 else one_run(task, task.accuracy)
@@ -107,43 +118,35 @@ def run_scene(scene: Scene, report: Report | None = None) -> Outcome:
     if "reactions" in scene.tables:
         reactions, rolling = reactions_of(trajectory, scene.tables["reactions"])
         texts += rolling
-    return Outcome(scene, trajectory, seconds, tuple(texts), stopped, reactions)
+    return Outcome(scene, trajectory, seconds, tuple(texts), stopped, reactions, interrupted() if interrupted else "")
 
 
-def write(outcome: Outcome, folder: Path, *, picture: bool) -> list[str]:
-    """Write the files of a run into `folder`; their names. Files of an earlier run go away."""
-    for name in FILES:
-        (folder / name).unlink(missing_ok=True)
-    trajectory = outcome.trajectory
-    trajectory.save(folder / "trajectory.npz")
-    trajectory.save(folder / "trajectory.csv", dense=False)
-    _write_switches(trajectory, folder / "switches.csv")
-    if trajectory.switching == "impact":
-        _write_impulses(impulses(trajectory), folder / "impulses.csv")
-    if trajectory.contacts is not None:
-        _write_slip(trajectory, folder / "slip.csv")
-    times = outcome.scene.sample_times(float(trajectory.t[-1]))
-    if times is not None:
-        _write_samples(trajectory, times, folder / "samples.csv")
-    if outcome.reactions is not None:
-        _write_reactions(outcome.reactions, folder / "reactions.csv")
-    (folder / "summary.json").write_text(as_json(outcome.summary()) + "\n", encoding="utf-8")
-    if picture:
-        draw(trajectory, outcome.scene.name, folder / "picture.png", stopped=outcome.stopped is not None)
-    return [name for name in FILES if (folder / name).exists()]
+def result_folder(path: Path) -> ResultFolder:
+    """The folder for the files of runs."""
+    return ResultFolder(path, FILES)
 
 
-def as_json(summary: dict[str, Any]) -> str:
-    """The summary as JSON, which has no infinity: what is not finite becomes null."""
+def write(outcome: Outcome, folder: ResultFolder, *, picture: bool) -> dict[str, Any]:
+    """Keep the files of a run in place of those of an earlier one; the summary, with the files' checksums."""
 
-    def plain(value: Any) -> Any:
-        if isinstance(value, dict):
-            return {name: plain(part) for name, part in value.items()}
-        if isinstance(value, list):
-            return [plain(part) for part in value]
-        return None if isinstance(value, float) and not math.isfinite(value) else value
+    def write_files(place: Path) -> None:
+        trajectory = outcome.trajectory
+        trajectory.save(place / "trajectory.npz")
+        trajectory.save(place / "trajectory.csv", dense=False)
+        _write_switches(trajectory, place / "switches.csv")
+        if trajectory.switching == "impact":
+            _write_impulses(impulses(trajectory), place / "impulses.csv")
+        if trajectory.contacts is not None:
+            _write_slip(trajectory, place / "slip.csv")
+        times = outcome.scene.sample_times(float(trajectory.t[-1]))
+        if times is not None:
+            _write_samples(trajectory, times, place / "samples.csv")
+        if outcome.reactions is not None:
+            _write_reactions(outcome.reactions, place / "reactions.csv")
+        if picture:
+            draw(trajectory, outcome.scene.name, place / "picture.png", stopped=outcome.stopped is not None)
 
-    return json.dumps(plain(summary), indent=1, allow_nan=False)
+    return folder.keep(write_files, outcome.summary())
 
 
 def _write_switches(trajectory: Trajectory, path: Path) -> None:

@@ -70,8 +70,9 @@ def paper_numbers(wheels: int = 3, rollers_per_wheel: int = 5) -> dict[str, Any]
     Rollers: 0.05 kg each, r = 0.05 m, truncated as in section 4, with the inertia of a cylinder. Lambda =
     I_S/(M l^2). Raises InvalidValueError for fewer than one wheel or four rollers.
     """
-    wheels = validation.integer("wheels", wheels, 1)
-    rollers_per_wheel = validation.integer("rollers_per_wheel", rollers_per_wheel, 4)
+    wheels = vocabulary.WHEELS.checked(wheels)
+    rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
+    validation.integer("rollers_per_wheel", rollers_per_wheel, 4)
     platform_radius, axis_radius, hub_thickness = 0.15, 0.05, 0.01
     platform_mass, hub_mass, roller_mass = 1.0, 0.15, 0.05
     wheel_radius, roller_radius, roller_length = evaluate(

@@ -1,0 +1,75 @@
+"""What is left of a run at its present pace: a run whose steps collapse, or that would fill more memory than it may, is
+stopped while it is young.
+
+The pace is the time that a step gains. Where it grew over the last two windows of steps it is taken to go on growing
+in the same way, since a vehicle that slows down passes fewer joints; it is never taken to shrink.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+FEW_SWITCHES = 1 / 8  # of the steps: with more the steps follow the joints, and have not collapsed by themselves
+WINDOWS = 3  # that show whether the pace grows, where there are few switches
+SURE = 8192  # steps after which switches are no reason to wait any longer
+FIRST = 32  # steps of the first window; each is twice as long as the one before
+DOUBT = 4.0  # the estimate must exceed the limit so many times
+UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB", "EB")
+
+
+@dataclass
+class Outlook:
+    """Looks at a run from time to time.
+
+    duration     of the run, in s
+    step_memory  bytes that a step takes
+    memory       bytes that the run may take
+    """
+
+    duration: float
+    step_memory: float
+    memory: float
+    steps: int = 0
+    switches: int = 0
+    elapsed: float = 0.0
+    windows: int = 0
+    pace: float = 0.0  # s of motion that a step gained in the last window
+    length: int = 0  # of the last window, in steps
+    left: float = field(default=0.0, init=False)  # steps that are left, by the estimate
+
+    def is_hopeless(self, steps: int, switches: int, elapsed: float) -> bool:
+        """Whether the run cannot end within its memory.
+
+        steps, switches  how many there were since its start
+        elapsed          s of motion since its start
+        """
+        length, switched = steps - self.steps, switches - self.switches
+        if not length:
+            return False
+        pace = (elapsed - self.elapsed) / length
+        self.left = self._left(pace, length, self.duration - elapsed)
+        self.steps, self.switches, self.elapsed = steps, switches, elapsed
+        self.pace, self.length, self.windows = pace, length, self.windows + 1
+        collapsed = switched < FEW_SWITCHES * length and self.windows >= WINDOWS
+        return (collapsed or steps >= SURE) and self.left * self.step_memory > DOUBT * self.memory
+
+    def _left(self, pace: float, length: int, rest: float) -> float:
+        """Steps to go for `rest` s, from the pace now and in the window before."""
+        if pace <= 0:
+            return math.inf
+        growth = math.log(pace / self.pace) / ((length + self.length) / 2) if 0 < self.pace < pace else 0.0
+        linear = rest / pace
+        return math.log1p(growth * linear) / growth if growth > 0 else linear
+
+    def described(self) -> str:
+        """The estimate in words."""
+        if not math.isfinite(self.left):
+            return "at its present pace the run would never end"
+        room = shown_bytes(self.left * self.step_memory)
+        allowed = shown_bytes(self.memory)
+        return f"at its present pace the run needs {self.left:.0e} more steps and {room}; memory allows {allowed}"
+
+
+def shown_bytes(number: float) -> str:
+    """A number of bytes for people: 3.2 GB."""
+    power = min(int(math.log10(max(number, 1.0)) // 3), len(UNITS) - 1)
+    return f"{number / 1000**power:.3g} {UNITS[power]}"

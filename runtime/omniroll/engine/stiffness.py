@@ -1,0 +1,135 @@
+"""Which term of what acts on a vehicle makes its steps short, and how fast that term is.
+
+A term's time constant is one over the largest eigenvalue of the Jacobian of the rates. The term to blame is the one
+without which that eigenvalue is smallest.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from omniroll.effects.bearings import COEFFICIENTS, Bearings
+from omniroll.effects.effect import Effect
+from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.engine.runs import Task
+from omniroll.errors import OmnirollError
+from omniroll.kernels.kernel import Flow
+from omniroll.vehicles.state import State
+
+DIFFERENCE = 1e-13  # of a speed, over its size: a law that fades within less looks as if it faded within this
+LARGEST_STATE = 400  # numbers; the Jacobian of a larger state takes too long
+SHARE = 0.5  # a term without which the rates are slower than this part of what they were is to blame
+
+
+@dataclass(frozen=True)
+class Sharpest:
+    """The fastest term: its name in words, its time constant in s, and that of the motion, in s."""
+
+    term: str
+    time: float
+    motion: float
+
+    def __str__(self) -> str:
+        ratio = self.motion / self.time
+        return f"{self.term} has a time constant of {self.time:.1g} s, {ratio:.1g} times shorter than the motion's"
+
+
+def blamed(task: Task, end: Mapping[str, Any]) -> str:
+    """What makes the steps short where a run has come to, in words, after a colon; empty where nothing is known.
+
+    end  nu, chi, pose, contact and axial, as a run gives them at its end
+    """
+    state = State(*(np.array(end[name]) for name in ("nu", "chi", "pose", "contact")), task.state.axial)
+    if end.get("axial") is not None:
+        state = state.with_free_axial(np.array(end["axial"]))
+    found = sharpest(replace(task, state=state))
+    return "" if found is None else f": {found}"
+
+
+def sharpest(task: Task) -> Sharpest | None:
+    """The fastest term at the state of a task; None where nothing that acts is faster than the motion."""
+    effects, motion = task.effects.effects, _motion_time(task)
+    whole = _fastest(task, effects) if effects else None
+    if whole is None or whole[0] * motion <= 1:
+        return None
+    fastest, way = whole
+    found = [(rest[0], term) for term, others in _without(effects) if (rest := _fastest(task, others)) is not None]
+    rate, term = min(found, default=(fastest, ""))
+    return Sharpest(term + _wheel(task, way), 1 / fastest, motion) if rate < SHARE * fastest else None
+
+
+def _wheel(task: Task, way: np.ndarray) -> str:
+    """The wheel that a change of nu turns by far the most, in words, counted from 0; empty where there is none."""
+    speeds = np.abs(task.kernel.wheel_speeds(way / max(float(np.abs(way).max()), 1e-300)))
+    second, first = np.sort(speeds)[-2:] if speeds.size > 1 else (0.0, speeds[0])
+    return f" at wheel {int(np.argmax(speeds))}" if first > 2 * second and first > 0 else ""
+
+
+def _motion_time(task: Task) -> float:
+    """In which a roller passes at the present speed, or the duration of the run."""
+    speed = float(np.abs(task.kernel.wheel_speeds(task.state.nu)).max())
+    passing = 2 * math.pi / task.kernel.rollers_per_wheel
+    return min(task.duration, passing / speed) if speed > 0 else task.duration
+
+
+def _without(effects: Sequence[Effect]) -> Iterator[tuple[str, list[Effect]]]:
+    """Each term in words, and the effects without it."""
+    for effect in effects:
+        others = [other for other in effects if other is not effect]
+        fields = [name for name, _, _ in COEFFICIENTS if getattr(effect, name, None) is not None]
+        if not isinstance(effect, Bearings) or len(fields) < 2:
+            yield _shown(effect, fields), others
+            continue
+        for name in fields:
+            body = name.split("_")[0]
+            absent = {name: None}
+            if name.endswith("coulomb"):
+                absent |= {f"{body}_speed": None} | ({"wheel_break_away": None} if body == "wheel" else {})
+            yield _shown(effect, [name]), [*others, replace(effect, **absent)]
+
+
+def _shown(effect: Effect, fields: Sequence[str]) -> str:
+    """A term as it was given."""
+    numbers = [f"{name} = {getattr(effect, name)}" for name in fields]
+    speeds = [f"{name.split('_')[0]}_speed" for name in fields if name.endswith("coulomb")]
+    numbers += [f"{name} = {getattr(effect, name)}" for name in speeds if getattr(effect, name) is not None]
+    return type(effect).__name__ + (f" ({', '.join(numbers)})" if numbers else "")
+
+
+def _fastest(task: Task, effects: Sequence[Effect]) -> tuple[float, np.ndarray] | None:
+    """The largest size of an eigenvalue of the Jacobian of the rates, 1/s, and nu (3,) of its eigenvector.
+
+    None where it cannot be had.
+    """
+    try:
+        acting = EffectSet.checked(tuple(effects), task.vehicle)
+        bound = acting.kernel(task.vehicle, task.kernel.roller_model, "python")
+        run = EffectRun(acting, bound, task.start_time)
+        run.pass_time(0.0, task.state)
+        axial = task.state.free_axial()
+        y = np.zeros(run.state_vector.size)
+        if y.size > LARGEST_STATE:
+            return None
+        run.state_vector.put(y, {"nu": task.state.nu, "chi": task.state.chi, "pose": task.state.pose})
+        run.state_vector.put(y, acting.initial(bound, axial))
+        flow, _ = run.phase(0.0, axial, y)
+        rates, ways = np.linalg.eig(_jacobian(flow, y, max(float(np.abs(task.state.nu).max()), 1e-3)))
+    except (OmnirollError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+    fastest = int(np.argmax(np.abs(rates)))
+    return float(np.abs(rates[fastest])), ways[:3, fastest].real
+
+
+def _jacobian(flow: Flow, y: np.ndarray, speed: float) -> np.ndarray:
+    columns = []
+    with np.errstate(all="ignore"):
+        for k in range(y.size):
+            step = DIFFERENCE * max(abs(y[k]), speed)
+            ahead, behind = y.copy(), y.copy()
+            ahead[k] += step
+            behind[k] -= step
+            columns.append((flow(0.0, ahead) - flow(0.0, behind)) / (ahead[k] - behind[k]))
+    return np.array(columns).T

@@ -1,0 +1,190 @@
+"""Runs that could not end, or would take more memory than there is: stopped while they are young, with the reason."""
+
+import math
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.commands import explain
+from omniroll.engine.control import made
+from omniroll.engine.outlook import Outlook, shown_bytes
+from omniroll.engine.simulate import checked_task
+from omniroll.engine.stiffness import sharpest
+from omniroll.scenes import costs, explanation
+from omniroll.scenes.allowance import Allowance
+
+PAPER = omniroll.Vehicle.paper()
+ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-12)
+WHEELS = omniroll.Bearings(wheel_viscous=1e12)
+MOTOR = omniroll.Motor(6.0, torque_constant=20.0, resistance=1.5, gear_ratio=4)
+
+
+def done(effects, engine, **changes):
+    task = checked_task(PAPER, **{"nu": (1, 0, 1), "duration": 20, "effects": effects, "engine": engine} | changes)
+    return made(task, 1e-9)
+
+
+@pytest.mark.parametrize(
+    "effects, engine, term",
+    [
+        ([ROLLERS], "compiled", "roller_coulomb = 0.0001, roller_speed = 1e-12"),
+        ([ROLLERS], "python", "roller_coulomb = 0.0001, roller_speed = 1e-12"),
+        ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
+        ([MOTOR], "python", "Motor"),
+        ([omniroll.Bearings(roller_viscous=1e3, wheel_viscous=1e-4)], "compiled", "roller_viscous = 1000.0"),
+    ],
+)
+def test_steps_that_collapse_are_stopped_and_the_term_is_named(effects, engine, term):
+    run = done(effects, engine)
+    assert not run.done and run.stats()["steps"] < 1000
+    said = str(run.stop)
+    assert term in said and "has a time constant of" in said and "memory allows" in said
+    assert "wheel_viscous = 0.0001" not in said
+    assert 0 < run.recorded().t[-1] < 20
+
+
+@pytest.mark.parametrize("effects", [[WHEELS], [MOTOR]])
+def test_terms_that_the_compiled_engine_can_follow_run(effects):
+    run = done(effects, "compiled")
+    assert run.done and run.stats()["steps"] < 1000
+
+
+def test_the_time_constant_is_the_terms():
+    """Of a wheel's friction alone: the inertia that it brakes over the coefficient."""
+    for coefficient in (1.0, 100.0):
+        found = sharpest(checked_task(PAPER, nu=(0, 0, 1), duration=20, effects=[
+            omniroll.Bearings(wheel_viscous=coefficient)], roller_model="massless"))  # fmt: skip
+        kernel = omniroll.kernel(PAPER, "massless", "python")
+        speeds = np.array([kernel.wheel_speeds(column) for column in np.eye(3)]).T
+        rates = np.linalg.eigvals(np.linalg.solve(kernel.mass_matrix(np.zeros(3)), coefficient * speeds.T @ speeds))
+        assert found.time == pytest.approx(1 / rates.real.max(), rel=1e-2)
+    assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[omniroll.Slope(0.1)])) is None
+    assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20)) is None
+
+
+def test_one_wheel_is_named():
+    one = omniroll.Bearings(wheel_viscous=(1e-6, 1e3, 1e-6))
+    assert "at wheel 1" in str(sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[one])))
+
+
+def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
+    for engine in ("compiled", "python"):
+        memory = 1e6 if engine == "python" else 2**30
+        run = done([], engine, duration=1e10, roller_model="locked", switching="smooth", memory=memory)
+        said = str(run.stop)
+        assert "at its present pace the run needs" in said and "time constant" not in said
+        assert run.stats()["steps"] < 20_000
+
+
+def test_a_vehicle_that_slows_down_may_run_for_long():
+    """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
+    memory = 5e8
+    run = done([], "compiled", duration=1e6, memory=memory)
+    elapsed = run.recorded().elapsed
+    pace = (elapsed[18_000] - elapsed[14_000]) / 4000  # where the run is first asked whether it has a future
+    assert run.done and 1e6 / pace * run.space.bytes_per_row > 4 * memory
+
+
+# The estimate
+
+
+def looked(paces, switched, **options):
+    """The outlook after windows of 100 steps with these paces."""
+    outlook = Outlook(**{"duration": 1e6, "step_memory": 1e3, "memory": 1e9} | options)
+    steps = elapsed = switches = 0
+    found = []
+    for pace in paces:
+        steps, switches, elapsed = steps + 100, switches + switched, elapsed + 100 * pace
+        found.append(outlook.is_hopeless(steps, switches, elapsed))
+    return found
+
+
+def test_the_estimate():
+    assert looked([1e-3] * 4, 0) == [False, False, True, True]  # 10^9 steps of 1 kB
+    assert looked([1e-3] * 4, 90) == [False] * 4  # a wheel at its joint switches for a while
+    assert looked([1e-3 * 2**k for k in range(4)], 0) == [False] * 4  # the pace doubles in 100 steps
+    assert looked([1.0] * 4, 0) == [False] * 4  # 10^6 steps
+    assert looked([0.0] * 4, 0) == [False, False, True, True]
+    assert not any(looked([1e-3] * 4, 0, memory=1e13))
+    outlook = Outlook(10.0, 1.0, 1.0)
+    outlook.is_hopeless(10, 0, 1.0)
+    assert outlook.left == pytest.approx(90) and "90" not in outlook.described()[:10]
+    outlook.is_hopeless(30, 0, 1.0 + 20 * 0.2)
+    growth = math.log(2) / 15
+    assert outlook.left == pytest.approx(math.log(1 + growth * 5 / 0.2) / growth)
+
+
+def test_bytes_for_people():
+    assert [shown_bytes(number) for number in (12, 3200, 2**30, 5e21)] == ["12 bytes", "3.2 kB", "1.07 GB", "5e+03 EB"]
+
+
+# Sizes
+
+
+@pytest.mark.parametrize("sizes", [(10**30, 5), (3, 10**30), (10**6 + 1, 5), (3, 10**6 + 1)])
+def test_sizes_that_no_vehicle_has_are_refused(sizes):
+    wheels, rollers = sizes
+    with pytest.raises(omniroll.InvalidValueError, match="must be at most 1000000"):
+        omniroll.Vehicle.paper(wheels, rollers)
+    parts = {
+        "platform_radius": 0.1, "wheel_radius": 0.05, "platform_mass": 1, "platform_inertia": 1e-3, "hub_mass": 0.1,
+        "hub_axial_inertia": 1e-5, "hub_transverse_inertia": 1e-5, "roller_mass": 0.01, "roller_axial_inertia": 1e-7,
+        "roller_transverse_inertia": 1e-7,
+    }  # fmt: skip
+    with pytest.raises(omniroll.InvalidValueError, match="must be at most 1000000"):
+        omniroll.Vehicle.from_parts(wheels=wheels, rollers_per_wheel=rollers, **parts)
+
+
+def test_a_vehicle_whose_states_have_no_room_is_refused():
+    many = omniroll.Vehicle.paper(1000, 10_000)
+    with pytest.raises(omniroll.InvalidValueError, match="1000 wheels of 10000 free rollers: 8 GB"):
+        omniroll.simulate(many, nu=(1, 0, 1), duration=1)
+    with pytest.raises(omniroll.InvalidValueError, match="memory"):
+        omniroll.simulate(PAPER, nu=(1, 0, 1), duration=1, memory=100)
+
+
+def test_samples_without_end_are_refused(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\nstep = 1e-9\n")
+    with pytest.raises(omniroll.SceneError, match="must leave at most 1000000 samples"):
+        omniroll.load_scene(path)
+
+
+# What explain does with them
+
+SCENE = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 20\n"
+
+
+@pytest.fixture
+def explained_scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(costs, "MANY", {"compiled": 200, "Python": 20})
+    monkeypatch.setattr(costs, "ENOUGH", 0.0)
+
+    def explained(more):
+        path = tmp_path / "scene.toml"
+        path.write_text(SCENE + more)
+        return explanation.explained(omniroll.load_scene(path))
+
+    return explained
+
+
+def test_explain_says_which_term_is_too_fast(explained_scene):
+    found = explained_scene("[bearings]\nroller_coulomb = 1e-4\nroller_speed = 1e-12\n")
+    (left_out,) = found["left_out"]
+    assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-12" in left_out
+    assert found["prices"][0]["microseconds"] is None
+    assert left_out in explain.text(found)
+
+
+def test_explain_says_what_it_had_no_time_for(explained_scene, monkeypatch):
+    monkeypatch.setattr(explanation, "ALLOWED", 0.0)
+    found = explained_scene("")
+    assert {"the estimate of locked", "the estimate of slope"} <= set(found["left_out"])
+    assert "Left out; estimates and prices may take 0 s together" in explain.text(found)
+
+
+def test_an_allowance_ends():
+    now = iter((0.0, 1.0, 3.0)).__next__
+    allowance = Allowance(2.0, now)
+    assert allowance.has_time("one") and not allowance.has_time("two") and allowance.left_out == ["two"]

@@ -1,0 +1,225 @@
+"""The results of `omniroll run`: nothing that was complete is lost, nothing half written stands under a final name."""
+
+import errno
+import json
+import os
+import re
+import shutil
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import cli
+from omniroll.commands import run as run_command
+from omniroll.errors import OmnirollError
+from omniroll.scenes import load_scene
+from omniroll.scenes.outcome import FILES, result_folder, run_scene, write
+from omniroll.scenes.result_folder import DamagedResultsError, Parts, load_results, unfinished
+
+
+@pytest.fixture
+def long_scene(tmp_path):
+    """A scene whose run takes several calls of the engine."""
+    path = tmp_path / "long.toml"
+    path.write_text(re.sub(r"duration = .*", "duration = 1500", Path("scenes/motion-3.toml").read_text()))
+    return path
+
+
+def looks(monkeypatch, at, action):
+    """Does something at the look number `at` of the part keeper at the run."""
+    look, seen = Parts.look, []
+
+    def looked(parts, run):
+        look(parts, run)
+        seen.append(run.row_count)
+        if len(seen) == at:
+            action()
+
+    monkeypatch.setattr(Parts, "look", looked)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_run_with_the_files_of_the_motion_so_far(number, long_scene, tmp_path, monkeypatch, capsys):
+    looks(monkeypatch, 6, lambda: signal.raise_signal(number))
+    before = signal.getsignal(number)
+    assert cli.main(["run", str(long_scene), "--output", str(tmp_path / "out"), "--json"]) == 128 + number
+    assert signal.getsignal(number) is before
+    printed = capsys.readouterr()
+    summary = json.loads(printed.out)
+    assert number.name in printed.err and summary["interrupted"] == f"interrupted by {number.name}"
+    assert summary["stopped"]["t"] == summary["t"][1] < 1500
+    kept = load_results(tmp_path / "out")
+    assert kept.summary == summary and kept.trajectory().t[-1] == summary["t"][1] > 100
+    whole = omniroll.run(load_scene(long_scene), control=False)
+    assert np.array_equal(kept.trajectory().pose, whole.pose[: len(kept.trajectory())])
+
+
+def test_a_signal_in_the_first_run_of_two_ends_it_too(long_scene):
+    """The coarser run that measures the error is made first."""
+    outcome = run_scene(load_scene(long_scene), interrupted=lambda: "interrupted by a test")
+    assert outcome.interrupted and 0 < outcome.trajectory.t[-1] < 1500
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_parts_join_to_the_motion(engine):
+    """With free rollers, friction that moves them, and drives: all arrays, to the bit."""
+    effects = [omniroll.Torque(1e-3), omniroll.Bearings(roller_viscous=1e-6, wheel_viscous=1e-5)]
+    task = {"nu": (1, 0.2, 1), "effects": effects, "engine": engine, "duration": 6}
+    from omniroll.engine.control import made
+    from omniroll.engine.simulate import checked_task
+
+    run = made(checked_task(omniroll.Vehicle.paper(), **task), 1e-8)
+    run = getattr(run, "engine", run) if engine == "python" else run
+    whole = run.part(0)
+    cuts = [0, 1, len(whole) // 3, *whole.step_rows[-9:-5], len(whole) - 1]
+    parts = [cut_off(run.part(first), last - first) for first, last in zip(cuts, cuts[1:], strict=False)]
+    joined = omniroll.Trajectory.joined(parts)
+    assert len(whole.switches) > 3
+    for name in (*omniroll.results.trajectory_files.ARRAYS, "switches"):
+        assert np.array_equal(getattr(joined, name), getattr(whole, name)), name
+
+
+def cut_off(part, rows):
+    """The first rows of a part and one more, as it was when the run had come so far."""
+    made = {name: getattr(part, name) for name in omniroll.results.trajectory_files.ARRAYS}
+    steps = part.step_rows < rows
+    for name, array in made.items():
+        if name in ("dense", "step_rows"):
+            made[name] = array[steps]
+        elif array is not None:
+            made[name] = array[: rows + 1]
+    in_part = part.switches[: np.searchsorted(switch_rows(part), rows, side="right")]
+    from dataclasses import replace
+
+    return replace(
+        part, made={name: lambda value=value: value for name, value in (made | {"switches": in_part}).items()}
+    )
+
+
+def switch_rows(part):
+    """The row after each record of a switch."""
+    after = [k + 1 for k in range(len(part) - 1) if (part.contact[k] != part.contact[k + 1]).any()]
+    return np.repeat(after, [np.count_nonzero(part.contact[k] != part.contact[k - 1]) for k in after])
+
+
+def test_a_run_that_is_killed_leaves_its_parts(long_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(run_command, "PARTS", 0.0)
+    out = tmp_path / "out"
+    arguments = ["run", str(long_scene), "--output", str(out)]
+
+    def killed(at):
+        child = os.fork()
+        if not child:
+            looks(monkeypatch, at, lambda: os.kill(os.getpid(), signal.SIGKILL))
+            cli.main(arguments)
+            os._exit(0)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+
+    killed(at=7)
+    whole = omniroll.run(load_scene(long_scene), control=False)
+    found = load_results(out)
+    assert found.summary is None and len(found.places) == 7
+    kept = found.trajectory()
+    assert kept.t[-1] > 300
+    for name in ("t", "nu", "contact", "energy", "switches", "dense", "step_rows"):
+        assert np.array_equal(getattr(kept, name), getattr(whole, name)[: len(getattr(kept, name))]), name
+    assert cli.main(["run", str(long_scene), "--output", str(out)]) == 0
+    assert load_results(out).summary["t"] == [0, 1500] and not (out / "unfinished").exists()
+    killed(at=2)  # the results before stand, and the parts beside them
+    assert load_results(out).summary["t"] == [0, 1500] and len(unfinished(out).places) == 2
+
+
+def test_a_part_that_cannot_be_written_does_not_end_the_run(tmp_path):
+    class Run:
+        row_count = 5
+
+        def part(self, first):
+            return omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0)
+
+    (tmp_path / "file").write_text("no folder")
+    parts = Parts(tmp_path / "file/unfinished", 0.0, lambda: 0.0)
+    with pytest.warns(RuntimeWarning, match="the run so far is not kept") as said:
+        parts.look(Run())
+        parts.look(Run())
+    assert len(said) == 1
+
+
+# Folders
+
+
+def test_a_mix_of_two_runs_is_refused(two_scenes, tmp_path):
+    for scene, name in zip(two_scenes, ("a", "b"), strict=True):
+        with result_folder(tmp_path / name) as folder:
+            write(run_scene(load_scene(scene)), folder, picture=False)
+    assert load_results(tmp_path / "a").trajectory().t[-1] == 0.3
+    shutil.copy(tmp_path / "b/trajectory.csv", tmp_path / "a/trajectory.csv")
+    with pytest.raises(DamagedResultsError, match="trajectory.csv is not the file that"):
+        load_results(tmp_path / "a")
+    (tmp_path / "b/switches.csv").unlink()
+    with pytest.raises(DamagedResultsError, match="switches.csv is missing"):
+        load_results(tmp_path / "b")
+    (tmp_path / "b/summary.json").write_text('{"files": 3')
+    with pytest.raises(DamagedResultsError, match="not a whole summary"):
+        load_results(tmp_path / "b")
+    with pytest.raises(FileNotFoundError, match="holds no results"):
+        load_results(tmp_path / "c")
+
+
+def test_two_runs_into_one_folder_are_refused(two_scenes, tmp_path, capsys):
+    with result_folder(tmp_path / "out"):
+        assert cli.main(["run", str(two_scenes[0]), "--output", str(tmp_path / "out")]) == 1
+    assert "another run is writing" in capsys.readouterr().err
+    assert cli.main(["run", str(two_scenes[0]), "--output", str(tmp_path / "out")]) == 0
+
+
+@pytest.mark.parametrize("name", ["..toml", "...toml", "....toml", ".toml"])
+def test_odd_names_of_scenes_write_into_a_folder_of_their_own(name, two_scenes, tmp_path, monkeypatch):
+    shutil.copy(two_scenes[0], tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["run", name]) == 0
+    assert [path.name for path in (tmp_path / "out/run").iterdir()] == [name]
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["run"]
+    assert (tmp_path / "out/run" / name / "summary.json").exists()
+
+
+def test_a_folder_that_takes_no_files_is_known_before_the_run(two_scenes, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(run_command, "run_scene", lambda *_, **__: pytest.fail("it was run"))
+    (tmp_path / "out/summary.json").mkdir(parents=True)
+    assert cli.main(["run", str(two_scenes[0]), "--output", str(tmp_path / "out")]) == 1
+    assert "summary.json is a folder" in capsys.readouterr().err
+    monkeypatch.setattr(Path, "mkdir", read_only)
+    assert cli.main(["run", str(two_scenes[0]), "--output", str(tmp_path / "other")]) == 1
+    assert "Read-only file system" in capsys.readouterr().err
+
+
+def read_only(path, *_, **__):
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+
+def test_files_of_others_stay(two_scenes, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with result_folder(tmp_path) as folder:
+        summary = write(run_scene(load_scene(two_scenes[0])), folder, picture=False)
+    there = {path.name for path in tmp_path.iterdir()} - {".lock"}
+    assert there == {"notes.txt", "summary.json", *summary["files"]} and there - {"notes.txt"} < set(FILES)
+
+
+def test_saving_a_trajectory_leaves_the_file_before_where_it_fails(tmp_path, monkeypatch):
+    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0.1)
+    for ending in ("npz", "csv"):
+        path = tmp_path / f"run.{ending}"
+        run.save(path)
+        before = path.read_bytes()
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "fsync", read_only)
+            with pytest.raises(OSError, match="Read-only"):
+                run.save(path)
+        assert path.read_bytes() == before
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_the_errors_are_omnirolls():
+    assert issubclass(DamagedResultsError, OmnirollError)

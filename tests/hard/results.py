@@ -1,0 +1,149 @@
+"""The results that `omniroll run` keeps, where a write fails, the disk is full, or a signal comes at any moment.
+
+Each fault is injected from outside: a preloaded library lets one call that changes files fail or ends the process
+there, or a signal comes at a random moment of a run. After each one the folder is read as a user reads it.
+"""
+
+import contextlib
+import os
+import random
+import re
+import shutil
+import signal
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from faults.injection import HOW, built_shim, injected
+
+from hard.case import Case, Measurement, Scale
+from omniroll import cli
+from omniroll.commands import run as run_command
+from omniroll.errors import OmnirollError
+from omniroll.scenes.result_folder import load_results, unfinished
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+MEMORY = Path("/dev/shm")  # waiting for the disk costs nothing there
+EVERY = {"kill": 8, "error": 9, "full": 10}  # calls of some 74 that are struck in `make test`
+WHAT = "results lost, mixed or half written, of {} faults"
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+EXPECTED = {signal.SIGKILL: (-9, 0), signal.SIGTERM: (143, -15, 0), signal.SIGINT: (130, 0)}  # 0: it was done before
+
+
+@contextlib.contextmanager
+def folder() -> Iterator[Path]:
+    place = Path(tempfile.mkdtemp(dir=MEMORY if MEMORY.is_dir() else None))
+    try:
+        yield place
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def scene(path: Path, run: str) -> Path:
+    """The paper's motion 3 for a time, by the lines of [run]."""
+    path.write_text(re.sub(r"duration = .*", run, (SCENES / "motion-3-impact.toml").read_text()))
+    return path
+
+
+def failing_calls(scale: Scale) -> list[Measurement]:
+    if shutil.which("cc") is None:
+        return []
+    found = []
+    with folder() as place:
+        scenes = scene(place / "before.toml", "duration = 0.3\nstep = 0.1"), scene(place / "new.toml", "duration = 0.4")
+        shim = built_shim(place)
+        for how in HOW:
+            said = injected(shim, place / how, *scenes, how, scale.of(EVERY[how], 1))
+            if not said["before"] or not said["new"]:
+                raise AssertionError("the faults did not come before and after the new results stand")
+            found.append(Measurement(WHAT.format(said["struck"]), "call", how, "", len(said["wrong"]), 0))
+    return found
+
+
+def signals(scale: Scale) -> list[Measurement]:
+    """Runs of a second, each ended by a signal at a random moment, over complete results of another run."""
+    times, rng = scale.of(4, 100), random.Random(7)
+    with folder() as place:
+        before = scene(place / "before.toml", "duration = 0.3\nstep = 0.1")
+        long = scene(place / "long.toml", "duration = 1500")
+        _run(before, place / "out")
+        took = time.perf_counter()
+        _run(long, place / "whole")
+        took = time.perf_counter() - took
+        whole = load_results(place / "whole").trajectory()
+        found = []
+        for number in SIGNALS:
+            wrong = 0
+            for _ in range(times):
+                shutil.rmtree(place / "work", ignore_errors=True)
+                shutil.copytree(place / "out", place / "work")
+                ended = _signalled(long, place / "work", number, rng.uniform(0, 1.2 * took))
+                wrong += ended not in EXPECTED[number] or not _stands(place / "work", whole)
+            found.append(Measurement(WHAT.format(times), "signal", number.name, "", wrong, 0))
+    return found
+
+
+def _run(path: Path, output: Path) -> int:
+    with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing), contextlib.redirect_stderr(nothing):
+        return cli.main(["run", str(path), "--output", str(output)])
+
+
+def _signalled(path: Path, output: Path, number: int, delay: float) -> int:
+    """How a process ends that runs a scene and gets a signal after some s."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS[1:])  # the child must not come back here
+    child = os.fork()
+    if not child:
+        code = 128 + number
+        try:
+            run_command.PARTS = 0.0
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS[1:])
+            code = _run(path, output)
+        finally:
+            os._exit(code)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS[1:])
+    time.sleep(delay)
+    os.kill(child, number)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _stands(output: Path, whole: object) -> bool:
+    """Whether the folder holds the results before, or the motion of the new run as far as it came, bit by bit."""
+    try:
+        found = load_results(output)
+        motion = found.trajectory()
+        with contextlib.suppress(FileNotFoundError):
+            _check_beginning(unfinished(output).trajectory(), whole)
+        if found.summary["scene"] == "long":
+            _check_beginning(motion, whole)
+        return found.summary["t"] == [motion.t[0], motion.t[-1]]
+    except (OSError, OmnirollError, AssertionError):
+        return False
+
+
+def _check_beginning(motion: object, whole: object) -> None:
+    for name in ("t", "nu", "pose", "contact", "energy", "dense"):
+        some = getattr(motion, name)
+        if some is not None and not np.array_equal(some, getattr(whole, name)[: len(some)]):
+            raise AssertionError(name)
+
+
+CASES = [
+    Case(
+        name="failing-calls",
+        section="Files and signals",
+        title="A call that writes, syncs, renames or removes fails, the disk is full from there on, or kill -9 comes",
+        naive="removes the results before, and leaves a truncated file under its final name",
+        promise="the results before stand, or all of the new ones; the next run puts the folder in order",
+        run=failing_calls,
+    ),
+    Case(
+        name="signals",
+        section="Files and signals",
+        title="SIGINT, SIGTERM or kill -9 at a random moment of a run",
+        naive="leaves an empty folder",
+        promise="the results before stand, or the new motion up to that moment; exit code 130 or 143",
+        run=signals,
+    ),
+]
