@@ -373,7 +373,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_IS_ACTED_ON
     run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
     take_what_acts(run, s, work, wheels);
-    if (s->by_newton && s->landing < wheels)
+    if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
         damp(run, work, s, wheels);
 #endif
     (void)work;
