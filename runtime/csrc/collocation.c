@@ -54,7 +54,9 @@ typedef struct {
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
     nodes_t *rate_core, *at_core;
     lanes_t *core_here, *core_dot;              /* scratch                                       */
-    nodes_t *found_core, *slope_core;           /* scratch of stiff sweeps                       */
+    nodes_t *found_core, *slope_core, *core_in_nu, *followers;     /* scratch of stiff sweeps */
+    unsigned char *follows;                     /* which numbers follow nu at once               */
+    int fresh, coupled;                         /* no stiff sweep yet; numbers follow nu at once */
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[SET_ACCOUNTS];
@@ -71,6 +73,7 @@ typedef struct {
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
     int stiff;                                  /* whether the core is solved for implicitly     */
+    int by_newton, bent;                        /* it has been in the last try; rates have just bent */
     double steepest;                            /* the largest h times slope in the last stiff sweep */
     nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
     newton_t newton;                            /* of nu', and h times its largest slope         */
@@ -215,6 +218,9 @@ ALWAYS_INLINE void keep_held_force(step_t *s, int b, const arrays_t *at)
 }
 
 #if SET_IS_ACTED_ON
+#define FOLLOWS 10                              /* h times a slope with which a number follows nu at once    */
+#define AT_ONCE 1e8                             /* the same, as good as at once                                */
+#define LEAVES 0.5                              /* the same below which Picard's iteration does again           */
 #define STIFF 0.05                              /* h times a slope that Picard's iteration need not bear */
 
 /* slope has count x count tables, by rows. */
@@ -293,43 +299,93 @@ static double steepness(const nodes_t *slope, int count, double h)
     return steep;
 }
 
-/* The slopes of nu' in nu, by differences. */
+#if SET_CORE_PARTS
+/* The rates at a point, the slopes of those of the rest of the core, each number's in itself, by differences, its parts
+ * one after the other; and, if asked for, the slopes in nu. Into vector b of the nodes. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
+{
+    lanes_t nu_dot[3];
+    int first = 0;
+    core_rates(wheels, point, nu_dot, s->core_dot);
+    for (int k = 0; k < 3; k++)
+        s->found_nu[k].lanes[b] = nu_dot[k];
+    keep_held_force(s, b, at);
+    for (int c = 0; c < s->core; c++)
+        s->found_core[c].lanes[b] = s->core_dot[c];
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
+        for (int c = first; c < end; c++) {
+            const lanes_t here = s->core_here[c];
+            s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
+            s->slope_core[c].lanes[b] = s->core_here[c] - here;
+        }
+        core_rates(wheels, point, nu_dot, s->core_dot);
+        for (int c = first; c < end; c++) {
+            s->core_here[c] -= s->slope_core[c].lanes[b];
+            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->slope_core[c].lanes[b];
+        }
+        first = end;
+    }
+    for (int l = 0; l < 3 && in_nu; l++) {
+        const lanes_t here = at->nu[l];
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
+        core_rates(wheels, point, nu_dot, s->core_dot);
+        for (int c = 0; c < s->core; c++)
+            s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
+        at->nu[l] = here;
+    }
+}
+
+/* What a number of the core would be if it had followed nu since both were zero. */
+ALWAYS_INLINE lanes_t followed_from_rest(const step_t *s, int c, int b, const lanes_t *nu)
+{
+    const nodes_t *const in_nu = s->core_in_nu + 3*c;
+    return -(in_nu[0].lanes[b]*nu[0] + in_nu[1].lanes[b]*nu[1] + in_nu[2].lanes[b]*nu[2])/s->slope_core[c].lanes[b];
+}
+
+/* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
+ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
+{
+    const double time = s->h/2;
+    return time*s->core_in_nu[3*c + l].lanes[b]/(1 - time*s->slope_core[c].lanes[b]);
+}
+#endif
+
+/* The slopes of nu' in nu, by differences; the rest of the core follows. */
 ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at)
 {
     for (int l = 0; l < 3; l++) {
         const lanes_t here = at->nu[l];
         lanes_t nu_dot[3], *core_dot = 0;
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
 #if SET_CORE_PARTS
         core_dot = s->core_dot;
+        for (int c = 0; c < s->core && s->coupled; c++)
+            s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
 #endif
-        at->nu[l] = here + FINE_DIFFERENCE*s->size;
         core_rates(wheels, point, nu_dot, core_dot);
         for (int k = 0; k < 3; k++)
             s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
+#if SET_CORE_PARTS
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] = s->at_core[c].lanes[b];
+#endif
     }
 }
 
-#if SET_CORE_PARTS
-/* The slope of each number of the rest of the core in itself, by differences: its parts one after the other. */
-ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
+/* nu' at the nodes in vector b. */
+ALWAYS_INLINE void rates_of_nu(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
 {
-    int first = 0;
-    for (int part = 0; part < SET_CORE_PARTS; part++) {
-        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
-        lanes_t nu_dot[3];
-        for (int c = first; c < end; c++)
-            s->core_here[c] += s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE;
-        core_rates(wheels, point, nu_dot, s->core_dot);
-        for (int c = first; c < end; c++) {
-            const lanes_t moved = s->core_here[c] - s->at_core[c].lanes[b];
-            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/moved;
-            s->core_here[c] = s->at_core[c].lanes[b];
-        }
-        first = end;
-    }
-}
+    lanes_t nu_dot[3], *core_dot = 0;
+#if SET_CORE_PARTS
+    core_dot = s->core_dot;
 #endif
+    core_rates(wheels, point, nu_dot, core_dot);
+    for (int k = 0; k < 3; k++)
+        s->found_nu[k].lanes[b] = nu_dot[k];
+    keep_held_force(s, b, at);
+}
 
 /* Add what is missing of a rate; returns the largest change so far, in the measure of nu. */
 ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double weight, lanes_t change)
@@ -342,34 +398,154 @@ ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double we
     return change;
 }
 
+#if SET_CORE_PARTS
+/* Newton's rule for one number of the core, in the place of what is missing of its rate. */
+ALWAYS_INLINE void solve_number(const step_t *s, int c, nodes_t *missing)
+{
+    newton_t newton;
+    if (steepness(&s->slope_core[c], 1, s->h) <= STIFF)
+        return;
+    newton_matrix(&newton, &s->slope_core[c], 1, s->h);
+    eliminate(&newton, 1);
+    solve_newton(&newton, 1, missing);
+}
+
+/* The same at the nodes in vector b, as the slopes at rest tell it; with b = -1 at the start of the step. */
+ALWAYS_INLINE void follow_from_rest(step_t *s, const int wheels, int b, nodes_t *followers)
+{
+    const int place = b < 0 ? 0 : b;
+    arrays_t at;
+    const point_t point = point_at(s, wheels, place, &at);
+    lanes_t nu[3];
+    for (int k = 0; k < 3; k++) {
+        nu[k] = b < 0 ? lanes_of(s->nu[k]) : at.nu[k];
+        at.nu[k] = lanes_of(0);
+    }
+    for (int i = 0; i < wheels && b < 0; i++)
+        at.chi[i] = lanes_of(s->chi[i]);
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(0);
+    slopes_of_core(s, wheels, place, &point, &at, 1);
+    for (int c = 0; c < s->core; c++)
+        followers[c].lanes[place] = followed_from_rest(s, c, place, nu);
+    s->sweeps += 4 + SET_CORE_PARTS;
+}
+
+/* A better first guess for numbers of the core that follow nu at once. Friction with a small named speed is steep only
+ * next to where it vanishes: a guess beside that tells Newton's rule nothing. Returns whether there are any. */
+static int guess_followers(step_t *s, const int wheels)
+{
+    nodes_t *const wanted = s->followers;
+    arrays_t at;
+    const point_t point = point_at(s, wheels, 0, &at);
+    int following = 0;
+    for (int k = 0; k < 3; k++)
+        at.nu[k] = lanes_of(s->nu[k]);
+    for (int i = 0; i < wheels; i++)
+        at.chi[i] = lanes_of(s->chi[i]);
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(s->start_core[c]);
+    slopes_of_core(s, wheels, 0, &point, &at, 0);
+    s->sweeps += 1 + SET_CORE_PARTS;
+    for (int c = 0; c < s->core; c++)
+        following |= s->follows[c] = -s->h*s->slope_core[c].node[0] > FOLLOWS;
+    if (!following)
+        return 0;
+    follow_from_rest(s, wheels, -1, wanted);
+    for (int c = 0; c < s->core; c++)
+        s->end_core[c] = s->start_core[c] - wanted[c].node[0];      /* how far it lags behind                 */
+    for (int b = 0; b < BLOCKS; b++)
+        follow_from_rest(s, wheels, b, wanted);
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        if (!s->follows[c])
+            continue;
+        for (int b = 0; b < BLOCKS; b++) {
+            s->slope_core[c].lanes[b] = lanes_of(-AT_ONCE/s->h);
+            missing.lanes[b] = s->slope_core[c].lanes[b]*(s->at_core[c].lanes[b] - wanted[c].lanes[b] - s->end_core[c]);
+        }
+        solve_number(s, c, &missing);
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_core[c].lanes[b] += missing.lanes[b];
+    }
+    states_at_nodes(s, wheels);
+    return 1;
+}
+
+/* Each number of the rest of the core with its own slope. */
+ALWAYS_INLINE lanes_t correct_numbers(step_t *s, lanes_t change)
+{
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        for (int b = 0; b < BLOCKS; b++)
+            missing.lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
+        solve_number(s, c, &missing);
+        change = corrected(&s->rate_core[c], &missing, s->weight[c], change);
+    }
+    return change;
+}
+
+/* The same while nu stays. */
+ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, int renew)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        const point_t point = point_at(s, wheels, b, &at);
+        slopes_of_core(s, wheels, b, &point, &at, renew);
+    }
+    const lanes_t change = correct_numbers(s, lanes_of(0));
+    for (int c = 0; c < s->core; c++)
+        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+    s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
+    return change;
+}
+
+/* The rest of the core follows a change of nu'. */
+ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t change)
+{
+    nodes_t moved[3];
+    for (int l = 0; l < 3; l++)
+        integrate_to_nodes(0, s->h, &change_of_nu[l], &moved[l]);
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        for (int b = 0; b < BLOCKS; b++)
+            missing.lanes[b] = s->core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
+                + s->core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b] + s->core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
+        solve_number(s, c, &missing);
+        change = corrected(&s->rate_core[c], &missing, s->weight[c], change);
+    }
+    return change;
+}
+#endif
+
 /* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
- * small: nu' with all of its slopes in nu, found anew or those of a sweep before, and each number of the rest of the core
- * with its own slope. */
+ * small: nu' with all of its slopes in nu, found anew or those of a sweep before, and each number of the rest of the
+ * core with its own slope. Where numbers follow nu at once, they are corrected first, and once more as nu changes. */
 static double stiff_sweep(step_t *s, const int wheels, int renew)
 {
     lanes_t change = lanes_of(0);
     nodes_t missing[3];
     states_at_nodes(s, wheels);
+#if SET_CORE_PARTS
+    if (s->fresh)
+        s->coupled = guess_followers(s, wheels);
+    s->fresh = 0;
+    if (s->coupled)
+        change = correct_core(s, wheels, renew);
+#endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3], *core_dot = 0;
         const point_t point = point_at(s, wheels, b, &at);
 #if SET_CORE_PARTS
-        core_dot = s->core_dot;
+        if (!s->coupled)
+            slopes_of_core(s, wheels, b, &point, &at, 0);
+        else
+            rates_of_nu(s, wheels, b, &point, &at);
+#else
+        rates_of_nu(s, wheels, b, &point, &at);
 #endif
-        core_rates(wheels, &point, nu_dot, core_dot);
-        for (int k = 0; k < 3; k++) {
-            s->found_nu[k].lanes[b] = nu_dot[k];
-            missing[k].lanes[b] = nu_dot[k] - s->rate_nu[k].lanes[b];
-        }
-#if SET_CORE_PARTS
-        for (int c = 0; c < s->core; c++)
-            s->found_core[c].lanes[b] = s->core_dot[c];
-#endif
-        keep_held_force(s, b, &at);
-#if SET_CORE_PARTS
-        slopes_of_core(s, wheels, b, &point);
-#endif
+        for (int k = 0; k < 3; k++)
+            missing[k].lanes[b] = s->found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
         if (renew)
             slopes_of_nu(s, wheels, b, &point, &at);
     }
@@ -382,25 +558,15 @@ static double stiff_sweep(step_t *s, const int wheels, int renew)
     }
     if (s->steep_nu > STIFF)
         solve_newton(&s->newton, 3, missing);
-    s->steepest = s->steep_nu;
     for (int k = 0; k < 3; k++)
         change = corrected(&s->rate_nu[k], &missing[k], 1, change);
+    s->steepest = s->steep_nu;
     s->sweeps += renew ? 4 : 1;
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++) {
-        const double steep = steepness(&s->slope_core[c], 1, s->h);
-        for (int b = 0; b < BLOCKS; b++)
-            missing[0].lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
-        if (steep > STIFF) {
-            newton_t newton;
-            newton_matrix(&newton, &s->slope_core[c], 1, s->h);
-            eliminate(&newton, 1);
-            solve_newton(&newton, 1, &missing[0]);
-        }
-        change = corrected(&s->rate_core[c], &missing[0], s->weight[c], change);
-        s->steepest = fmax(s->steepest, steep);
-    }
-    s->sweeps += SET_CORE_PARTS;
+    change = s->coupled ? follow_nu(s, missing, change) : correct_numbers(s, change);
+    for (int c = 0; c < s->core; c++)
+        s->steepest = fmax(s->steepest, steepness(&s->slope_core[c], 1, s->h));
+    s->sweeps += s->coupled ? 0 : SET_CORE_PARTS;
 #endif
     return lanes_largest(change)*s->h;
 }
@@ -469,6 +635,66 @@ ALWAYS_INLINE double missed(const step_t *s)
 #endif
     return s->h*tails/(2*NODES);
 }
+
+#if SET_IS_ACTED_ON
+#define BEND 0.35                               /* part of a rate's change that is a jump between two nodes  */
+
+/* The node before which a rate jumps, at most `before`. */
+ALWAYS_INLINE int jump_of(const nodes_t *rate, int before)
+{
+    double sum = 0;
+    for (int m = 1; m < NODES; m++)
+        sum += fabs(rate->node[m] - rate->node[m - 1]);
+    for (int m = 1; m < before; m++)
+        if (fabs(rate->node[m] - rate->node[m - 1]) > BEND*sum)
+            return m;
+    return before;
+}
+
+/* Where in the step, between two nodes, rates bend: friction with a small named speed changes its sign. left: a place
+ * before it, right: one beyond; both 1 where nothing bends. */
+typedef struct {
+    double left, right;
+} bend_t;
+
+/* A wheel whose rate passes zero there tells the place better than the nodes do: by a line and by a parabola through
+ * the nodes before it, which differ by the error of the line. */
+ALWAYS_INLINE bend_t zero_between(const nodes_t *rate, int place, bend_t found)
+{
+    const double *const x = gauss_node.node + place, *const y = rate->node + place;
+    if (place < 3 || (y[-1] < 0) == (y[0] < 0))
+        return found;
+    const double slope = (y[-1] - y[-2])/(x[-1] - x[-2]), before = (y[-2] - y[-3])/(x[-2] - x[-3]);
+    const double curve = (slope - before)/(x[-1] - x[-3]), line = -y[-1]/slope;
+    const double error = fabs(curve/slope*line*(line + x[-1] - x[-2]));
+    if (line > 0 && 4*error < line && x[-1] + line < x[0]) {
+        found.left = x[-1] + line - 2*error;
+        found.right = fmin(x[0], x[-1] + line + 2*error);
+    }
+    return found;
+}
+
+/* The bend of a step that misses more than `allowed`. */
+ALWAYS_INLINE bend_t bend(const step_t *s, const int wheels, double allowed)
+{
+    const double least = allowed*2*NODES/s->h;
+    int place = NODES;
+    for (int k = 0; k < 3; k++)
+        if (tail(&s->rate_nu[k]) > least)
+            place = jump_of(&s->rate_nu[k], place);
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        if (s->weight[c]*tail(&s->rate_core[c]) > least)
+            place = jump_of(&s->rate_core[c], place);
+#endif
+    if (place == NODES)
+        return (bend_t){1, 1};
+    bend_t found = {gauss_node.node[place - 1], gauss_node.node[place]};
+    for (int i = 0; i < wheels; i++)
+        found = zero_between(&s->rate_chi[i], place, found);
+    return found;
+}
+#endif
 
 /* The end of a step whose core has settled. A sweep leaves the state one sweep behind the rates; here it catches up. */
 ALWAYS_INLINE void end_of_core(step_t *s)

@@ -5,7 +5,10 @@
  * step of its own. A guard is affine in time and nu; it counts as passed only where it exceeds its own rounding, so
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
+#define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
+#define STIFF_LONG 4                /* by Newton's rule too, after which a step that is too long shows it   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
+#define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that                                           */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
@@ -157,14 +160,23 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                          double reach)
 {
     double last = INFINITY, ratio = INFINITY;
+    int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
+#if SET_IS_ACTED_ON
+    int stiff_since = 0;
+#if SET_CORE_PARTS
+    long_at = s->stiff ? STIFF_LONG : long_at;
+#endif
+#endif
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));
         end_of_step(s, wheels);
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         ratio = change/last;
-#if SET_CORE_PARTS
-        if (!s->stiff && k > 1 && !(ratio < SLOW) && change > 100*sweep_tolerance) {     /* it contracts slowly */
+#if SET_IS_ACTED_ON
+        if (!s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
+            stiff_since = k;
+            long_at = k + 2;
             last = INFINITY;
             continue;
         }
@@ -180,8 +192,12 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (k == 2 && missed(s) > 4*tolerance)
+        if (k == long_at && missed(s) > 4*tolerance)
             return TOO_LONG;
+#if SET_IS_ACTED_ON
+        if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */
+            return missed(s) > 4*tolerance ? TOO_LONG : UNSETTLED;
+#endif
     }
     return UNSETTLED;
 }

@@ -6,7 +6,8 @@ typedef struct {
     int core;
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
-    nodes_t *rate_core, *at_core, *found_core, *slope_core;
+    nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu, *followers;
+    unsigned char *follows;
     lanes_t *core_here, *core_dot;
     double *end_core, *weight, *rise_core;
 #if SET_HOLDS
@@ -29,6 +30,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->at_core = (nodes_t *)next, next += BLOCKS*core;
     work->found_core = (nodes_t *)next, next += BLOCKS*core;
     work->slope_core = (nodes_t *)next, next += BLOCKS*core;
+    work->core_in_nu = (nodes_t *)next, next += 3*BLOCKS*core;
+    work->followers = (nodes_t *)next, next += BLOCKS*core;
+    work->follows = (unsigned char *)next, next += core/(8*LANES) + 1;
     work->core_here = next, next += core;
     work->core_dot = next, next += core;
     double *numbers = (double *)next;

@@ -53,7 +53,8 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
-    s->found_core = work->found_core, s->slope_core = work->slope_core;
+    s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
+    s->followers = work->followers, s->follows = work->follows;
 #endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
@@ -136,6 +137,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
         for (int b = 0; b < BLOCKS; b++)
             s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
 #if SET_CORE_PARTS
+    s->fresh = 1;
     for (int c = 0; c < work->core; c++)
         for (int b = 0; b < BLOCKS; b++)
             s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
@@ -219,6 +221,36 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 #endif
 }
 
+/* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
+ * in whose middle they bend. */
+ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
+{
+#if SET_IS_ACTED_ON
+    const bend_t found = bend(s, wheels, allowed);
+    if (found.left < 1) {
+        s->bent = 1;
+        *ahead = 2*s->h*(found.right - found.left);
+        return s->h*found.left;
+    }
+#endif
+    (void)wheels, (void)allowed, (void)ahead;
+    return s->h*fmin(fmax(factor, 0.2), 0.9);
+}
+
+/* The next step after an accepted one. Behind a bend steps grow by the same part again and again and miss next to
+ * nothing: then by more (Gustafsson's predictive control). */
+ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor, double error)
+{
+    double step = s->h*fmin(fmax(factor, 1.0), 5.0);
+#if SET_IS_ACTED_ON
+    s->bent = s->bent && error < EASY;
+    if (s->bent && s->h > run->rise_over)
+        step = fmin(step*(s->h/run->rise_over), 5*s->h);
+#endif
+    (void)run, (void)error;
+    return step;
+}
+
 /* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
 ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
@@ -228,6 +260,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
 #endif
@@ -236,8 +269,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
                                  reach);
 #if SET_IS_ACTED_ON
-        s->stiff = s->stiff && !(found == SETTLED && s->steepest < STIFF);
-        slow = slow || found != SETTLED;
+        s->by_newton = s->stiff;
+        s->stiff = s->stiff && !(found == SETTLED && s->steepest < LEAVES);
+        slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
             most = fmin(s->h, most)/3;
@@ -248,7 +282,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
         const double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
         if (error > 1 || found == TOO_LONG) {
-            most = s->h*fmin(fmax(factor, 0.2), 0.9);
+            most = shorter(s, wheels, factor, size*run->tolerance, &ahead);
             run->rejected_count++;
             continue;
         }
@@ -266,7 +300,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->sweep_error += size > 0 ? s->rest/size : 0;
         s->stiff = s->stiff || (slow && error < EASY);
 #endif
-        run->step = s->h*fmin(fmax(factor, 1.0), 5.0);
+        run->step = fmin(longer(run, s, factor, error), ahead);
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
          * try that is too long costs more than a step that is too short. */
         if (s->landing >= 0)
@@ -317,6 +351,39 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
 }
 #endif
 
+#if SET_IS_ACTED_ON
+#define DAMPED 0.01                 /* of a step: over this time deviations of the end of a stiff step decay */
+
+/* The polynomials of a stiff step do not damp what decays fast: its deviation, in which rates and polynomials differ,
+ * would go on from step to step with changing sign. A step of Euler's implicit method takes it away. */
+static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+{
+    const double time = DAMPED*s->h;
+    lanes_t nu_dot[3];
+    double m[3][4];
+    rates_at_this_instant(run, work, wheels, nu_dot);
+    for (int k = 0; k < 3; k++) {
+        for (int l = 0; l < 3; l++)
+            m[k][l] = (k == l) - time*s->slope_nu[3*k + l].node[NODES - 1];
+        m[k][3] = time*(nu_dot[k][0] - weighted(&s->rate_nu[k], &gauss_end));
+    }
+    for (int k = 0; k < 3; k++)
+        for (int l = k + 1; l < 3; l++)
+            for (int j = 3; j >= k; j--)
+                m[l][j] -= m[l][k]/m[k][k]*m[k][j];
+    for (int k = 2; k >= 0; k--) {
+        for (int l = k + 1; l < 3; l++)
+            m[k][3] -= m[k][l]*m[l][3];
+        run->nu[k] += m[k][3] /= m[k][k];
+    }
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
+            /(1 - time*s->slope_core[c].node[NODES - 1]);
+#endif
+}
+#endif
+
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
     put_step(run, s);
@@ -340,6 +407,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_IS_ACTED_ON
     run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
     take_what_acts(run, s, work, wheels);
+    if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
+        damp(run, work, s, wheels);
 #endif
 #if SET_HOLDS
     axles_have_moved(run, work);
@@ -414,7 +483,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
 #if SET_IS_ACTED_ON
-    s.stiff = 0;
+    s.stiff = 0, s.bent = 0;
 #endif
 #if SET_CORE_PARTS
     if (!run->started) {
