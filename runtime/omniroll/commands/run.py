@@ -9,21 +9,12 @@ from typing import Any
 
 from omniroll.errors import OmnirollError
 from omniroll.progress import reporting
+from omniroll.results.ledger import WORDS
 from omniroll.scenes import load_scene
 from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 DELAY = 1.0  # s of work before a bar is shown
-LEDGER = {
-    "start": "at the start",
-    "end": "at the end",
-    "switches": "switches",
-    "drive_work": "work of the drive",
-    "axle_loss": "axles' bearings",
-    "roller_loss": "rollers' bearings",
-    "slope_work": "work of gravity",
-    "residual": "residual",
-}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -74,7 +65,7 @@ def text(outcome: Outcome) -> str:
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in summary["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {LEDGER.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
+        *(f"  {WORDS.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
         *_reactions(summary["reactions"]),
     ]
     return "\n".join(lines)

@@ -1,0 +1,311 @@
+// The 3-D picture: ground, light, camera, paths and vehicles.
+
+import {
+  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFSoftShadowMap, PerspectiveCamera,
+  PlaneGeometry, Scene, ShaderMaterial, ShadowMaterial, Vector3, WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Line2 } from "three/examples/jsm/lines/Line2.js";
+import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { VehicleModel } from "./vehicle.js";
+
+const FIELD = 35; // degrees
+const MOST_POINTS = 20000; // of a path
+
+export class Stage {
+  /** runs; look: colours by theme (theme.js); raises where there is no WebGL */
+  constructor(canvas, runs, look) {
+    this.canvas = canvas;
+    this.runs = runs;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.size = Math.max(...runs.map((run) => extent(run.vehicle)));
+    this.camera = new PerspectiveCamera(FIELD, 1, 0.02 * this.size, 400 * this.size);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    Object.assign(this.controls, { maxPolarAngle: 1.53, minDistance: 0.25 * this.size, maxDistance: 150 * this.size });
+    this.controls.addEventListener("change", () => this.onchange?.());
+    this.beside = false;
+    this.showForces = true;
+    this.follow = "follow";
+    this.heading = null;
+    this.restyle(look);
+  }
+
+  /** Builds everything in the colours of a theme. */
+  restyle(look) {
+    this.scene = new Scene();
+    this.scene.background = new Color(look.ground);
+    this.scene.fog = new Fog(look.ground, 14 * this.size, 60 * this.size);
+    this.#addLight(look);
+    this.#addGround(look);
+    this.parts = this.runs.map((run, k) => {
+      const model = new VehicleModel(run, { ...look.vehicle, accent: look.runs[k] });
+      const path = new Path(run, look.runs[k], this.size);
+      const group = new Group();
+      group.add(model.group, path.group);
+      this.scene.add(group);
+      return { run, model, path, group };
+    });
+  }
+
+  #addLight(look) {
+    this.scene.add(new HemisphereLight(look.sky, look.bounce, look.ambient), new AmbientLight("#ffffff", 0.25));
+    this.sun = new DirectionalLight("#ffffff", look.sun);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(1024, 1024);
+    this.sun.shadow.radius = 5;
+    this.sun.shadow.bias = -0.0005;
+    this.sun.shadow.normalBias = 0.01 * this.size;
+    const box = this.sun.shadow.camera;
+    Object.assign(box, { left: -1.6 * this.size, right: 1.6 * this.size, top: 1.6 * this.size, bottom: -1.6 * this.size });
+    Object.assign(box, { near: 0.1 * this.size, far: 9 * this.size });
+    this.scene.add(this.sun, this.sun.target);
+  }
+
+  #addGround(look) {
+    this.grid = roundNumber(this.size);
+    this.ground = new Group();
+    const plane = new PlaneGeometry(160 * this.size, 160 * this.size);
+    const lines = new Mesh(plane, gridMaterial(look, this.grid, this.size));
+    const shadows = new Mesh(plane, new ShadowMaterial({ opacity: look.shadow }));
+    shadows.receiveShadow = true;
+    shadows.position.z = 1e-4 * this.size;
+    lines.renderOrder = -1;
+    this.ground.add(lines, shadows);
+    this.scene.add(this.ground);
+  }
+
+  resize(width, height, ratio) {
+    this.width = width;
+    this.height = height;
+    this.renderer.setPixelRatio(ratio);
+    this.renderer.setSize(width, height, false);
+    for (const { path } of this.parts) path.resize(this.columns > 1 ? width / this.columns : width, height);
+  }
+
+  get columns() {
+    return this.beside ? this.runs.length : 1;
+  }
+
+  /** Sets the camera: follow, ride (turns with the vehicle), path (all of it), or the number of a wheel. */
+  view(follow) {
+    this.follow = follow;
+    this.heading = null;
+    const state = this.states?.[0];
+    if (!state) return;
+    const target = this.#target(state);
+    const away = this.#away(state);
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).add(away);
+    this.controls.update();
+  }
+
+  #target(state) {
+    const { vehicle } = this.runs[0];
+    if (this.follow === "path") return this.#wholePath().middle;
+    const [x, y] = state.position;
+    const target = new Vector3(x, y, 0.8 * vehicle.wheel_radius);
+    const wheel = Number(this.follow);
+    if (Number.isInteger(wheel)) {
+      const place = vehicle.places[wheel];
+      const [c, s] = [Math.cos(state.heading), Math.sin(state.heading)];
+      target.set(x + c * place[0] - s * place[1], y + s * place[0] + c * place[1], 0.75 * vehicle.wheel_radius);
+    }
+    return target;
+  }
+
+  #away(state) {
+    const { vehicle } = this.runs[0];
+    const wheel = Number(this.follow);
+    const narrow = Math.max(1, (1.15 * this.height * this.columns) / this.width);
+    if (this.follow === "path") {
+      const { span } = this.#wholePath();
+      return new Vector3(-0.35, -0.75, 1).normalize().multiplyScalar(1.75 * Math.max(span, 2 * this.size) * narrow);
+    }
+    if (Number.isInteger(wheel)) {
+      const angle = state.heading + vehicle.angles[wheel] - 0.45;
+      const level = new Vector3(Math.cos(angle), Math.sin(angle), 0.28);
+      return level.multiplyScalar(4.6 * vehicle.wheel_radius * Math.max(1, 0.8 * narrow));
+    }
+    const angle = this.follow === "ride" ? state.heading + Math.PI - 0.5 : state.heading - 0.85;
+    return new Vector3(Math.cos(angle), Math.sin(angle), 0.78).normalize().multiplyScalar(4.5 * this.size * narrow);
+  }
+
+  #wholePath() {
+    let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const { path } of this.parts) {
+      [left, right] = [Math.min(left, path.box[0]), Math.max(right, path.box[1])];
+      [low, high] = [Math.min(low, path.box[2]), Math.max(high, path.box[3])];
+    }
+    return { middle: new Vector3((left + right) / 2, (low + high) / 2, 0), span: Math.max(right - left, high - low) };
+  }
+
+  /** Moves everything to a time. */
+  move(time) {
+    const first = !this.states;
+    this.states = this.runs.map((run) => run.at(time));
+    this.parts.forEach(({ model, path }, k) => {
+      model.pose(this.states[k], this.showForces);
+      path.move(this.states[k]);
+    });
+    if (first) this.view(this.follow);
+    else this.#carryCamera();
+  }
+
+  /** Keeps what is looked at where it is in the picture. */
+  #carryCamera() {
+    const state = this.states[0];
+    const turns = this.follow === "ride" || Number.isInteger(Number(this.follow));
+    const shift = this.#target(state).sub(this.lastTarget ?? this.#target(state));
+    if (this.follow !== "path") {
+      const away = this.camera.position.clone().sub(this.controls.target);
+      this.controls.target.add(shift);
+      if (turns && this.heading !== null) away.applyAxisAngle(this.camera.up, state.heading - this.heading);
+      this.camera.position.copy(this.controls.target).add(away);
+    }
+    this.lastTarget = this.#target(state);
+    this.heading = state.heading;
+  }
+
+  draw() {
+    this.controls.update();
+    this.lastTarget = this.#target(this.states[0]);
+    this.heading = this.states[0].heading;
+    const { renderer, camera, columns, width, height } = this;
+    renderer.setScissorTest(columns > 1);
+    for (let k = 0; k < columns; k++) {
+      const across = width / columns;
+      renderer.setViewport(k * across, 0, across, height);
+      renderer.setScissor(k * across, 0, across, height);
+      camera.aspect = across / height;
+      camera.updateProjectionMatrix();
+      this.parts.forEach(({ group }, part) => (group.visible = columns === 1 || part === k));
+      const moved = this.#aside(k);
+      camera.position.add(moved);
+      this.#light(this.states[k]);
+      renderer.render(this.scene, camera);
+      camera.position.sub(moved);
+    }
+  }
+
+  /** Side by side each picture shows its own vehicle from the same side. */
+  #aside(k) {
+    if (k === 0 || this.follow === "path") return new Vector3();
+    const [first, own] = [this.states[0].position, this.states[k].position];
+    return new Vector3(own[0] - first[0], own[1] - first[1], 0);
+  }
+
+  #light(state) {
+    const [x, y] = state.position;
+    this.sun.target.position.set(x, y, 0);
+    this.sun.position.set(x - 1.2 * this.size, y - 1.6 * this.size, 4 * this.size);
+    this.ground.position.set(this.#onGrid(x), this.#onGrid(y), 0);
+  }
+
+  /** The ground goes with the vehicle in whole squares, so that its lines stay where they are. */
+  #onGrid(x) {
+    return Math.round(x / (5 * this.grid)) * 5 * this.grid;
+  }
+
+  /** Turns the view by the keyboard. */
+  orbit(left, up) {
+    this.controls.rotateLeft(left);
+    this.controls.rotateUp(up);
+    this.controls.update();
+    this.onchange?.();
+  }
+
+  zoom(factor) {
+    if (factor > 1) this.controls.dollyOut(factor);
+    else this.controls.dollyIn(1 / factor);
+    this.controls.update();
+    this.onchange?.();
+  }
+}
+
+/** The path of the centre: all of it faintly, what has been driven strongly. */
+class Path {
+  constructor(run, colour, size) {
+    const count = run.pieces > MOST_POINTS / 4 ? 1 : 4;
+    const points = [];
+    this.times = [];
+    this.box = [Infinity, -Infinity, Infinity, -Infinity];
+    for (const state of run.states(count)) {
+      const [x, y] = state.position;
+      this.times.push(state.time);
+      points.push(x, y, 0.006 * size);
+      this.box = [Math.min(this.box[0], x), Math.max(this.box[1], x), Math.min(this.box[2], y), Math.max(this.box[3], y)];
+    }
+    if (points.length === 3) points.push(...points);
+    this.group = new Group();
+    this.lines = [0.28, 1].map((opacity) => {
+      const geometry = new LineGeometry();
+      geometry.setPositions(points);
+      const line = new Line2(geometry, new LineMaterial({ color: colour, linewidth: opacity < 1 ? 1.5 : 3, transparent: true, opacity, fog: true }));
+      line.frustumCulled = false;
+      this.group.add(line);
+      return line;
+    });
+  }
+
+  resize(width, height) {
+    for (const line of this.lines) line.material.resolution.set(width, height);
+  }
+
+  move(state) {
+    let [low, high] = [0, this.times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= state.time) low = middle + 1;
+      else high = middle;
+    }
+    this.lines[1].geometry.instanceCount = Math.max(low - 1, 0);
+  }
+}
+
+/** The radius of a vehicle with its wheels, in m. */
+function extent(vehicle) {
+  return Math.max(...vehicle.places.map(([x, y]) => Math.hypot(x, y))) + 0.7 * vehicle.wheel_radius;
+}
+
+/** The number 1, 2 or 5 times a power of ten that is next below. */
+function roundNumber(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return [5, 2, 1].find((digit) => digit * power <= value) * power;
+}
+
+function gridMaterial(look, spacing, size) {
+  return new ShaderMaterial({
+    uniforms: {
+      ground: { value: new Color(look.ground) },
+      line: { value: new Color(look.line) },
+      spacing: { value: spacing },
+      reach: { value: 22 * size },
+    },
+    vertexShader: `
+      varying vec2 place; varying float far;
+      void main() {
+        place = position.xy;
+        vec4 seen = modelViewMatrix * vec4(position, 1.0);
+        far = length(seen.xyz);
+        gl_Position = projectionMatrix * seen;
+      }`,
+    fragmentShader: `
+      uniform vec3 ground, line; uniform float spacing, reach;
+      varying vec2 place; varying float far;
+      float lines(float step, float width) {
+        vec2 at = place / step, wide = fwidth(at);
+        vec2 near = abs(fract(at - 0.5) - 0.5) / max(wide, 1e-6);
+        float there = 1.0 - min(min(near.x, near.y) / width, 1.0);
+        return there * (1.0 - smoothstep(0.15, 0.5, max(wide.x, wide.y)));
+      }
+      void main() {
+        float strength = max(0.55 * lines(spacing, 1.1), lines(spacing * 5.0, 1.4));
+        gl_FragColor = vec4(mix(ground, line, strength * exp(-far / reach)), 1.0);
+        #include <colorspace_fragment>
+      }`,
+  });
+}
