@@ -37,5 +37,7 @@ from .scenes.loading import run as run
 from .scenes.problems import SceneError as SceneError
 from .vehicles.parts import cylinder as cylinder
 from .vehicles.vehicle import Vehicle as Vehicle
+from .viewer.page import View as View
+from .viewer.page import view as view
 
 __version__: str

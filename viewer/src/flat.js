@@ -33,6 +33,8 @@ export class FlatStage {
     context.fillRect(0, 0, width, height);
     const strip = Math.min(0.42 * height, width / this.runs[0].wheels);
     this.runs.forEach((run, k) => this.#fromAbove(k, width / 2, (height - strip) / 2));
+    context.fillStyle = this.look.ground;
+    context.fillRect(0, height - strip, width, strip);
     for (let wheel = 0; wheel < this.runs[0].wheels; wheel++) {
       this.#wheel(wheel, ((wheel + 0.5) * width) / this.runs[0].wheels, height - 0.52 * strip, 0.4 * strip);
     }
@@ -99,9 +101,12 @@ export class FlatStage {
       context.rotate(-run.rollerAngle(this.states[0], wheel, roller));
       context.fillStyle = roller === this.states[0].contact[wheel] ? look.vehicle.contact : look.vehicle.roller;
       context.beginPath();
+      context.strokeStyle = look.ground;
       context.arc(0, 0, radius, Math.PI / 2 - joint, Math.PI / 2 + joint);
       context.arc(0, 2 * axis, radius, -Math.PI / 2 - joint, -Math.PI / 2 + joint); // the rim mirrored at the axis
+      context.closePath();
       context.fill();
+      context.stroke();
       context.restore();
     }
     context.fillStyle = look.text;

@@ -25,10 +25,9 @@ class Page {
     this.stage = this.#makeStage();
     this.stage.onchange = () => this.#redraw();
     this.#describe();
-    this.#addViews();
-    new ResizeObserver(() => this.#resize()).observe(element("picture"));
     this.#resize();
-    this.#move(0);
+    this.#addViews(); // moves the vehicles to the start, too
+    new ResizeObserver(() => this.#resize()).observe(element("picture"));
     requestAnimationFrame(() => setTimeout(() => this.#addPlots())); // after the first picture
     addEventListener("keydown", (event) => this.#key(event));
     element("theme").addEventListener("click", () => this.theme.toggle());
@@ -38,11 +37,8 @@ class Page {
   /** 3-D, or from above where there is no WebGL. */
   #makeStage() {
     const canvas = element("stage");
-    const probe = document.createElement("canvas").getContext("webgl2");
-    if (probe) {
-      probe.getExtension("WEBGL_lose_context")?.loseContext();
-      return new Stage(canvas, this.runs, this.theme.look);
-    }
+    const context = canvas.getContext("webgl2", { antialias: true, alpha: true, powerPreference: "high-performance" });
+    if (context) return new Stage(canvas, context, this.runs, this.theme.look);
     canvas.setAttribute("aria-label", "The vehicle from above, and its wheels from outside");
     return new FlatStage(canvas, this.runs, this.theme.look);
   }

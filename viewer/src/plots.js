@@ -14,9 +14,8 @@ export function panelsOf(runs) {
   const entries = [...new Set(runs.flatMap((run) => Object.keys(run.ledger_words)))];
   const words = Object.assign({}, ...runs.map((run) => run.ledger_words));
   const ledger = scaled(runs.flatMap((run) => Object.keys(run.ledger_words).map((_, k) => row(run.ledger, k, run.row_time.length))));
-  const named = (label, k) => (runs.length > 1 ? `${label} · ${runs[k].label}` : label);
   const lines = (label, quantity, times, values) =>
-    runs.map((_, k) => ({ label: named(label, k), run: k, quantity, times: times(k), values: values(k) }));
+    runs.map((_, k) => ({ label, run: k, quantity, times: times(k), values: values(k) }));
   const of = (name) => [(k) => speeds[k].time, (k) => speeds[k][name]];
   return [
     { title: "Speed of the centre", unit: "m/s", lines: [...lines("ahead", 0, ...of("ahead")), ...lines("to the left", 1, ...of("left"))] },
@@ -83,13 +82,18 @@ export class Plots {
     const unit = document.createElement("span");
     unit.textContent = ` ${panel.unit}`;
     caption.append(name, unit);
-    panel.items = panel.lines.map((line) => {
-      const item = document.createElement("li");
+    const items = new Map(); // one for each quantity, with a value for each run
+    panel.values = panel.lines.map((line) => {
+      const item = items.get(line.quantity) ?? document.createElement("li");
+      if (!items.has(line.quantity)) item.append(line.label, " ");
+      items.set(line.quantity, item);
       const value = document.createElement("output");
-      item.append(line.label, " ", value);
-      key.append(item);
-      return { item, value };
+      value.title = `${line.label}, ${this.runs[line.run].label}`;
+      item.dataset.runs = this.runs.length > 1 ? "many" : "one";
+      item.append(value);
+      return value;
     });
+    key.append(...items.values());
     const chart = document.createElement("div");
     figure.append(caption, key, chart);
     return { figure, chart };
@@ -99,14 +103,19 @@ export class Plots {
     return this.runs.length > 1 ? this.look.runs[line.run] : this.look.series[line.quantity];
   }
 
+  /** Several runs have colours; their quantities have dashes. */
+  #dash(line) {
+    return this.runs.length > 1 ? DASHES[line.quantity % DASHES.length] : [];
+  }
+
   restyle(look) {
     this.look = look;
     this.charts?.forEach((chart) => chart.destroy());
     this.charts = this.panels.map((panel, k) => {
       panel.lines.forEach((line, j) => {
-        const dash = this.runs.length > 1 ? DASHES[line.quantity % DASHES.length] : [];
-        panel.items[j].item.style.setProperty("--colour", this.colour(line));
-        panel.items[j].item.dataset.dashed = dash.length > 0;
+        const item = panel.values[j].parentElement;
+        (this.runs.length > 1 ? panel.values[j] : item).style.setProperty("--colour", this.colour(line));
+        item.dataset.dashed = this.#dash(line).length > 0;
       });
       return this.#chart(panel, this.figures[k].chart);
     });
@@ -123,18 +132,19 @@ export class Plots {
       cursor: { sync: { key: "omniroll" }, drag: { x: true, y: false }, points: { size: 6 } },
       scales: { x: { time: false }, y: { range: (_, low, high) => range(low, high) } },
       axes: [
-        { ...axis, size: 26, values: (_, splits) => splits.map((split) => `${split}`) },
+        { ...axis, size: 26, values: (_, splits) => splits.map((split, k) => (k ? `${split}` : `${split} s`)) },
         { ...axis, size: 52, values: (_, splits) => splits.map((split) => `${+split.toPrecision(5)}`) },
       ],
       series: [{}, ...panel.lines.map((line) => this.#series(line))],
-      hooks: { draw: [(chart) => this.#drawSwitches(chart)], ready: [(chart) => this.#addCursor(chart)] },
+      hooks: { draw: [(chart) => this.#drawSwitches(chart)] },
     };
-    return new uPlot(options, uPlot.join(tables), place);
+    const chart = new uPlot(options, uPlot.join(tables), place);
+    this.#addCursor(chart);
+    return chart;
   }
 
   #series(line) {
-    const dash = this.runs.length > 1 ? DASHES[line.quantity % DASHES.length] : [];
-    return { stroke: this.colour(line), width: 1.6, dash, spanGaps: true, points: { show: false } };
+    return { stroke: this.colour(line), width: 1.6, dash: this.#dash(line), spanGaps: true, points: { show: false } };
   }
 
   #drawSwitches(chart) {
@@ -185,7 +195,7 @@ export class Plots {
     this.time = time;
     this.charts.forEach((chart, k) => {
       chart.now.style.transform = `translateX(${chart.valToPos(time, "x")}px)`;
-      this.panels[k].lines.forEach((line, j) => (this.panels[k].items[j].value.textContent = at(line, time)));
+      this.panels[k].lines.forEach((line, j) => (this.panels[k].values[j].textContent = at(line, time)));
     });
   }
 }

@@ -1,7 +1,7 @@
 // The 3-D picture: ground, light, camera, paths and vehicles.
 
 import {
-  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFSoftShadowMap, PerspectiveCamera,
+  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera,
   PlaneGeometry, Scene, ShaderMaterial, ShadowMaterial, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
@@ -14,13 +14,13 @@ const FIELD = 35; // degrees
 const MOST_POINTS = 20000; // of a path
 
 export class Stage {
-  /** runs; look: colours by theme (theme.js); raises where there is no WebGL */
-  constructor(canvas, runs, look) {
+  /** context: of WebGL 2; look: colours by theme (theme.js) */
+  constructor(canvas, context, runs, look) {
     this.canvas = canvas;
     this.runs = runs;
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    this.renderer = new WebGLRenderer({ canvas, context });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.size = Math.max(...runs.map((run) => extent(run.vehicle)));
     this.camera = new PerspectiveCamera(FIELD, 1, 0.02 * this.size, 400 * this.size);
     this.camera.up.set(0, 0, 1);
@@ -112,7 +112,7 @@ export class Stage {
     if (Number.isInteger(wheel)) {
       const place = vehicle.places[wheel];
       const [c, s] = [Math.cos(state.heading), Math.sin(state.heading)];
-      target.set(x + c * place[0] - s * place[1], y + s * place[0] + c * place[1], 0.75 * vehicle.wheel_radius);
+      target.set(x + c * place[0] - s * place[1], y + s * place[0] + c * place[1], 1.05 * vehicle.wheel_radius);
     }
     return target;
   }
@@ -120,7 +120,7 @@ export class Stage {
   #away(state) {
     const { vehicle } = this.runs[0];
     const wheel = Number(this.follow);
-    const narrow = Math.max(1, (1.15 * this.height * this.columns) / this.width);
+    const narrow = Math.max(1, (0.93 * this.height * this.columns) / this.width);
     if (this.follow === "path") {
       const { span } = this.#wholePath();
       return new Vector3(-0.35, -0.75, 1).normalize().multiplyScalar(1.75 * Math.max(span, 2 * this.size) * narrow);
@@ -128,7 +128,7 @@ export class Stage {
     if (Number.isInteger(wheel)) {
       const angle = state.heading + vehicle.angles[wheel] - 0.45;
       const level = new Vector3(Math.cos(angle), Math.sin(angle), 0.28);
-      return level.multiplyScalar(4.6 * vehicle.wheel_radius * Math.max(1, 0.8 * narrow));
+      return level.multiplyScalar(6 * vehicle.wheel_radius * Math.max(1, 0.9 * narrow));
     }
     const angle = this.follow === "ride" ? state.heading + Math.PI - 0.5 : state.heading - 0.85;
     return new Vector3(Math.cos(angle), Math.sin(angle), 0.78).normalize().multiplyScalar(4.5 * this.size * narrow);
@@ -279,6 +279,7 @@ function roundNumber(value) {
 
 function gridMaterial(look, spacing, size) {
   return new ShaderMaterial({
+    depthWrite: false, // nothing is below the ground
     uniforms: {
       ground: { value: new Color(look.ground) },
       line: { value: new Color(look.line) },
@@ -286,25 +287,24 @@ function gridMaterial(look, spacing, size) {
       reach: { value: 22 * size },
     },
     vertexShader: `
-      varying vec2 place; varying float far;
+      varying vec2 place; varying vec3 seen;
       void main() {
         place = position.xy;
-        vec4 seen = modelViewMatrix * vec4(position, 1.0);
-        far = length(seen.xyz);
-        gl_Position = projectionMatrix * seen;
+        seen = (modelViewMatrix * vec4(position, 1.0)).xyz;
+        gl_Position = projectionMatrix * vec4(seen, 1.0);
       }`,
     fragmentShader: `
       uniform vec3 ground, line; uniform float spacing, reach;
-      varying vec2 place; varying float far;
-      float lines(float step, float width) {
-        vec2 at = place / step, wide = fwidth(at);
+      varying vec2 place; varying vec3 seen;
+      float lines(float side, float width) {
+        vec2 at = place / side, wide = fwidth(at);
         vec2 near = abs(fract(at - 0.5) - 0.5) / max(wide, 1e-6);
         float there = 1.0 - min(min(near.x, near.y) / width, 1.0);
         return there * (1.0 - smoothstep(0.15, 0.5, max(wide.x, wide.y)));
       }
       void main() {
         float strength = max(0.55 * lines(spacing, 1.1), lines(spacing * 5.0, 1.4));
-        gl_FragColor = vec4(mix(ground, line, strength * exp(-far / reach)), 1.0);
+        gl_FragColor = vec4(mix(ground, line, strength * exp(-length(seen) / reach)), 1.0);
         #include <colorspace_fragment>
       }`,
   });

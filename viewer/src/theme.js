@@ -3,10 +3,10 @@
 const LIGHT = {
   runs: ["#c2570c", "#1d5fb4", "#15803d", "#7c3aed"],
   series: ["#c2570c", "#1d5fb4", "#15803d", "#7c3aed", "#a16207", "#0e7490"],
-  ground: "#f1f3f6", line: "#aab4c2", sky: "#ffffff", bounce: "#c9cfd8", ambient: 1.5, sun: 2.1, shadow: 0.24,
+  ground: "#f1f3f6", line: "#aab4c2", sky: "#ffffff", bounce: "#c9cfd8", ambient: 1.7, sun: 2.0, shadow: 0.24,
   text: "#334155", axis: "#cbd5e1", grid: "#e5e9f0", tick: "#94a3b8",
   vehicle: {
-    roller: "#3d4654", metal: "#c9d0da", motor: "#6b7686", plate: "#fbfcfe", bolt: "#5d6878",
+    roller: "#4a5567", metal: "#dfe4ec", motor: "#6b7686", plate: "#e6eaf1", bolt: "#5d6878",
     contact: "#f59e0b", force: "#be185d", load: "#0369a1",
   },
 };

@@ -7,6 +7,7 @@ import {
 } from "three";
 import { Arrow } from "./arrow.js";
 
+const GAP = 0.03; // of a roller's length, drawn between two of them so that they can be told apart
 const MANY = 400; // rollers, beyond which each is drawn with fewer corners
 const ALONG = new Vector3();
 
@@ -23,7 +24,7 @@ export class VehicleModel {
   }
 
   #material(colour, more = {}) {
-    return new MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0.15, ...more });
+    return new MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0, ...more });
   }
 
   #wheel(place, angle) {
@@ -35,7 +36,7 @@ export class VehicleModel {
     const rollers = this.#rollers();
     const width = 0.26 * radius;
     const patch = new Mesh(
-      new RingGeometry(0.16 * width, 0.5 * width, 32),
+      new RingGeometry(0.6 * width, 0.85 * width, 40),
       new MeshBasicMaterial({ color: this.colours.contact, transparent: true, opacity: 0.85, depthWrite: false }),
     );
     patch.position.z = 0.004 * radius - radius;
@@ -49,7 +50,7 @@ export class VehicleModel {
     const thick = radius - axis;
     const hub = Math.max(axis - 1.02 * thick, 0.3 * radius);
     const disk = new Group();
-    const metal = this.#material(this.colours.metal, { metalness: 0.6, roughness: 0.38 });
+    const metal = this.#material(this.colours.metal, { roughness: 0.4 });
     const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, 1.1 * thick, 48).rotateZ(Math.PI / 2), metal));
     const joint = axis / Math.cos(Math.PI / rollers);
     const brackets = new InstancedMesh(
@@ -77,13 +78,18 @@ export class VehicleModel {
     const { rollers, wheels } = this.vehicle;
     const instances = new InstancedMesh(
       barrel(this.vehicle, rollers * wheels > MANY ? 10 : 24),
-      this.#material("#ffffff", { vertexColors: true, roughness: 0.75, metalness: 0 }),
+      this.#material("#ffffff", { vertexColors: true, roughness: 0.7 }),
       rollers,
     );
     instances.instanceMatrix.setUsage(DynamicDrawUsage);
     instances.frustumCulled = false; // its bounds would be those of the first picture
-    for (let k = 0; k < rollers; k++) instances.setColorAt(k, new Color(this.colours.roller));
+    for (let k = 0; k < rollers; k++) instances.setColorAt(k, this.#rollerColour(k));
     return shadowed(instances);
+  }
+
+  /** Neighbours differ a little. */
+  #rollerColour(roller) {
+    return new Color(this.colours.roller).multiplyScalar(roller % 2 ? 0.72 : 1.15);
   }
 
   #motor() {
@@ -91,7 +97,7 @@ export class VehicleModel {
     const length = 0.9 * radius;
     const motor = new CylinderGeometry(0.3 * radius, 0.3 * radius, length, 32).rotateZ(Math.PI / 2);
     motor.translate(-length / 2 - 0.5 * (radius - axis), 0, 0);
-    return shadowed(new Mesh(motor, this.#material(this.colours.motor, { metalness: 0.5, roughness: 0.45 })));
+    return shadowed(new Mesh(motor, this.#material(this.colours.motor, { roughness: 0.45 })));
   }
 
   /** A plate whose edges face the wheels, with an arrow ahead. */
@@ -133,8 +139,8 @@ export class VehicleModel {
     const { wheel_radius: radius } = this.vehicle;
     const largest = this.run.largestForces();
     for (const wheel of this.wheels) {
-      wheel.along = new Arrow(this.colours.force, 0.05 * radius, (2.1 * radius) / (largest.along || 1));
-      wheel.load = new Arrow(this.colours.load, 0.05 * radius, (2.6 * radius) / (largest.upwards || 1));
+      wheel.along = new Arrow(this.colours.force, 0.035 * radius, (2.1 * radius) / (largest.along || 1));
+      wheel.load = new Arrow(this.colours.load, 0.035 * radius, (2.6 * radius) / (largest.upwards || 1));
       wheel.along.group.position.z = 0.06 * radius - radius;
       wheel.load.group.position.z = -radius;
       wheel.group.add(wheel.along.group, wheel.load.group);
@@ -143,7 +149,7 @@ export class VehicleModel {
 
   /** Moves the model to a state of its run. */
   pose(state, showForces) {
-    const { run, vehicle } = this;
+    const { run } = this;
     this.group.position.set(state.position[0], state.position[1], 0);
     this.group.rotation.z = state.heading;
     const spins = run.spinAngles(state);
@@ -156,7 +162,6 @@ export class VehicleModel {
       wheel.along.set(ALONG.set(forces[3 * k], forces[3 * k + 1], 0), showForces);
       wheel.load.set(ALONG.set(0, 0, forces[3 * k + 2]), showForces);
     });
-    this.contactPlaces = vehicle.places;
   }
 
   #placeRollers(rollers, state, wheel, spins) {
@@ -175,7 +180,7 @@ export class VehicleModel {
   /** Gives the roller in contact its colour. */
   #mark(wheel, contact) {
     if (wheel.marked === contact) return;
-    if (wheel.marked >= 0) wheel.rollers.setColorAt(wheel.marked, new Color(this.colours.roller));
+    if (wheel.marked >= 0) wheel.rollers.setColorAt(wheel.marked, this.#rollerColour(wheel.marked));
     wheel.rollers.setColorAt(contact, new Color(this.colours.contact));
     wheel.rollers.instanceColor.needsUpdate = true;
     wheel.marked = contact;
@@ -196,7 +201,7 @@ function shadowed(mesh) {
 
 /** A roller about the y-axis. Where it touches the ground its outline is the wheel's circle: rho = l cos b - r. */
 function barrel({ wheel_radius: radius, roller_axis_radius: axis, rollers }, around) {
-  const joint = Math.PI / rollers;
+  const joint = ((1 - GAP) * Math.PI) / rollers;
   const rings = 9;
   const outline = [];
   for (let k = 0; k < rings; k++) {
@@ -209,7 +214,7 @@ function barrel({ wheel_radius: radius, roller_axis_radius: axis, rollers }, aro
   const colours = new Float32Array(3 * geometry.attributes.position.count);
   for (let k = 0; k < geometry.attributes.position.count; k++) {
     const sector = Math.floor(k / points.length) % around;
-    colours.fill(sector % (around / 2) < 2 ? 0.35 : 1, 3 * k, 3 * k + 3); // two stripes show that it spins
+    colours.fill(sector % (around / 2) < 2 ? 0.45 : 1, 3 * k, 3 * k + 3); // two stripes show that it spins
   }
   geometry.setAttribute("color", new BufferAttribute(colours, 3));
   return geometry;

@@ -11,7 +11,8 @@ from omniroll.errors import OmnirollError
 from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
 from omniroll.scenes import load_scene
-from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
+from omniroll.scenes.outcome import VIEW, Outcome, as_json, run_scene, write
+from omniroll.viewer.page import View, view
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 DELAY = 1.0  # s of work before a bar is shown
@@ -21,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name")
     parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
+    parser.add_argument("--view", action="store_true", help="write view.html, on which the run moves, and open it")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
@@ -36,11 +38,20 @@ def run(arguments: argparse.Namespace) -> int:
     with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
         outcome = run_scene(scene, report)
     files = write(outcome, folder, picture=arguments.plot)
+    if arguments.view:
+        page_of(outcome).open(folder / VIEW)
+        files.append(VIEW)
     print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")
     _warn(warning for warning in outcome.warnings if warning not in early)
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0
+
+
+def page_of(outcome: Outcome) -> View:
+    """The page that shows a run of a scene moving."""
+    name = outcome.scene.name
+    return view(outcome.trajectory, labels=[name], reactions=outcome.reactions, title=name)
 
 
 def _warn(texts: Iterable[str]) -> None:

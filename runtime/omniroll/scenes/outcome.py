@@ -21,6 +21,7 @@ from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
+VIEW = "view.html"  # is written by the command, after the others
 FILES = (
     "trajectory.npz",
     "trajectory.csv",
@@ -30,6 +31,7 @@ FILES = (
     "reactions.csv",
     "summary.json",
     "picture.png",
+    VIEW,
 )
 
 

@@ -91,7 +91,7 @@ def view(
     given = [reactions] if isinstance(reactions, Reactions) else list(reactions or [None] * len(runs))
     if len(given) != len(runs):
         raise InvalidValueError("reactions", reactions, f"must be {len(runs)}, one for each run")
-    forces = [_forces(run, of_run) for run, of_run in zip(runs, given, strict=True)]
+    forces = [of_run and forces_of(run, of_run) for run, of_run in zip(runs, given, strict=True)]
     shown = [Shown(*parts) for parts in zip(runs, names, forces, strict=True)]
     return view_of(shown, title or ", ".join(names))
 
@@ -127,14 +127,12 @@ def _labels(runs: Sequence[Trajectory]) -> list[str]:
     names = []
     for number, run in enumerate(runs, 1):
         law = "" if run.roller_model == "massless" else f", {run.switching}"
-        names.append(f"{run.roller_model}{law}")
+        names.append(f"{run.roller_model} rollers{law}")
     return names if len(set(names)) == len(names) else [f"{k} {name}" for k, name in enumerate(names, 1)]
 
 
-def _forces(run: Trajectory, reactions: Reactions | None) -> np.ndarray | None:
-    """(T, N, 3) of reactions, or None."""
-    if reactions is None:
-        return None
+def forces_of(run: Trajectory, reactions: Reactions) -> np.ndarray:
+    """(T, N, 3) in N, as Shown has them. Raises InvalidValueError for reactions of another run."""
     if not isinstance(reactions, Reactions) or not np.array_equal(reactions.t, run.t):
         raise InvalidValueError("reactions", reactions, "must be those of the run")
     return np.concatenate([reactions.contact_force, reactions.load[..., None]], axis=-1)
