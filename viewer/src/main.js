@@ -8,9 +8,9 @@ import { Theme } from "./theme.js";
 import { Transport } from "./transport.js";
 import { unpacked } from "./unpacking.js";
 
-const MOST_RATIO = 2; // pixels of the picture per pixel of the page
-const SLOW = 45; // ms that a picture may take before it is drawn with fewer pixels
-const SMOOTH = 0.2; // weight of the last picture in the mean of their times
+const RATIOS = [0.5, 2]; // pixels of the picture per pixel of the page
+const SLOW = 0.07; // s between two pictures, beyond which they are drawn more simply
+const SMOOTH = 0.25; // weight of the last of these times in their mean
 
 const element = (id) => document.getElementById(id);
 
@@ -20,7 +20,7 @@ class Page {
     this.runs = description.runs.map((one, k) => new Run(one, only(arrays, `${k}/`)));
     this.theme = new Theme(() => this.#restyle());
     this.transport = new Transport(this.runs, (time) => this.#move(time));
-    this.ratio = Math.min(devicePixelRatio, MOST_RATIO);
+    this.ratio = Math.min(devicePixelRatio, RATIOS[1]);
     this.took = 0;
     this.stage = this.#makeStage();
     this.stage.onchange = () => this.#redraw();
@@ -137,22 +137,22 @@ class Page {
   }
 
   #draw() {
-    const began = performance.now();
     this.stage.draw();
     this.#legend();
-    if (!this.drawn) {
-      this.drawn = true;
-      performance.mark("omniroll: first picture");
-      document.documentElement.dataset.drawn = "true";
-    } else this.#keepPace(performance.now() - began);
+    if (this.transport.isPlaying) this.#keepPace(this.transport.interval);
+    if (this.drawn) return;
+    this.drawn = true;
+    performance.mark("omniroll: first picture");
+    document.documentElement.dataset.drawn = "true";
   }
 
-  /** Fewer pixels where pictures take long. */
-  #keepPace(took) {
-    this.took += SMOOTH * (took - this.took);
-    if (this.took < SLOW || this.ratio <= 0.75) return;
-    this.ratio = Math.max(0.75, 0.75 * this.ratio);
+  /** Simpler pictures where they are slow to come. */
+  #keepPace(interval) {
+    this.took += SMOOTH * (interval - this.took);
+    if (this.took < SLOW || this.stage.isFlat) return;
     this.took = 0;
+    if (this.stage.simplify() || this.ratio <= RATIOS[0]) return;
+    this.ratio = Math.max(RATIOS[0], 0.75 * this.ratio);
     this.#resize();
   }
 

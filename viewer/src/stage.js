@@ -1,16 +1,22 @@
 // The 3-D picture: ground, light, camera, paths and vehicles.
 
 import {
-  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera,
-  PlaneGeometry, Scene, ShaderMaterial, ShadowMaterial, Vector3, WebGLRenderer,
+  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3,
+  WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
 import { VehicleModel } from "./vehicle.js";
 
 const FIELD = 35; // degrees
+const SHADED = 1.7; // of the vehicle's size: how far around it the ground is shaded
+const FADES = [1.1, 6]; // of the camera's distance: between these things fade into the ground's colour
+const SQUARE = 0.25; // of the camera's distance: the largest square of the grid
+const SQUARES = 60; // of the grid each way
 const MOST_POINTS = 20000; // of a path
 
 export class Stage {
@@ -38,7 +44,7 @@ export class Stage {
   restyle(look) {
     this.scene = new Scene();
     this.scene.background = new Color(look.ground);
-    this.scene.fog = new Fog(look.ground, 14 * this.size, 60 * this.size);
+    this.scene.fog = new Fog(look.ground);
     this.#addLight(look);
     this.#addGround(look);
     this.parts = this.runs.map((run, k) => {
@@ -60,22 +66,20 @@ export class Stage {
     this.sun.shadow.bias = -0.0005;
     this.sun.shadow.normalBias = 0.01 * this.size;
     const box = this.sun.shadow.camera;
-    Object.assign(box, { left: -1.6 * this.size, right: 1.6 * this.size, top: 1.6 * this.size, bottom: -1.6 * this.size });
+    const reach = SHADED * this.size;
+    Object.assign(box, { left: -reach, right: reach, top: reach, bottom: -reach });
     Object.assign(box, { near: 0.1 * this.size, far: 9 * this.size });
     this.scene.add(this.sun, this.sun.target);
   }
 
   #addGround(look) {
-    this.grid = roundNumber(this.size);
     this.ground = new Group();
-    const plane = new PlaneGeometry(160 * this.size, 160 * this.size);
-    const lines = new Mesh(plane, gridMaterial(look, this.grid, this.size));
-    const shadows = new Mesh(plane, new ShadowMaterial({ opacity: look.shadow }));
-    shadows.receiveShadow = true;
-    shadows.position.z = 1e-4 * this.size;
-    lines.renderOrder = -1;
-    this.ground.add(lines, shadows);
-    this.scene.add(this.ground);
+    this.ground.add(gridLines(false, look.line), gridLines(true, look.fifth));
+    const near = new PlaneGeometry(2 * SHADED * this.size, 2 * SHADED * this.size);
+    this.shadows = new Mesh(near, new ShadowMaterial({ opacity: look.shadow }));
+    this.shadows.receiveShadow = true;
+    this.shadows.position.z = 1e-4 * this.size;
+    this.scene.add(this.ground, this.shadows);
   }
 
   resize(width, height, ratio) {
@@ -83,7 +87,9 @@ export class Stage {
     this.height = height;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
-    for (const { path } of this.parts) path.resize(this.columns > 1 ? width / this.columns : width, height);
+    const across = width / this.columns;
+    for (const { path } of this.parts) path.resize(across, height);
+    for (const lines of this.ground.children) lines.material.resolution.set(across, height);
   }
 
   get columns() {
@@ -186,6 +192,7 @@ export class Stage {
       const moved = this.#aside(k);
       camera.position.add(moved);
       this.#light(this.states[k]);
+      this.#layGround(this.states[k].position);
       renderer.render(this.scene, camera);
       camera.position.sub(moved);
     }
@@ -202,12 +209,26 @@ export class Stage {
     const [x, y] = state.position;
     this.sun.target.position.set(x, y, 0);
     this.sun.position.set(x - 1.2 * this.size, y - 1.6 * this.size, 4 * this.size);
-    this.ground.position.set(this.#onGrid(x), this.#onGrid(y), 0);
+    this.shadows.position.set(x, y, this.shadows.position.z);
   }
 
-  /** The ground goes with the vehicle in whole squares, so that its lines stay where they are. */
-  #onGrid(x) {
-    return Math.round(x / (5 * this.grid)) * 5 * this.grid;
+  /** Squares as large as the view asks for; they go with the vehicle in whole squares, so that lines stay in place. */
+  #layGround([x, y]) {
+    const away = this.camera.position.distanceTo(this.controls.target);
+    this.grid = roundNumber(SQUARE * away);
+    const middle = this.follow === "path" ? this.controls.target.toArray() : [x, y];
+    const [left, low] = middle.map((place) => Math.round(place / (5 * this.grid)) * 5 * this.grid);
+    this.ground.position.set(left, low, 0);
+    this.ground.scale.set(this.grid, this.grid, 1);
+    [this.scene.fog.near, this.scene.fog.far] = FADES.map((factor) => factor * away);
+  }
+
+  /** Pictures that take less time. False where they are as plain as they get. */
+  simplify() {
+    if (!this.sun.castShadow) return false;
+    this.sun.castShadow = false;
+    this.shadows.visible = false;
+    return true;
   }
 
   /** Turns the view by the keyboard. */
@@ -277,35 +298,15 @@ function roundNumber(value) {
   return [5, 2, 1].find((digit) => digit * power <= value) * power;
 }
 
-function gridMaterial(look, spacing, size) {
-  return new ShaderMaterial({
-    depthWrite: false, // nothing is below the ground
-    uniforms: {
-      ground: { value: new Color(look.ground) },
-      line: { value: new Color(look.line) },
-      spacing: { value: spacing },
-      reach: { value: 22 * size },
-    },
-    vertexShader: `
-      varying vec2 place; varying vec3 seen;
-      void main() {
-        place = position.xy;
-        seen = (modelViewMatrix * vec4(position, 1.0)).xyz;
-        gl_Position = projectionMatrix * vec4(seen, 1.0);
-      }`,
-    fragmentShader: `
-      uniform vec3 ground, line; uniform float spacing, reach;
-      varying vec2 place; varying vec3 seen;
-      float lines(float side, float width) {
-        vec2 at = place / side, wide = fwidth(at);
-        vec2 near = abs(fract(at - 0.5) - 0.5) / max(wide, 1e-6);
-        float there = 1.0 - min(min(near.x, near.y) / width, 1.0);
-        return there * (1.0 - smoothstep(0.15, 0.5, max(wide.x, wide.y)));
-      }
-      void main() {
-        float strength = max(0.55 * lines(spacing, 1.1), lines(spacing * 5.0, 1.4));
-        gl_FragColor = vec4(mix(ground, line, strength * exp(-length(seen) / reach)), 1.0);
-        #include <colorspace_fragment>
-      }`,
-  });
+/** Lines of unit squares around the origin: every fifth line, or all the others. */
+function gridLines(fifth, colour) {
+  const places = [];
+  for (let k = -SQUARES; k <= SQUARES; k++) {
+    if ((k % 5 === 0) === fifth) places.push(k, -SQUARES, 0, k, SQUARES, 0, -SQUARES, k, 0, SQUARES, k, 0);
+  }
+  const geometry = new LineSegmentsGeometry().setPositions(places);
+  const lines = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: 1, depthWrite: false, fog: true }));
+  lines.frustumCulled = false;
+  lines.renderOrder = -1;
+  return lines;
 }

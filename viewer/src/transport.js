@@ -1,7 +1,7 @@
 // The time: played, paused, set by the slider, the keys, the switches.
 
 const FRAME = 1 / 60; // s of the clock on the wall
-const LONGEST = 0.1; // s: a page that was asleep goes on where it was
+const LONGEST = 0.5; // s: a page that was asleep goes on where it was
 
 const element = (id) => document.getElementById(id);
 
@@ -52,9 +52,9 @@ export class Transport {
     let last = null;
     const tick = (now) => {
       if (!this.isPlaying) return;
-      const passed = last === null ? 0 : Math.min((now - last) / 1000, LONGEST);
+      this.interval = last === null ? 0 : Math.min((now - last) / 1000, LONGEST);
       last = now;
-      this.go(this.time + passed * Number(this.speed.value));
+      this.go(this.time + this.interval * Number(this.speed.value));
       if (this.time >= this.duration) this.pause();
       else this.frame = requestAnimationFrame(tick);
     };

@@ -3,7 +3,7 @@
 
 import {
   BoxGeometry, BufferAttribute, Color, CylinderGeometry, DynamicDrawUsage, ExtrudeGeometry, Group, InstancedMesh,
-  LatheGeometry, Matrix4, Mesh, MeshBasicMaterial, MeshStandardMaterial, RingGeometry, Shape, Vector2, Vector3,
+  LatheGeometry, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, RingGeometry, Shape, Vector2, Vector3,
 } from "three";
 import { Arrow } from "./arrow.js";
 
@@ -24,7 +24,7 @@ export class VehicleModel {
   }
 
   #material(colour, more = {}) {
-    return new MeshStandardMaterial({ color: colour, roughness: 0.55, metalness: 0, ...more });
+    return new MeshLambertMaterial({ color: colour, ...more });
   }
 
   #wheel(place, angle) {
@@ -50,7 +50,7 @@ export class VehicleModel {
     const thick = radius - axis;
     const hub = Math.max(axis - 1.02 * thick, 0.3 * radius);
     const disk = new Group();
-    const metal = this.#material(this.colours.metal, { roughness: 0.4 });
+    const metal = this.#material(this.colours.metal);
     const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, 1.1 * thick, 48).rotateZ(Math.PI / 2), metal));
     const joint = axis / Math.cos(Math.PI / rollers);
     const brackets = new InstancedMesh(
@@ -58,7 +58,7 @@ export class VehicleModel {
     );
     const bolts = new InstancedMesh(
       new CylinderGeometry(0.07 * radius, 0.07 * radius, 1.22 * thick, 16).rotateZ(Math.PI / 2),
-      this.#material("#ffffff", { roughness: 0.4 }), 5,
+      this.#material("#ffffff"), 5,
     );
     const matrix = new Matrix4();
     for (let k = 0; k < rollers; k++) {
@@ -77,8 +77,8 @@ export class VehicleModel {
   #rollers() {
     const { rollers, wheels } = this.vehicle;
     const instances = new InstancedMesh(
-      barrel(this.vehicle, rollers * wheels > MANY ? 10 : 24),
-      this.#material("#ffffff", { vertexColors: true, roughness: 0.7 }),
+      barrel(this.vehicle, rollers * wheels > MANY ? 10 : 20),
+      this.#material("#ffffff", { vertexColors: true }),
       rollers,
     );
     instances.instanceMatrix.setUsage(DynamicDrawUsage);
@@ -97,7 +97,7 @@ export class VehicleModel {
     const length = 0.9 * radius;
     const motor = new CylinderGeometry(0.3 * radius, 0.3 * radius, length, 32).rotateZ(Math.PI / 2);
     motor.translate(-length / 2 - 0.5 * (radius - axis), 0, 0);
-    return shadowed(new Mesh(motor, this.#material(this.colours.motor, { roughness: 0.45 })));
+    return shadowed(new Mesh(motor, this.#material(this.colours.motor)));
   }
 
   /** A plate whose edges face the wheels, with an arrow ahead. */
@@ -119,10 +119,10 @@ export class VehicleModel {
     });
     const group = new Group();
     const deck = 0.42 * radius;
-    const mesh = shadowed(new Mesh(plate, this.#material(this.colours.plate, { roughness: 0.5 })));
+    const mesh = shadowed(new Mesh(plate, this.#material(this.colours.plate)));
     mesh.position.z = radius + deck;
     const arrow = new ExtrudeGeometry(arrowShape(0.62 * inner(hull)), { depth: 0.02 * radius, bevelEnabled: false });
-    const ahead = new Mesh(arrow, this.#material(this.colours.accent, { roughness: 0.6 }));
+    const ahead = new Mesh(arrow, this.#material(this.colours.accent));
     ahead.position.z = radius + deck + thickness + 0.045 * radius;
     group.add(mesh, ahead);
     const legs = places.map((place, k) => {
@@ -202,7 +202,7 @@ function shadowed(mesh) {
 /** A roller about the y-axis. Where it touches the ground its outline is the wheel's circle: rho = l cos b - r. */
 function barrel({ wheel_radius: radius, roller_axis_radius: axis, rollers }, around) {
   const joint = ((1 - GAP) * Math.PI) / rollers;
-  const rings = 9;
+  const rings = rollers > 8 ? 5 : 9;
   const outline = [];
   for (let k = 0; k < rings; k++) {
     const angle = joint * ((2 * k) / (rings - 1) - 1);

@@ -125,7 +125,7 @@ def _asset(name: str) -> str:
 def _labels(runs: Sequence[Trajectory]) -> list[str]:
     """Names by roller model and law; by number too where these are the same."""
     names = []
-    for number, run in enumerate(runs, 1):
+    for run in runs:
         law = "" if run.roller_model == "massless" else f", {run.switching}"
         names.append(f"{run.roller_model} rollers{law}")
     return names if len(set(names)) == len(names) else [f"{k} {name}" for k, name in enumerate(names, 1)]
