@@ -183,7 +183,7 @@ export class Plots {
   }
 
   get #width() {
-    return Math.max(this.place.clientWidth - 4, 200);
+    return Math.max(this.figures[0].figure.clientWidth, 200);
   }
 
   #fit() {

@@ -15,7 +15,7 @@ import { VehicleModel } from "./vehicle.js";
 const FIELD = 35; // degrees
 const SHADED = 1.7; // of the vehicle's size: how far around it the ground is shaded
 const FADES = [1.1, 6]; // of the camera's distance: between these things fade into the ground's colour
-const SQUARE = 0.25; // of the camera's distance: the largest square of the grid
+const SQUARE = 0.16; // of the camera's distance: the largest square of the grid
 const SQUARES = 60; // of the grid each way
 const MOST_POINTS = 20000; // of a path
 
@@ -129,7 +129,7 @@ export class Stage {
     const narrow = Math.max(1, (0.93 * this.height * this.columns) / this.width);
     if (this.follow === "path") {
       const { span } = this.#wholePath();
-      return new Vector3(-0.35, -0.75, 1).normalize().multiplyScalar(1.75 * Math.max(span, 2 * this.size) * narrow);
+      return new Vector3(-0.35, -0.75, 1).normalize().multiplyScalar(2.1 * Math.max(span, 2 * this.size) * narrow);
     }
     if (Number.isInteger(wheel)) {
       const angle = state.heading + vehicle.angles[wheel] - 0.45;
@@ -305,7 +305,7 @@ function gridLines(fifth, colour) {
     if ((k % 5 === 0) === fifth) places.push(k, -SQUARES, 0, k, SQUARES, 0, -SQUARES, k, 0, SQUARES, k, 0);
   }
   const geometry = new LineSegmentsGeometry().setPositions(places);
-  const lines = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: 1, depthWrite: false, fog: true }));
+  const lines = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: 1.4, depthWrite: false, fog: true }));
   lines.frustumCulled = false;
   lines.renderOrder = -1;
   return lines;

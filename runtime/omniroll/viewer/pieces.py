@@ -41,14 +41,12 @@ class Pieces:
 
 def pieces_of(run: Trajectory) -> Pieces:
     """The pieces of a run. Raises InvalidValueError for a run that was saved without its polynomials."""
-    if run.dense is None:
-        raise InvalidValueError("run", run, "was saved without its polynomials (dense=False), so that it cannot move")
     last = len(run) - 1
+    if run.dense is None and last > 0:
+        raise InvalidValueError("run", run, "was saved without its polynomials (dense=False), so that it cannot move")
     rows = np.column_stack([[run.step_rows, run.step_rows + 1], [last, last]])
-    lengths = np.diff(run.elapsed[rows], axis=0)[0, :-1]
-    steps = _steps(run, lengths)
     tolerances = _tolerances(run)
-    short = _shortened(steps, tolerances)
+    short = _shortened(_steps(run, np.diff(run.elapsed[rows], axis=0)[0, :-1]), tolerances) if last > 0 else []
     end = np.concatenate([_columns(run, run.nu[-1], run.chi[-1], run.pose[-1]), np.zeros(run.vehicle.wheels)])
     short.append(end[None])
     changes = [np.vstack([piece[:1], np.diff(piece, axis=0)]) for piece in short]
