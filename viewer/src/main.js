@@ -69,7 +69,7 @@ class Page {
     this.camera.parentElement.hidden = Boolean(this.stage.isFlat);
     element("side").hidden = this.runs.length < 2 || Boolean(this.stage.isFlat);
     element("beside").addEventListener("change", (event) => {
-      this.stage.beside = event.target.value === "beside";
+      this.stage.stand(event.target.value === "beside");
       this.#resize();
       this.#see();
     });

@@ -55,6 +55,7 @@ export class Stage {
       this.scene.add(group);
       return { run, model, path, group };
     });
+    this.stand(this.beside);
   }
 
   #addLight(look) {
@@ -90,6 +91,12 @@ export class Stage {
     const across = width / this.columns;
     for (const { path } of this.parts) path.resize(across, height);
     for (const lines of this.ground.children) lines.material.resolution.set(across, height);
+  }
+
+  /** Side by side, or over each other: then the first run's vehicle is solid. */
+  stand(beside) {
+    this.beside = beside;
+    this.parts.forEach(({ model }, k) => model.fade(!beside && k > 0));
   }
 
   get columns() {

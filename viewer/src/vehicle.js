@@ -8,23 +8,27 @@ import {
 import { Arrow } from "./arrow.js";
 
 const GAP = 0.03; // of a roller's length, drawn between two of them so that they can be told apart
+const FADED = 0.4; // opacity of a vehicle that stands over another one
 const MANY = 400; // rollers, beyond which each is drawn with fewer corners
 const ALONG = new Vector3();
 
 export class VehicleModel {
-  /** colours: accent, roller, metal, plate, contact, force, load; ghost: drawn translucent */
+  /** colours: accent, roller, metal, plate, contact, force, load */
   constructor(run, colours) {
     this.run = run;
     this.vehicle = run.vehicle;
     this.colours = colours;
     this.group = new Group();
+    this.materials = [];
     this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k]));
     this.group.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
     if (run.forces) this.#addArrows();
   }
 
   #material(colour, more = {}) {
-    return new MeshLambertMaterial({ color: colour, ...more });
+    const material = new MeshLambertMaterial({ color: colour, ...more });
+    this.materials.push(material);
+    return material;
   }
 
   #wheel(place, angle) {
@@ -144,6 +148,14 @@ export class VehicleModel {
       wheel.along.group.position.z = 0.06 * radius - radius;
       wheel.load.group.position.z = -radius;
       wheel.group.add(wheel.along.group, wheel.load.group);
+    }
+  }
+
+  /** Draws it translucent, or not. */
+  fade(isFaded) {
+    for (const material of this.materials) {
+      Object.assign(material, { transparent: isFaded, opacity: isFaded ? FADED : 1 });
+      material.needsUpdate = true;
     }
   }
 
