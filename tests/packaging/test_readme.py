@@ -1,4 +1,4 @@
-"""What README.md and the page of sessions promise is so: commands, examples, links."""
+"""What README.md and the pages of sessions and of viewing promise is so: commands, examples, links."""
 
 import re
 import subprocess
@@ -12,6 +12,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 SESSIONS = (ROOT / "docs/sessions.md").read_text(encoding="utf-8")
+VIEWING = (ROOT / "docs/viewing.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str, page: str = README) -> list[str]:
@@ -32,7 +33,7 @@ def test_the_example_has_ten_lines_and_runs_as_printed(tmp_path):
     assert done.stdout.rstrip("\n") == blocks("text")[0].rstrip("\n")
 
 
-@pytest.mark.parametrize("page", [README, SESSIONS], ids=["README", "sessions"])
+@pytest.mark.parametrize("page", [README, SESSIONS, VIEWING], ids=["README", "sessions", "viewing"])
 def test_the_examples_one_after_the_other_run_as_printed(tmp_path, page):
     done = subprocess.run(
         [sys.executable, "-c", "".join(blocks("python", page))], cwd=tmp_path, capture_output=True, text=True
