@@ -132,8 +132,8 @@ check-viewer: $(PACKAGES_STAMP) ## build that page again and compare it with the
 
 test-viewer: build ## run the tests of that page in Chromium; they need Playwright, which this installs into .venv
 	$(call say,tests of the page in Chromium)
-	@$(PIP) install --requirement tests/viewer/requirements.txt
-	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewer/test_in_browser.py
+	@$(PIP) install --requirement tests/viewing/requirements.txt
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewing/test_in_browser.py
 
 clean: ## remove all that make has written, .venv too
 	rm -rf $(VENV) $(BENCH_VENV) viewer/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)

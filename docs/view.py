@@ -2,7 +2,7 @@
 
     python docs/view.py
 
-Needs Chromium and tests/viewer/requirements.txt.
+Needs Chromium and tests/viewing/requirements.txt.
 """
 
 import shutil

@@ -9,7 +9,13 @@ import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const target = process.argv[2] ? resolve(process.argv[2]) : join(here, "../runtime/omniroll/viewer/assets");
-const sources = ["package-lock.json", "build.mjs", ...readdirSync(join(here, "src")).sort().map((name) => `src/${name}`)];
+const sources = [
+  "package-lock.json",
+  "build.mjs",
+  ...readdirSync(join(here, "src"))
+    .sort()
+    .map((name) => `src/${name}`),
+];
 
 const checksum = createHash("sha256");
 for (const name of sources) checksum.update(readFileSync(join(here, name)));

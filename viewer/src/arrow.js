@@ -11,8 +11,12 @@ export class Arrow {
   constructor(colour, thickness, scale) {
     this.thickness = thickness;
     this.scale = scale;
-    const material = new MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity: 0.88 }); // over all
-    this.shaft = new Mesh(new CylinderGeometry(thickness, thickness, 1, 16).translate(0, 0.5, 0).rotateX(Math.PI / 2), material);
+    const overAll = { depthTest: false, transparent: true, opacity: 0.88 };
+    const material = new MeshBasicMaterial({ color: colour, ...overAll });
+    this.shaft = new Mesh(
+      new CylinderGeometry(thickness, thickness, 1, 16).translate(0, 0.5, 0).rotateX(Math.PI / 2),
+      material,
+    );
     this.head = new Mesh(
       new ConeGeometry(2.6 * thickness, 6 * thickness, 20).translate(0, -3 * thickness, 0).rotateX(Math.PI / 2),
       material,

@@ -7,7 +7,11 @@ export class FlatStage {
     Object.assign(this, { canvas, runs, look, showForces: true, beside: false, isFlat: true });
     this.context = canvas.getContext("2d");
     this.paths = runs.map((run) => Array.from(run.states(2), ({ position, time }) => [...position, time]));
-    this.size = Math.max(...runs.map(({ vehicle }) => Math.max(...vehicle.places.map(([x, y]) => Math.hypot(x, y))) + vehicle.wheel_radius));
+    this.size = Math.max(
+      ...runs.map(
+        ({ vehicle }) => Math.max(...vehicle.places.map(([x, y]) => Math.hypot(x, y))) + vehicle.wheel_radius,
+      ),
+    );
   }
 
   restyle(look) {
@@ -53,7 +57,10 @@ export class FlatStage {
     context.translate(-x0, -y0);
     context.lineWidth = 2 / scale;
     context.strokeStyle = look.runs[k];
-    for (const [part, alpha] of [[this.paths[k], 0.3], [this.paths[k].filter(([, , time]) => time <= state.time), 1]]) {
+    for (const [part, alpha] of [
+      [this.paths[k], 0.3],
+      [this.paths[k].filter(([, , time]) => time <= state.time), 1],
+    ]) {
       context.globalAlpha = alpha;
       context.beginPath();
       for (const [x, y] of part) context.lineTo(x, y);
@@ -68,7 +75,12 @@ export class FlatStage {
     context.stroke();
     context.fillStyle = look.runs[k];
     context.beginPath();
-    for (const [x, y] of [[0.5, 0], [-0.2, 0.25], [-0.2, -0.25]]) context.lineTo(x * this.size, y * this.size);
+    for (const [x, y] of [
+      [0.5, 0],
+      [-0.2, 0.25],
+      [-0.2, -0.25],
+    ])
+      context.lineTo(x * this.size, y * this.size);
     context.fill();
     vehicle.places.forEach((place, wheel) => {
       context.save();

@@ -61,7 +61,11 @@ class Page {
 
   #addViews() {
     const { wheels } = this.runs[0];
-    const views = [["follow", "follow"], ["ride", "ride along"], ["path", "whole path"]];
+    const views = [
+      ["follow", "follow"],
+      ["ride", "ride along"],
+      ["path", "whole path"],
+    ];
     for (let k = 0; k < Math.min(wheels, 12); k++) views.push([`${k}`, `wheel ${k + 1}`]);
     this.camera = element("camera");
     this.camera.replaceChildren(...views.map(([value, text]) => new Option(text, value)));
@@ -81,7 +85,9 @@ class Page {
   #see() {
     this.stage.view(this.camera.value);
     const names = this.stage.beside ? this.runs.map((run) => run.label) : [];
-    element("names").replaceChildren(...names.map((name) => Object.assign(document.createElement("span"), { textContent: name })));
+    element("names").replaceChildren(
+      ...names.map((name) => Object.assign(document.createElement("span"), { textContent: name })),
+    );
     this.#redraw();
   }
 
@@ -175,7 +181,8 @@ class Page {
     if (event.ctrlKey || event.metaKey || event.altKey || element("keys").open) return;
     const { target } = event;
     if (target.matches("select") || (target.matches("button") && event.key === " ")) return;
-    const done = (target.id === "stage" && this.#orbitKey(event.key)) || this.#pageKey(event.key) || this.transport.key(event);
+    const done =
+      (target.id === "stage" && this.#orbitKey(event.key)) || this.#pageKey(event.key) || this.transport.key(event);
     if (done) event.preventDefault();
   }
 

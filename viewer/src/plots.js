@@ -13,22 +13,42 @@ export function panelsOf(runs) {
   const energy = scaled(runs.map((run) => run.energy));
   const entries = [...new Set(runs.flatMap((run) => Object.keys(run.ledger_words)))];
   const words = Object.assign({}, ...runs.map((run) => run.ledger_words));
-  const ledger = scaled(runs.flatMap((run) => Object.keys(run.ledger_words).map((_, k) => row(run.ledger, k, run.row_time.length))));
+  const ledger = scaled(
+    runs.flatMap((run) => Object.keys(run.ledger_words).map((_, k) => row(run.ledger, k, run.row_time.length))),
+  );
   const lines = (label, quantity, times, values) =>
     runs.map((_, k) => ({ label, run: k, quantity, times: times(k), values: values(k) }));
   const of = (name) => [(k) => speeds[k].time, (k) => speeds[k][name]];
   return [
-    { title: "Speed of the centre", unit: "m/s", lines: [...lines("ahead", 0, ...of("ahead")), ...lines("to the left", 1, ...of("left"))] },
+    {
+      title: "Speed of the centre",
+      unit: "m/s",
+      lines: [...lines("ahead", 0, ...of("ahead")), ...lines("to the left", 1, ...of("left"))],
+    },
     { title: "Yaw rate", unit: "rad/s", lines: lines("yaw rate", 0, ...of("yaw")) },
-    { title: "Kinetic energy", unit: energy.unit, lines: lines("energy", 0, (k) => runs[k].energy_time, (k) => energy.scale(runs[k].energy)) },
+    {
+      title: "Kinetic energy",
+      unit: energy.unit,
+      lines: lines(
+        "energy",
+        0,
+        (k) => runs[k].energy_time,
+        (k) => energy.scale(runs[k].energy),
+      ),
+    },
     {
       title: "Energy gained since the start",
       unit: ledger.unit,
       lines: entries.flatMap((entry, quantity) =>
-        lines(words[entry], quantity, (k) => runs[k].row_time, (k) => {
-          const place = Object.keys(runs[k].ledger_words).indexOf(entry);
-          return place < 0 ? null : ledger.scale(row(runs[k].ledger, place, runs[k].row_time.length));
-        }).filter((line) => line.values),
+        lines(
+          words[entry],
+          quantity,
+          (k) => runs[k].row_time,
+          (k) => {
+            const place = Object.keys(runs[k].ledger_words).indexOf(entry);
+            return place < 0 ? null : ledger.scale(row(runs[k].ledger, place, runs[k].row_time.length));
+          },
+        ).filter((line) => line.values),
       ),
     },
   ];
@@ -50,7 +70,11 @@ const row = (table, k, length) => table.subarray(k * length, (k + 1) * length);
 /** A unit in which energies are handy numbers. */
 function scaled(arrays) {
   const largest = arrays.reduce((most, array) => array.reduce((a, b) => Math.max(a, Math.abs(b)), most), 0);
-  const [factor, unit] = [[1, "J"], [1e3, "mJ"], [1e6, "µJ"]].find(([factor]) => largest * factor >= 0.5) ?? [1e6, "µJ"];
+  const [factor, unit] = [
+    [1, "J"],
+    [1e3, "mJ"],
+    [1e6, "µJ"],
+  ].find(([factor]) => largest * factor >= 0.5) ?? [1e6, "µJ"];
   return { unit, scale: (array) => Float64Array.from(array, (value) => factor * value) };
 }
 
@@ -124,7 +148,12 @@ export class Plots {
 
   #chart(panel, place) {
     const tables = panel.lines.map((line) => [separated(line.times), line.values]);
-    const axis = { stroke: this.look.text, grid: { stroke: this.look.grid, width: 1 }, ticks: { stroke: this.look.axis, width: 1, size: 4 }, font: "11px system-ui, sans-serif" };
+    const axis = {
+      stroke: this.look.text,
+      grid: { stroke: this.look.grid, width: 1 },
+      ticks: { stroke: this.look.axis, width: 1, size: 4 },
+      font: "11px system-ui, sans-serif",
+    };
     const options = {
       width: this.#width,
       height: HEIGHT,
@@ -155,7 +184,8 @@ export class Plots {
     ctx.save();
     ctx.fillStyle = this.look.tick;
     ctx.globalAlpha = Math.min(1, Math.max(0.25, 150 / (shown.length || 1)));
-    for (const time of shown) ctx.fillRect(chart.valToPos(time, "x", true) - ratio / 2, bbox.top + bbox.height - 7 * ratio, ratio, 7 * ratio);
+    for (const time of shown)
+      ctx.fillRect(chart.valToPos(time, "x", true) - ratio / 2, bbox.top + bbox.height - 7 * ratio, ratio, 7 * ratio);
     ctx.restore();
   }
 

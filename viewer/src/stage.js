@@ -1,15 +1,26 @@
 // The 3-D picture: ground, light, camera, paths and vehicles.
 
 import {
-  AmbientLight, Color, DirectionalLight, Fog, Group, HemisphereLight, Mesh, PCFShadowMap, PerspectiveCamera, PlaneGeometry, Scene, ShadowMaterial, Vector3,
+  AmbientLight,
+  Color,
+  DirectionalLight,
+  Fog,
+  Group,
+  HemisphereLight,
+  Mesh,
+  PCFShadowMap,
+  PerspectiveCamera,
+  PlaneGeometry,
+  Scene,
+  ShadowMaterial,
+  Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { Line2 } from "three/examples/jsm/lines/Line2.js";
-import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { Path } from "./path.js";
 import { VehicleModel } from "./vehicle.js";
 
 const FIELD = 35; // degrees
@@ -17,7 +28,6 @@ const SHADED = 1.7; // of the vehicle's size: how far around it the ground is sh
 const FADES = [1.1, 6]; // of the camera's distance: between these things fade into the ground's colour
 const SQUARE = 0.16; // of the camera's distance: the largest square of the grid
 const SQUARES = 60; // of the grid each way
-const MOST_POINTS = 20000; // of a path
 
 export class Stage {
   /** context: of WebGL 2; look: colours by theme (theme.js) */
@@ -42,6 +52,7 @@ export class Stage {
 
   /** Builds everything in the colours of a theme. */
   restyle(look) {
+    this.#dispose();
     this.scene = new Scene();
     this.scene.background = new Color(look.ground);
     this.scene.fog = new Fog(look.ground);
@@ -56,6 +67,14 @@ export class Stage {
       return { run, model, path, group };
     });
     this.stand(this.beside);
+  }
+
+  /** Frees what the graphics card holds. */
+  #dispose() {
+    this.scene?.traverse(({ geometry, material }) => {
+      geometry?.dispose();
+      material?.dispose();
+    });
   }
 
   #addLight(look) {
@@ -254,46 +273,6 @@ export class Stage {
   }
 }
 
-/** The path of the centre: all of it faintly, what has been driven strongly. */
-class Path {
-  constructor(run, colour, size) {
-    const count = run.pieces > MOST_POINTS / 4 ? 1 : 4;
-    const points = [];
-    this.times = [];
-    this.box = [Infinity, -Infinity, Infinity, -Infinity];
-    for (const state of run.states(count)) {
-      const [x, y] = state.position;
-      this.times.push(state.time);
-      points.push(x, y, 0.006 * size);
-      this.box = [Math.min(this.box[0], x), Math.max(this.box[1], x), Math.min(this.box[2], y), Math.max(this.box[3], y)];
-    }
-    if (points.length === 3) points.push(...points);
-    this.group = new Group();
-    this.lines = [0.28, 1].map((opacity) => {
-      const geometry = new LineGeometry();
-      geometry.setPositions(points);
-      const line = new Line2(geometry, new LineMaterial({ color: colour, linewidth: opacity < 1 ? 1.5 : 3, transparent: true, opacity, fog: true }));
-      line.frustumCulled = false;
-      this.group.add(line);
-      return line;
-    });
-  }
-
-  resize(width, height) {
-    for (const line of this.lines) line.material.resolution.set(width, height);
-  }
-
-  move(state) {
-    let [low, high] = [0, this.times.length];
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= state.time) low = middle + 1;
-      else high = middle;
-    }
-    this.lines[1].geometry.instanceCount = Math.max(low - 1, 0);
-  }
-}
-
 /** The radius of a vehicle with its wheels, in m. */
 function extent(vehicle) {
   return Math.max(...vehicle.places.map(([x, y]) => Math.hypot(x, y))) + 0.7 * vehicle.wheel_radius;
@@ -312,7 +291,10 @@ function gridLines(fifth, colour) {
     if ((k % 5 === 0) === fifth) places.push(k, -SQUARES, 0, k, SQUARES, 0, -SQUARES, k, 0, SQUARES, k, 0);
   }
   const geometry = new LineSegmentsGeometry().setPositions(places);
-  const lines = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: 1.4, depthWrite: false, fog: true }));
+  const lines = new LineSegments2(
+    geometry,
+    new LineMaterial({ color: colour, linewidth: 1.4, depthWrite: false, fog: true }),
+  );
   lines.frustumCulled = false;
   lines.renderOrder = -1;
   return lines;

@@ -114,7 +114,8 @@ export class Transport {
     context.scale(devicePixelRatio, devicePixelRatio);
     const styles = getComputedStyle(document.documentElement);
     this.runs.forEach((run, k) => {
-      context.fillStyle = this.runs.length > 1 ? styles.getPropertyValue(`--run-${k}`) : styles.getPropertyValue("--tick");
+      context.fillStyle =
+        this.runs.length > 1 ? styles.getPropertyValue(`--run-${k}`) : styles.getPropertyValue("--tick");
       context.globalAlpha = Math.min(0.9, Math.max(0.25, (0.6 * width) / (run.switch_time.length || 1)));
       const room = (height / 2 - 7) / this.runs.length;
       for (const time of run.switch_time) {

@@ -2,12 +2,23 @@
 // A wheel's axes: x along its axle, outwards; y along its rolling direction; z up. docs/theory.md draws them.
 
 import {
-  BoxGeometry, BufferAttribute, Color, CylinderGeometry, DynamicDrawUsage, ExtrudeGeometry, Group, InstancedMesh,
-  LatheGeometry, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, RingGeometry, Shape, Vector2, Vector3,
+  BoxGeometry,
+  Color,
+  CylinderGeometry,
+  DynamicDrawUsage,
+  ExtrudeGeometry,
+  Group,
+  InstancedMesh,
+  Matrix4,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  RingGeometry,
+  Vector3,
 } from "three";
 import { Arrow } from "./arrow.js";
+import { arrowShape, barrel, circle, convexHull, inner, rounded } from "./shapes.js";
 
-const GAP = 0.03; // of a roller's length, drawn between two of them so that they can be told apart
 const FADED = 0.4; // opacity of a vehicle that stands over another one
 const MANY = 400; // rollers, beyond which each is drawn with fewer corners
 const ALONG = new Vector3();
@@ -58,11 +69,14 @@ export class VehicleModel {
     const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, 1.1 * thick, 48).rotateZ(Math.PI / 2), metal));
     const joint = axis / Math.cos(Math.PI / rollers);
     const brackets = new InstancedMesh(
-      new BoxGeometry(0.5 * thick, Math.min(0.05 * radius, (0.5 * axis) / rollers), joint - 0.9 * hub), metal, rollers,
+      new BoxGeometry(0.5 * thick, Math.min(0.05 * radius, (0.5 * axis) / rollers), joint - 0.9 * hub),
+      metal,
+      rollers,
     );
     const bolts = new InstancedMesh(
       new CylinderGeometry(0.07 * radius, 0.07 * radius, 1.22 * thick, 16).rotateZ(Math.PI / 2),
-      this.#material("#ffffff"), 5,
+      this.#material("#ffffff"),
+      5,
     );
     const matrix = new Matrix4();
     for (let k = 0; k < rollers; k++) {
@@ -116,10 +130,14 @@ export class VehicleModel {
       ]);
     });
     const size = Math.max(...corners.map(([x, y]) => Math.hypot(x, y)));
-    const hull = convexHull(places.length < 3 ? [...corners, ...disk(0.6 * size)] : corners);
+    const hull = convexHull(places.length < 3 ? [...corners, ...circle(0.6 * size)] : corners);
     const thickness = 0.13 * radius;
     const plate = new ExtrudeGeometry(rounded(hull, 0.3), {
-      depth: thickness, bevelEnabled: true, bevelSize: 0.04 * radius, bevelThickness: 0.04 * radius, bevelSegments: 3,
+      depth: thickness,
+      bevelEnabled: true,
+      bevelSize: 0.04 * radius,
+      bevelThickness: 0.04 * radius,
+      bevelSegments: 3,
     });
     const group = new Group();
     const deck = 0.42 * radius;
@@ -131,7 +149,11 @@ export class VehicleModel {
     group.add(mesh, ahead);
     const legs = places.map((place, k) => {
       const leg = new Mesh(new BoxGeometry(0.7 * radius, 0.42 * radius, deck), this.#material(this.colours.motor));
-      leg.position.set(place[0] - 0.65 * radius * Math.cos(angles[k]), place[1] - 0.65 * radius * Math.sin(angles[k]), radius + deck / 2);
+      leg.position.set(
+        place[0] - 0.65 * radius * Math.cos(angles[k]),
+        place[1] - 0.65 * radius * Math.sin(angles[k]),
+        radius + deck / 2,
+      );
       leg.rotation.z = angles[k];
       return shadowed(leg);
     });
@@ -201,7 +223,9 @@ export class VehicleModel {
   /** Where the picture has a wheel's rollers: their angles from straight down, read off what is drawn. */
   drawnAngles(wheel) {
     const matrix = this.wheels[wheel].rollers.instanceMatrix.array;
-    return Array.from({ length: this.vehicle.rollers }, (_, k) => Math.atan2(matrix[16 * k + 13], -matrix[16 * k + 14]));
+    return Array.from({ length: this.vehicle.rollers }, (_, k) =>
+      Math.atan2(matrix[16 * k + 13], -matrix[16 * k + 14]),
+    );
   }
 }
 
@@ -209,75 +233,4 @@ function shadowed(mesh) {
   mesh.castShadow = true;
   mesh.receiveShadow = true;
   return mesh;
-}
-
-/** A roller about the y-axis. Where it touches the ground its outline is the wheel's circle: rho = l cos b - r. */
-function barrel({ wheel_radius: radius, roller_axis_radius: axis, rollers }, around) {
-  const joint = ((1 - GAP) * Math.PI) / rollers;
-  const rings = rollers > 8 ? 5 : 9;
-  const outline = [];
-  for (let k = 0; k < rings; k++) {
-    const angle = joint * ((2 * k) / (rings - 1) - 1);
-    outline.push(new Vector2(radius * Math.cos(angle) - axis, radius * Math.sin(angle)));
-  }
-  const end = outline[rings - 1];
-  const points = [new Vector2(0, -end.y), new Vector2(0.98 * end.x, -end.y), ...outline, new Vector2(0.98 * end.x, end.y), new Vector2(0, end.y)];
-  const geometry = new LatheGeometry(points, around);
-  const colours = new Float32Array(3 * geometry.attributes.position.count);
-  for (let k = 0; k < geometry.attributes.position.count; k++) {
-    const sector = Math.floor(k / points.length) % around;
-    colours.fill(sector % (around / 2) < 2 ? 0.45 : 1, 3 * k, 3 * k + 3); // two stripes show that it spins
-  }
-  geometry.setAttribute("color", new BufferAttribute(colours, 3));
-  return geometry;
-}
-
-function disk(radius) {
-  return Array.from({ length: 24 }, (_, k) => [radius * Math.cos((k * Math.PI) / 12), radius * Math.sin((k * Math.PI) / 12)]);
-}
-
-/** Andrew's monotone chain; corners against the clock. */
-function convexHull(points) {
-  const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
-  const turn = (a, b, c) => (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-  const half = (list) => {
-    const chain = [];
-    for (const point of list) {
-      while (chain.length > 1 && turn(chain.at(-2), chain.at(-1), point) <= 0) chain.pop();
-      chain.push(point);
-    }
-    return chain.slice(0, -1);
-  };
-  return [...half(sorted), ...half(sorted.reverse())];
-}
-
-/** A shape with corners cut by curves, each over a part of its edges. */
-function rounded(corners, part) {
-  const shape = new Shape();
-  const between = (a, b, x) => [a[0] + (b[0] - a[0]) * x, a[1] + (b[1] - a[1]) * x];
-  corners.forEach((corner, k) => {
-    const before = between(corner, corners.at(k - 1), part);
-    const after = between(corner, corners[(k + 1) % corners.length], part);
-    if (k) shape.lineTo(...before);
-    else shape.moveTo(...before);
-    shape.quadraticCurveTo(...corner, ...after);
-  });
-  shape.closePath();
-  return shape;
-}
-
-/** The distance from the middle to the nearest edge's corner. */
-function inner(corners) {
-  return Math.min(...corners.map((corner, k) => {
-    const next = corners[(k + 1) % corners.length];
-    return Math.hypot((corner[0] + next[0]) / 2, (corner[1] + next[1]) / 2);
-  }));
-}
-
-function arrowShape(size) {
-  const shape = new Shape();
-  const points = [[-0.55, -0.16], [0.1, -0.16], [0.1, -0.42], [0.8, 0], [0.1, 0.42], [0.1, 0.16], [-0.55, 0.16]];
-  points.forEach(([x, y], k) => (k ? shape.lineTo(x * size, y * size) : shape.moveTo(x * size, y * size)));
-  shape.closePath();
-  return shape;
 }

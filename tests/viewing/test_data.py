@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from viewer.runs import RUNS, layout, locked, soccer_kit, times
-from viewer.unpacking import Pieces, unpacked
 
 import omniroll
 from omniroll.vehicles.state import by_roller
+from viewing.runs import RUNS, layout, locked, soccer_kit, times
+from viewing.unpacking import Pieces, unpacked
 
 NEAR = 3e-8  # rad, and R: what rounds off on the way is small against the 1e-6 that is promised
 

@@ -6,12 +6,12 @@ import re
 
 import numpy as np
 import pytest
-from viewer.runs import KIT, ROOT, locked, massless, soccer_kit
-from viewer.unpacking import unpacked
 
 import omniroll
 from omniroll.cli import main
 from omniroll.commands import BAD_CALL
+from viewing.runs import KIT, ROOT, locked, massless, soccer_kit
+from viewing.unpacking import unpacked
 
 LARGEST = 1_500_000  # bytes of the page for 20 s of the soccer kit
 ASSETS = ROOT / "runtime/omniroll/viewer/assets"

@@ -5,12 +5,14 @@ import shutil
 
 import numpy as np
 import pytest
-from viewer.runs import layout, locked, massless, soccer_kit, times
 
 import omniroll
+from viewing.runs import layout, locked, massless, soccer_kit, times
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: make test-viewer installs it")
-axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed: see make test-viewer")
+sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is missing: make test-viewer installs it")
+axe = pytest.importorskip(
+    "axe_playwright_python.sync_playwright", reason="axe is missing: make test-viewer installs it"
+)
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = [
     pytest.mark.slow,
@@ -29,7 +31,11 @@ WALK = """times => times.map((time) => {
     slider.value = time;
     slider.dispatchEvent(new Event("input", { bubbles: true }));
     const { model } = omniroll.page.stage.parts[0];
-    return { time: omniroll.page.transport.time, drawn: model.wheels.map((_, wheel) => model.drawnAngles(wheel)) };
+    return {
+        time: omniroll.page.transport.time,
+        drawn: model.wheels.map((_, wheel) => model.drawnAngles(wheel)),
+        marked: model.wheels.map(({ marked }) => marked),
+    };
 })"""
 DRAWN = "omniroll.page.stage.parts.map(({ model }) => model.wheels.map((_, wheel) => model.drawnAngles(wheel)))"
 
@@ -97,6 +103,7 @@ def test_the_slider_puts_rollers_where_the_run_has_them(opened, name, run_of):
     for elapsed, seen in zip(wanted, page.evaluate(WALK, wanted.tolist()), strict=True):
         assert seen["time"] == pytest.approx(elapsed, abs=1e-9)
         assert apart(seen["drawn"], places(run, seen["time"])) < 1e-6
+        assert seen["marked"] == run.sample(run.start_time + seen["time"]).contact.tolist()
 
 
 def test_two_runs_stand_at_the_same_time(opened):
@@ -133,7 +140,7 @@ def test_keys_and_ticks_jump_to_switches(opened):
     page.keyboard.press("End")
     assert page.evaluate(time) == run.elapsed[-1]
     over = page.locator("#plots .u-over").first
-    place = page.evaluate("omniroll.page.plots.charts[0].valToPos(%r, 'x')" % float(switches[3]))
+    place = page.evaluate("time => omniroll.page.plots.charts[0].valToPos(time, 'x')", float(switches[3]))
     over.click(position={"x": place + 1, "y": 20})
     assert page.evaluate(time) in switches
 

@@ -1,6 +1,7 @@
-"""How long the page of 20 s of the soccer kit takes to its first picture: python -m viewer.first_picture, in tests/.
+"""How long the page of 20 s of the soccer kit takes to its first picture: python -m viewing.first_picture, in tests/.
 
-The time runs from the navigation to the end of the first drawing, in Chromium without a GPU, each time in a new browser.
+The time runs from the navigation to the end of the first drawing, in Chromium without a GPU, each time in a browser
+that was just started.
 """
 
 import statistics
@@ -10,8 +11,8 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 import omniroll
-from viewer.runs import soccer_kit
-from viewer.test_in_browser import CHROMIUM, QUIET
+from viewing.runs import soccer_kit
+from viewing.test_in_browser import CHROMIUM, QUIET
 
 TIMES = 11
 FIRST = "performance.getEntriesByName('omniroll: first picture')[0].startTime"
@@ -34,4 +35,5 @@ def seconds() -> list[float]:
 
 if __name__ == "__main__":
     found = seconds()
-    print(f"first picture after {statistics.median(found):.2f} s (median of {TIMES}; {found[0]:.2f} to {found[-1]:.2f} s)")
+    range_of = f"{found[0]:.2f} to {found[-1]:.2f} s"
+    print(f"first picture after {statistics.median(found):.2f} s (median of {TIMES}; {range_of})")
