@@ -89,7 +89,7 @@ function separated(times) {
 export class Plots {
   /** place: element; runs; look; jump(time) is called by clicks */
   constructor(place, runs, look, jump) {
-    Object.assign(this, { place, runs, jump });
+    Object.assign(this, { place, runs, jump, time: 0 });
     this.panels = panelsOf(runs);
     this.figures = this.panels.map((panel) => this.#figure(panel));
     place.replaceChildren(...this.figures.map(({ figure }) => figure));
@@ -143,7 +143,7 @@ export class Plots {
       });
       return this.#chart(panel, this.figures[k].chart);
     });
-    if (this.time !== undefined) this.move(this.time);
+    this.move(this.time);
   }
 
   #chart(panel, place) {
@@ -165,7 +165,7 @@ export class Plots {
         { ...axis, size: 52, values: (_, splits) => splits.map((split) => `${+split.toPrecision(5)}`) },
       ],
       series: [{}, ...panel.lines.map((line) => this.#series(line))],
-      hooks: { draw: [(chart) => this.#drawSwitches(chart)] },
+      hooks: { draw: [(chart) => this.#drawSwitches(chart), (chart) => this.#placeCursor(chart)] },
     };
     const chart = new uPlot(options, uPlot.join(tables), place);
     this.#addCursor(chart);
@@ -203,6 +203,10 @@ export class Plots {
     });
   }
 
+  #placeCursor(chart) {
+    chart.now.style.transform = `translateX(${chart.valToPos(this.time, "x")}px)`;
+  }
+
   #nearSwitch(chart, left) {
     let [best, distance] = [null, NEAR];
     for (const time of this.runs[0].switchTimes) {
@@ -218,13 +222,13 @@ export class Plots {
 
   #fit() {
     for (const chart of this.charts) chart.setSize({ width: this.#width, height: HEIGHT });
-    if (this.time !== undefined) this.move(this.time);
+    this.move(this.time);
   }
 
   move(time) {
     this.time = time;
     this.charts.forEach((chart, k) => {
-      chart.now.style.transform = `translateX(${chart.valToPos(time, "x")}px)`;
+      this.#placeCursor(chart);
       this.panels[k].lines.forEach((line, j) => (this.panels[k].values[j].textContent = at(line, time)));
     });
   }
