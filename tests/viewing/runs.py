@@ -18,12 +18,16 @@ def soccer_kit(duration: float) -> omniroll.Trajectory:
 
 @cache
 def layout() -> omniroll.Trajectory:
-    """Four wheels at places of their own; it starts late, and friction slows wheels and rollers."""
+    """Four wheels at places of their own; it starts late, and friction slows wheels and rollers.
+
+    The Python engine makes it: nothing has to be compiled, and its polynomials have another degree.
+    """
     vehicle = omniroll.Vehicle.paper(4, 6).replace(
         wheel_places=((0.2, 0.12), (-0.2, 0.12), (-0.2, -0.12), (0.2, -0.12)), wheel_angles=(0.7, 2.4, 3.9, 5.5)
     )
     friction = omniroll.Bearings(wheel_viscous=1e-3, roller_viscous=1e-6)
-    return omniroll.simulate(vehicle, nu=(1, 0.3, 0.5), duration=6, start_time=3.0, effects=[friction])
+    motion = {"nu": (1, 0.3, 0.5), "duration": 4, "start_time": 3.0, "engine": "python", "accuracy": 1e-7}
+    return omniroll.simulate(vehicle, **motion, effects=[friction])
 
 
 @cache
