@@ -147,7 +147,7 @@ def test_keys_and_ticks_jump_to_switches(opened):
 
 def test_the_picture_turns_by_keys_and_by_the_mouse(opened):
     page = opened("kit")
-    camera = "omniroll.page.stage.camera.position.toArray()"
+    camera = "omniroll.page.stage.eye.camera.position.toArray()"
     places = [page.evaluate(camera)]
     page.locator("#stage").focus()
     page.keyboard.press("ArrowLeft")

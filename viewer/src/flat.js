@@ -127,8 +127,4 @@ export class FlatStage {
     context.fillText(`wheel ${wheel + 1}`, 0, 4);
     context.restore();
   }
-
-  orbit() {}
-
-  zoom() {}
 }

@@ -182,15 +182,17 @@ class Page {
     const { target } = event;
     if (target.matches("select") || (target.matches("button") && event.key === " ")) return;
     const done =
-      (target.id === "stage" && this.#orbitKey(event.key)) || this.#pageKey(event.key) || this.transport.key(event);
+      (target.id === "stage" && this.stage.eye && this.#orbitKey(event.key)) ||
+      this.#pageKey(event.key) ||
+      this.transport.key(event);
     if (done) event.preventDefault();
   }
 
   #orbitKey(key) {
     const turns = { ArrowLeft: [0.08, 0], ArrowRight: [-0.08, 0], ArrowUp: [0, 0.06], ArrowDown: [0, -0.06] };
     const zooms = { "+": 1 / 1.15, "=": 1 / 1.15, "-": 1.15 };
-    if (turns[key]) this.stage.orbit(...turns[key]);
-    else if (zooms[key]) this.stage.zoom(zooms[key]);
+    if (turns[key]) this.stage.eye.orbit(...turns[key]);
+    else if (zooms[key]) this.stage.eye.zoom(zooms[key]);
     return Boolean(turns[key] || zooms[key]);
   }
 

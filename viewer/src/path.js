@@ -1,6 +1,6 @@
 // The path of a run's centre in the picture.
 
-import { Group } from "three";
+import { Box2, Group, Vector2 } from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
@@ -13,17 +13,12 @@ export class Path {
     const count = run.pieces > MOST_POINTS / 4 ? 1 : 4;
     const points = [];
     this.times = [];
-    this.box = [Infinity, -Infinity, Infinity, -Infinity];
+    this.box = new Box2();
     for (const state of run.states(count)) {
       const [x, y] = state.position;
       this.times.push(state.time);
       points.push(x, y, 0.006 * size);
-      this.box = [
-        Math.min(this.box[0], x),
-        Math.max(this.box[1], x),
-        Math.min(this.box[2], y),
-        Math.max(this.box[3], y),
-      ];
+      this.box.expandByPoint(new Vector2(x, y));
     }
     if (points.length === 3) points.push(...points);
     this.group = new Group();

@@ -2,6 +2,7 @@
 
 import {
   AmbientLight,
+  Box2,
   Color,
   DirectionalLight,
   Fog,
@@ -9,21 +10,19 @@ import {
   HemisphereLight,
   Mesh,
   PCFShadowMap,
-  PerspectiveCamera,
   PlaneGeometry,
   Scene,
   ShadowMaterial,
   Vector3,
   WebGLRenderer,
 } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { Eye } from "./eye.js";
 import { Path } from "./path.js";
 import { VehicleModel } from "./vehicle.js";
 
-const FIELD = 35; // degrees
 const SHADED = 1.7; // of the vehicle's size: how far around it the ground is shaded
 const FADES = [1.1, 6]; // of the camera's distance: between these things fade into the ground's colour
 const SQUARE = 0.16; // of the camera's distance: the largest square of the grid
@@ -38,15 +37,9 @@ export class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.size = Math.max(...runs.map((run) => extent(run.vehicle)));
-    this.camera = new PerspectiveCamera(FIELD, 1, 0.02 * this.size, 400 * this.size);
-    this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, canvas);
-    Object.assign(this.controls, { maxPolarAngle: 1.53, minDistance: 0.25 * this.size, maxDistance: 150 * this.size });
-    this.controls.addEventListener("change", () => this.onchange?.());
+    this.eye = new Eye(canvas, runs[0].vehicle, this.size, () => this.onchange?.());
     this.beside = false;
     this.showForces = true;
-    this.follow = "follow";
-    this.heading = null;
     this.restyle(look);
   }
 
@@ -66,6 +59,7 @@ export class Stage {
       this.scene.add(group);
       return { run, model, path, group };
     });
+    this.eye.box = this.parts.reduce((box, { path }) => box.union(path.box), new Box2());
     this.stand(this.beside);
   }
 
@@ -122,57 +116,9 @@ export class Stage {
     return this.beside ? this.runs.length : 1;
   }
 
-  /** Sets the camera: follow, ride (turns with the vehicle), path (all of it), or the number of a wheel. */
-  view(follow) {
-    this.follow = follow;
-    this.heading = null;
-    const state = this.states?.[0];
-    if (!state) return;
-    const target = this.#target(state);
-    const away = this.#away(state);
-    this.controls.target.copy(target);
-    this.camera.position.copy(target).add(away);
-    this.controls.update();
-  }
-
-  #target(state) {
-    const { vehicle } = this.runs[0];
-    if (this.follow === "path") return this.#wholePath().middle;
-    const [x, y] = state.position;
-    const target = new Vector3(x, y, 0.8 * vehicle.wheel_radius);
-    const wheel = Number(this.follow);
-    if (Number.isInteger(wheel)) {
-      const place = vehicle.places[wheel];
-      const [c, s] = [Math.cos(state.heading), Math.sin(state.heading)];
-      target.set(x + c * place[0] - s * place[1], y + s * place[0] + c * place[1], 1.05 * vehicle.wheel_radius);
-    }
-    return target;
-  }
-
-  #away(state) {
-    const { vehicle } = this.runs[0];
-    const wheel = Number(this.follow);
-    const narrow = Math.max(1, (0.93 * this.height * this.columns) / this.width);
-    if (this.follow === "path") {
-      const { span } = this.#wholePath();
-      return new Vector3(-0.35, -0.75, 1).normalize().multiplyScalar(2.1 * Math.max(span, 2 * this.size) * narrow);
-    }
-    if (Number.isInteger(wheel)) {
-      const angle = state.heading + vehicle.angles[wheel] - 0.45;
-      const level = new Vector3(Math.cos(angle), Math.sin(angle), 0.28);
-      return level.multiplyScalar(6 * vehicle.wheel_radius * Math.max(1, 0.9 * narrow));
-    }
-    const angle = this.follow === "ride" ? state.heading + Math.PI - 0.5 : state.heading - 0.85;
-    return new Vector3(Math.cos(angle), Math.sin(angle), 0.78).normalize().multiplyScalar(4.5 * this.size * narrow);
-  }
-
-  #wholePath() {
-    let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
-    for (const { path } of this.parts) {
-      [left, right] = [Math.min(left, path.box[0]), Math.max(right, path.box[1])];
-      [low, high] = [Math.min(low, path.box[2]), Math.max(high, path.box[3])];
-    }
-    return { middle: new Vector3((left + right) / 2, (low + high) / 2, 0), span: Math.max(right - left, high - low) };
+  /** Sets the view: follow, ride (turns with the vehicle), path (all of it), or the number of a wheel. */
+  view(name) {
+    if (this.states) this.eye.view(name, this.states[0], this.width / this.columns / this.height);
   }
 
   /** Moves everything to a time. */
@@ -183,30 +129,13 @@ export class Stage {
       model.pose(this.states[k], this.showForces);
       path.move(this.states[k]);
     });
-    if (first) this.view(this.follow);
-    else this.#carryCamera();
-  }
-
-  /** Keeps what is looked at where it is in the picture. */
-  #carryCamera() {
-    const state = this.states[0];
-    const turns = this.follow === "ride" || Number.isInteger(Number(this.follow));
-    const shift = this.#target(state).sub(this.lastTarget ?? this.#target(state));
-    if (this.follow !== "path") {
-      const away = this.camera.position.clone().sub(this.controls.target);
-      this.controls.target.add(shift);
-      if (turns && this.heading !== null) away.applyAxisAngle(this.camera.up, state.heading - this.heading);
-      this.camera.position.copy(this.controls.target).add(away);
-    }
-    this.lastTarget = this.#target(state);
-    this.heading = state.heading;
+    if (first) this.view("follow");
+    else this.eye.carry(this.states[0]);
   }
 
   draw() {
-    this.controls.update();
-    this.lastTarget = this.#target(this.states[0]);
-    this.heading = this.states[0].heading;
-    const { renderer, camera, columns, width, height } = this;
+    const { renderer, columns, width, height } = this;
+    const { camera } = this.eye;
     renderer.setScissorTest(columns > 1);
     for (let k = 0; k < columns; k++) {
       const across = width / columns;
@@ -226,7 +155,7 @@ export class Stage {
 
   /** Side by side each picture shows its own vehicle from the same side. */
   #aside(k) {
-    if (k === 0 || this.follow === "path") return new Vector3();
+    if (k === 0 || this.eye.isStill) return new Vector3();
     const [first, own] = [this.states[0].position, this.states[k].position];
     return new Vector3(own[0] - first[0], own[1] - first[1], 0);
   }
@@ -240,9 +169,9 @@ export class Stage {
 
   /** Squares as large as the view asks for; they go with the vehicle in whole squares, so that lines stay in place. */
   #layGround([x, y]) {
-    const away = this.camera.position.distanceTo(this.controls.target);
+    const away = this.eye.distance;
     this.grid = roundNumber(SQUARE * away);
-    const middle = this.follow === "path" ? this.controls.target.toArray() : [x, y];
+    const middle = this.eye.isStill ? this.eye.controls.target.toArray() : [x, y];
     const [left, low] = middle.map((place) => Math.round(place / (5 * this.grid)) * 5 * this.grid);
     this.ground.position.set(left, low, 0);
     this.ground.scale.set(this.grid, this.grid, 1);
@@ -255,21 +184,6 @@ export class Stage {
     this.sun.castShadow = false;
     this.shadows.visible = false;
     return true;
-  }
-
-  /** Turns the view by the keyboard. */
-  orbit(left, up) {
-    this.controls.rotateLeft(left);
-    this.controls.rotateUp(up);
-    this.controls.update();
-    this.onchange?.();
-  }
-
-  zoom(factor) {
-    if (factor > 1) this.controls.dollyOut(factor);
-    else this.controls.dollyIn(1 / factor);
-    this.controls.update();
-    this.onchange?.();
   }
 }
 
