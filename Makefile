@@ -20,7 +20,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard clean help
+.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard \
+	viewer check-viewer test-viewer clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -112,8 +113,30 @@ test: build ## run the tests
 	$(call say,tests)
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
+VIEWER := runtime/omniroll/viewer/assets
+PACKAGES_STAMP := viewer/node_modules/.packages-$(call key,cat viewer/package-lock.json)
+
+# Needs node and npm, which nobody else needs: what is built here is committed.
+$(PACKAGES_STAMP):
+	@cd viewer && npm ci --ignore-scripts --loglevel=error
+	@touch $@
+
+viewer: $(PACKAGES_STAMP) ## build the page of `omniroll view` from viewer/ into the package (needs node and npm)
+	$(call say,viewer -> $(VIEWER))
+	@node viewer/build.mjs
+
+check-viewer: $(PACKAGES_STAMP) ## build that page again and compare it with the package's, byte by byte
+	$(call say,check-viewer: viewer/ -> compare with $(VIEWER))
+	@node viewer/build.mjs out/viewer
+	@diff --recursive --brief out/viewer $(VIEWER)
+
+test-viewer: build ## run the tests of that page in Chromium; they need Playwright, which this installs into .venv
+	$(call say,tests of the page in Chromium)
+	@$(PIP) install --requirement tests/viewing/requirements.txt
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewing/test_in_browser.py
+
 clean: ## remove all that make has written, .venv too
-	rm -rf $(VENV) $(BENCH_VENV) build dist out runtime/*.egg-info *.egg-info $(BUILT)
+	rm -rf $(VENV) $(BENCH_VENV) viewer/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)
 	rm -rf .pytest_cache .hypothesis .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -44,5 +44,7 @@ from .studies.linearisation import LinearModel as LinearModel
 from .studies.linearisation import linearise as linearise
 from .vehicles.parts import cylinder as cylinder
 from .vehicles.vehicle import Vehicle as Vehicle
+from .viewer.page import View as View
+from .viewer.page import view as view
 
 __version__: str

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in ("sessions", "linearising")}
+EXAMPLES = ("sessions", "linearising", "viewing")
+PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in EXAMPLES}
 
 
 def blocks(language: str, page: str = README) -> list[str]:

@@ -83,7 +83,8 @@ def test_the_wheel_holds_the_whole_package(wheel):
         for path in (ROOT / "generated").rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    assert sorted((ours | made) - names) == []
+    page = {f"omniroll/viewer/assets/{name}" for name in ("viewer.js", "viewer.css", "page.html", "LICENCES.txt")}
+    assert sorted((ours | made | page) - names) == []
     built = "omniroll/kernels/built"
     for model in ("massless", "locked", "free"):
         ready = {f"{built}/{model}/{name}" for name in ("omniroll.h", "omniroll.c", "declarations.h")}

@@ -4,6 +4,7 @@ import argparse
 import importlib.util
 import sys
 import time
+import webbrowser
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,29 +12,22 @@ from typing import Any
 from omniroll.errors import OmnirollError
 from omniroll.interruption import Interruption
 from omniroll.progress import reporting
+from omniroll.results.ledger import WORDS
 from omniroll.scenes import load_scene
-from omniroll.scenes.outcome import Outcome, result_folder, run_scene, write
+from omniroll.scenes.outcome import VIEW, Outcome, result_folder, run_scene, write
 from omniroll.scenes.result_folder import Parts, as_json
+from omniroll.viewer.page import View, view
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
 DELAY = 1.0  # s of work before a bar is shown
 PARTS = 10.0  # s of work after which what has been done is kept
-LEDGER = {
-    "start": "at the start",
-    "end": "at the end",
-    "switches": "switches",
-    "drive_work": "work of the drive",
-    "axle_loss": "axles' bearings",
-    "roller_loss": "rollers' bearings",
-    "slope_work": "work of gravity",
-    "residual": "residual",
-}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
     parser.add_argument("--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name")
     parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
+    parser.add_argument("--view", action="store_true", help="write view.html, on which the run moves, and open it")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
@@ -50,9 +44,12 @@ def run(arguments: argparse.Namespace) -> int:
         parts = Parts(results.unfinished, PARTS, time.monotonic)
         with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
             outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption)
-        summary = write(outcome, results, picture=arguments.plot)
+        page = page_of(outcome) if arguments.view else None
+        summary = write(outcome, results, picture=arguments.plot, page=page)
     files = ", ".join([*summary["files"], "summary.json"])
     print(as_json(summary) if arguments.json else text(outcome) + f"\n\n{folder}: {files}")
+    if arguments.view:
+        webbrowser.open((folder / VIEW).resolve().as_uri())
     _warn(warning for warning in outcome.warnings if warning not in early)
     if outcome.interrupted:
         print(f"omniroll: {outcome.interrupted}; the files hold the motion so far", file=sys.stderr)
@@ -60,6 +57,12 @@ def run(arguments: argparse.Namespace) -> int:
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0
+
+
+def page_of(outcome: Outcome) -> View:
+    """The page that shows a run of a scene moving."""
+    name = outcome.scene.name
+    return view(outcome.trajectory, labels=[name], reactions=outcome.reactions, title=name)
 
 
 def _warn(texts: Iterable[str]) -> None:
@@ -85,7 +88,7 @@ def text(outcome: Outcome) -> str:
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in summary["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {LEDGER.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
+        *(f"  {WORDS.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
         *_reactions(summary["reactions"]),
     ]
     return "\n".join(lines)

@@ -2,6 +2,17 @@
 
 from dataclasses import dataclass
 
+WORDS = {  # of the entries of an account, for people
+    "start": "at the start",
+    "end": "at the end",
+    "switches": "switches",
+    "drive_work": "work of the drive",
+    "axle_loss": "axles' bearings",
+    "roller_loss": "rollers' bearings",
+    "slope_work": "work of gravity",
+    "residual": "residual",
+}
+
 
 @dataclass(frozen=True)
 class Ledger:

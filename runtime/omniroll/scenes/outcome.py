@@ -20,8 +20,10 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
 from omniroll.scenes.result_folder import ResultFolder
+from omniroll.viewer.page import View
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
+VIEW = "view.html"  # is written by the command, after the others
 FILES = (
     "trajectory.npz",
     "trajectory.csv",
@@ -32,6 +34,7 @@ FILES = (
     "reactions.csv",
     "summary.json",
     "picture.png",
+    VIEW,
 )
 
 
@@ -126,7 +129,7 @@ def result_folder(path: Path) -> ResultFolder:
     return ResultFolder(path, FILES)
 
 
-def write(outcome: Outcome, folder: ResultFolder, *, picture: bool) -> dict[str, Any]:
+def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View | None = None) -> dict[str, Any]:
     """Keep the files of a run in place of those of an earlier one; the summary, with the files' checksums."""
 
     def write_files(place: Path) -> None:
@@ -145,6 +148,8 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool) -> dict[str,
             _write_reactions(outcome.reactions, place / "reactions.csv")
         if picture:
             draw(trajectory, outcome.scene.name, place / "picture.png", stopped=outcome.stopped is not None)
+        if page is not None:
+            page.save(place / VIEW)
 
     return folder.keep(write_files, outcome.summary())
 

@@ -1,0 +1,149 @@
+"""The page as a file: its size, what it needs, what it refuses; the commands that write it."""
+
+import hashlib
+import html
+import re
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.cli import main
+from omniroll.commands import BAD_CALL
+from viewing.runs import KIT, ROOT, locked, massless, soccer_kit
+from viewing.unpacking import unpacked
+
+LARGEST = 1_500_000  # bytes of the page for 20 s of the soccer kit
+ASSETS = ROOT / "runtime/omniroll/viewer/assets"
+
+
+def test_twenty_seconds_of_the_soccer_kit_are_small():
+    run = soccer_kit(20.0)
+    page = omniroll.view(run, reactions=omniroll.reactions(run, height=0.04))
+    assert len(page.html.encode()) <= LARGEST
+
+
+def test_the_page_names_no_other_file():
+    page = omniroll.view(locked()).html
+    named = re.findall(r"""(?:src|href)\s*=\s*["']?([^"'\s>]+)|url\(([^)]*)\)|@import""", page)
+    assert named == [("data:,", "")]
+
+
+def test_titles_and_labels_are_text_on_the_page():
+    title = "</title><script>alert(1)</script> {{data}}"
+    page = omniroll.view(locked(), title=title, labels=["<b>one</b></script>"]).html
+    assert f"<title>{html.escape(title)}</title>" in page
+    assert "<b>one" not in page and unpacked(page)[0]["runs"][0]["label"] == "<b>one</b></script>"
+
+
+def test_several_runs_have_names_of_their_own():
+    labels = [run["label"] for run in unpacked(omniroll.view(massless(), locked(), locked()).html)[0]["runs"]]
+    assert labels == ["1 massless rollers", "2 locked rollers, impact", "3 locked rollers, impact"]
+
+
+def test_a_notebook_shows_a_view_and_not_every_trajectory():
+    page = omniroll.view(locked())
+    shown = page._repr_html_()
+    assert html.escape(page.html) in shown and shown.startswith("<iframe")
+    assert not hasattr(locked(), "_repr_html_")  # a trajectory that a cell ends with costs no megabyte
+
+
+@pytest.mark.parametrize(
+    "arguments, options, field",
+    [
+        ((), {}, "runs"),
+        ((1,), {}, "runs"),
+        ((locked,) * 5, {}, "runs"),
+        ((locked,), {"labels": ["a", "b"]}, "labels"),
+        ((locked,), {"reactions": [None, None]}, "reactions"),
+        ((locked,), {"reactions": [1]}, "reactions"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(arguments, options, field):
+    runs = [run() if callable(run) else run for run in arguments]
+    with pytest.raises(omniroll.InvalidValueError) as caught:
+        omniroll.view(*runs, **options)
+    assert caught.value.field == field
+
+
+def test_reactions_of_another_run_are_refused():
+    with pytest.raises(omniroll.InvalidValueError, match="must be those of the run"):
+        omniroll.view(locked(), reactions=omniroll.reactions(massless(), height=0.1))
+
+
+def test_a_run_without_polynomials_is_refused(tmp_path):
+    locked().save(tmp_path / "run.npz", dense=False)
+    with pytest.raises(omniroll.InvalidValueError, match="without its polynomials"):
+        omniroll.view(omniroll.Trajectory.load(tmp_path / "run.npz"))
+
+
+def test_a_run_of_no_duration_is_a_picture():
+    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=0)
+    _, arrays = unpacked(omniroll.view(run).html)
+    assert arrays["0/start"].tolist() == [0.0] and arrays["0/coefficients"].shape == (12, 1)
+
+
+# The commands
+
+
+SCENE = KIT.read_text(encoding="utf-8").replace("duration = 10.0", "duration = 1.0") + "\n[reactions]\nheight = 0.04\n"
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """A folder with a run that has reactions."""
+    monkeypatch.setenv("BROWSER", "true")  # a program that opens nothing
+    (tmp_path / "kit.toml").write_text(SCENE, encoding="utf-8")
+    assert main(["run", str(tmp_path / "kit.toml"), "--output", str(tmp_path / "kit"), "--view"]) == 0
+    return tmp_path / "kit"
+
+
+def test_run_and_view_write_the_same_data(kept, capsys):
+    of_run, arrays = unpacked((kept / "view.html").read_text(encoding="utf-8"))
+    assert main(["view", str(kept), "--title", "kit"]) == 0
+    assert capsys.readouterr().out.strip().endswith("view.html")
+    of_view, again = unpacked((kept / "view.html").read_text(encoding="utf-8"))
+    assert of_run == of_view and arrays.keys() == again.keys() and "0/forces" in arrays
+    assert all(np.array_equal(arrays[name], again[name]) for name in arrays)
+
+
+def test_runs_beside_each_other_are_named_after_their_folders(kept, tmp_path):
+    locked().save(tmp_path / "other.npz")
+    assert main(["view", str(kept), str(tmp_path / "other.npz"), "--output", str(tmp_path / "both.html")]) == 0
+    runs = unpacked((tmp_path / "both.html").read_text(encoding="utf-8"))[0]["runs"]
+    assert [run["label"] for run in runs] == ["kit", "other"]
+
+
+def test_what_holds_no_run_is_refused(kept, tmp_path, capsys):
+    assert main(["view", str(tmp_path / "kit.toml")]) == BAD_CALL
+    assert "omniroll run SCENE --view" in capsys.readouterr().err
+    assert main(["view", str(tmp_path)]) == BAD_CALL
+    assert "trajectory.npz" in capsys.readouterr().err
+    table = (kept / "reactions.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    (kept / "reactions.csv").write_text("".join(table[:-1]), encoding="utf-8")
+    assert main(["view", str(kept)]) == BAD_CALL
+    assert "does not belong" in capsys.readouterr().err
+
+
+# What the package holds
+
+
+def test_the_page_was_built_from_its_sources():
+    """`make viewer` writes the checksum of what it reads; `make check-viewer` builds again and compares all."""
+    folder = ROOT / "viewer"
+    sources = [folder / "package-lock.json", folder / "build.mjs", *sorted((folder / "src").iterdir())]
+    checksum = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
+    first = (ASSETS / "viewer.js").read_text(encoding="utf-8").partition("\n")[0]
+    assert first == f"// built from viewer/, sha256 {checksum}"
+
+
+def test_licences_of_the_libraries_are_on_the_page():
+    page = omniroll.view(locked()).html
+    for library in ("three 0.187.0", "uplot 1.6.32"):
+        assert library in page
+    assert page.count("Permission is hereby granted") == 2
+
+
+def test_nothing_names_a_host_of_packages():
+    for path in [ROOT / "viewer/package.json", ROOT / "viewer/package-lock.json", ROOT / "viewer/.npmrc"]:
+        assert "://" not in path.read_text(encoding="utf-8").replace("https://opencollective.com", "")

@@ -1,0 +1,236 @@
+// The vehicle in 3-D. Its axes: x ahead, y to the left, z up; lengths in m.
+// A wheel's axes: x along its axle, outwards; y along its rolling direction; z up. docs/theory.md draws them.
+
+import {
+  BoxGeometry,
+  Color,
+  CylinderGeometry,
+  DynamicDrawUsage,
+  ExtrudeGeometry,
+  Group,
+  InstancedMesh,
+  Matrix4,
+  Mesh,
+  MeshBasicMaterial,
+  MeshLambertMaterial,
+  RingGeometry,
+  Vector3,
+} from "three";
+import { Arrow } from "./arrow.js";
+import { arrowShape, barrel, circle, convexHull, inner, rounded } from "./shapes.js";
+
+const FADED = 0.4; // opacity of a vehicle that stands over another one
+const MANY = 400; // rollers, beyond which each is drawn with fewer corners
+const ALONG = new Vector3();
+
+export class VehicleModel {
+  /** colours: accent, roller, metal, plate, contact, force, load */
+  constructor(run, colours) {
+    this.run = run;
+    this.vehicle = run.vehicle;
+    this.colours = colours;
+    this.group = new Group();
+    this.materials = [];
+    this.wheels = this.vehicle.places.map((place, k) => this.#wheel(place, this.vehicle.angles[k]));
+    this.group.add(this.#platform(), ...this.wheels.map((wheel) => wheel.group));
+    if (run.forces) this.#addArrows();
+  }
+
+  #material(colour, more = {}) {
+    const material = new MeshLambertMaterial({ color: colour, ...more });
+    this.materials.push(material);
+    return material;
+  }
+
+  #wheel(place, angle) {
+    const { wheel_radius: radius } = this.vehicle;
+    const group = new Group();
+    group.position.set(place[0], place[1], radius);
+    group.rotation.z = angle;
+    const disk = this.#disk();
+    const rollers = this.#rollers();
+    const width = 0.26 * radius;
+    const patch = new Mesh(
+      new RingGeometry(0.6 * width, 0.85 * width, 40),
+      new MeshBasicMaterial({ color: this.colours.contact, transparent: true, opacity: 0.85, depthWrite: false }),
+    );
+    patch.position.z = 0.004 * radius - radius;
+    group.add(disk, rollers, patch, this.#motor());
+    return { group, disk, rollers, marked: -1 };
+  }
+
+  /** What turns with the wheel but its rollers: a hub, brackets between the rollers, bolts of which one is coloured. */
+  #disk() {
+    const { wheel_radius: radius, roller_axis_radius: axis, rollers } = this.vehicle;
+    const thick = radius - axis;
+    const hub = Math.max(axis - 1.02 * thick, 0.3 * radius);
+    const disk = new Group();
+    const metal = this.#material(this.colours.metal);
+    const body = shadowed(new Mesh(new CylinderGeometry(hub, hub, 1.1 * thick, 48).rotateZ(Math.PI / 2), metal));
+    const joint = axis / Math.cos(Math.PI / rollers);
+    const brackets = new InstancedMesh(
+      new BoxGeometry(0.5 * thick, Math.min(0.05 * radius, (0.5 * axis) / rollers), joint - 0.9 * hub),
+      metal,
+      rollers,
+    );
+    const bolts = new InstancedMesh(
+      new CylinderGeometry(0.07 * radius, 0.07 * radius, 1.22 * thick, 16).rotateZ(Math.PI / 2),
+      this.#material("#ffffff"),
+      5,
+    );
+    const matrix = new Matrix4();
+    for (let k = 0; k < rollers; k++) {
+      const middle = new Matrix4().makeTranslation(0, 0, -(joint + 0.9 * hub) / 2);
+      brackets.setMatrixAt(k, matrix.makeRotationX(((2 * k + 1) * Math.PI) / rollers).multiply(middle));
+    }
+    for (let k = 0; k < 5; k++) {
+      const middle = new Matrix4().makeTranslation(0, 0, -0.66 * hub);
+      bolts.setMatrixAt(k, matrix.makeRotationX((2 * k * Math.PI) / 5).multiply(middle));
+      bolts.setColorAt(k, new Color(k ? this.colours.bolt : this.colours.accent));
+    }
+    disk.add(body, shadowed(brackets), bolts);
+    return disk;
+  }
+
+  #rollers() {
+    const { rollers, wheels } = this.vehicle;
+    const instances = new InstancedMesh(
+      barrel(this.vehicle, rollers * wheels > MANY ? 10 : 20),
+      this.#material("#ffffff", { vertexColors: true }),
+      rollers,
+    );
+    instances.instanceMatrix.setUsage(DynamicDrawUsage);
+    instances.frustumCulled = false; // its bounds would be those of the first picture
+    for (let k = 0; k < rollers; k++) instances.setColorAt(k, this.#rollerColour(k));
+    return shadowed(instances);
+  }
+
+  /** Neighbours differ a little. */
+  #rollerColour(roller) {
+    return new Color(this.colours.roller).multiplyScalar(roller % 2 ? 0.72 : 1.15);
+  }
+
+  #motor() {
+    const { wheel_radius: radius, roller_axis_radius: axis } = this.vehicle;
+    const length = 0.9 * radius;
+    const motor = new CylinderGeometry(0.3 * radius, 0.3 * radius, length, 32).rotateZ(Math.PI / 2);
+    motor.translate(-length / 2 - 0.5 * (radius - axis), 0, 0);
+    return shadowed(new Mesh(motor, this.#material(this.colours.motor)));
+  }
+
+  /** A plate whose edges face the wheels, with an arrow ahead. */
+  #platform() {
+    const { wheel_radius: radius, roller_axis_radius: axis, places, angles } = this.vehicle;
+    const inset = 1.1 * (radius - axis) + 0.12 * radius;
+    const corners = places.flatMap((place, k) => {
+      const [c, s] = [Math.cos(angles[k]), Math.sin(angles[k])];
+      return [-1, 1].map((side) => [
+        place[0] - inset * c - side * 0.55 * radius * s,
+        place[1] - inset * s + side * 0.55 * radius * c,
+      ]);
+    });
+    const size = Math.max(...corners.map(([x, y]) => Math.hypot(x, y)));
+    const hull = convexHull(places.length < 3 ? [...corners, ...circle(0.6 * size)] : corners);
+    const thickness = 0.13 * radius;
+    const plate = new ExtrudeGeometry(rounded(hull, 0.3), {
+      depth: thickness,
+      bevelEnabled: true,
+      bevelSize: 0.04 * radius,
+      bevelThickness: 0.04 * radius,
+      bevelSegments: 3,
+    });
+    const group = new Group();
+    const deck = 0.42 * radius;
+    const mesh = shadowed(new Mesh(plate, this.#material(this.colours.plate)));
+    mesh.position.z = radius + deck;
+    const arrow = new ExtrudeGeometry(arrowShape(0.62 * inner(hull)), { depth: 0.02 * radius, bevelEnabled: false });
+    const ahead = new Mesh(arrow, this.#material(this.colours.accent));
+    ahead.position.z = radius + deck + thickness + 0.045 * radius;
+    group.add(mesh, ahead);
+    const legs = places.map((place, k) => {
+      const leg = new Mesh(new BoxGeometry(0.7 * radius, 0.42 * radius, deck), this.#material(this.colours.motor));
+      leg.position.set(
+        place[0] - 0.65 * radius * Math.cos(angles[k]),
+        place[1] - 0.65 * radius * Math.sin(angles[k]),
+        radius + deck / 2,
+      );
+      leg.rotation.z = angles[k];
+      return shadowed(leg);
+    });
+    group.add(...legs);
+    return group;
+  }
+
+  #addArrows() {
+    const { wheel_radius: radius } = this.vehicle;
+    const largest = this.run.largestForces();
+    for (const wheel of this.wheels) {
+      wheel.along = new Arrow(this.colours.force, 0.035 * radius, (2.1 * radius) / (largest.along || 1));
+      wheel.load = new Arrow(this.colours.load, 0.035 * radius, (2.6 * radius) / (largest.upwards || 1));
+      wheel.along.group.position.z = 0.06 * radius - radius;
+      wheel.load.group.position.z = -radius;
+      wheel.group.add(wheel.along.group, wheel.load.group);
+    }
+  }
+
+  /** Draws it translucent, or not. */
+  fade(isFaded) {
+    for (const material of this.materials) {
+      Object.assign(material, { transparent: isFaded, opacity: isFaded ? FADED : 1 });
+      material.needsUpdate = true;
+    }
+  }
+
+  /** Moves the model to a state of its run. */
+  pose(state, showForces) {
+    const { run } = this;
+    this.group.position.set(state.position[0], state.position[1], 0);
+    this.group.rotation.z = state.heading;
+    const spins = run.spinAngles(state);
+    const forces = run.forcesAt(state);
+    this.wheels.forEach((wheel, k) => {
+      wheel.disk.rotation.x = run.rollerAngle(state, k, 0) % (2 * Math.PI);
+      this.#placeRollers(wheel.rollers, state, k, spins);
+      this.#mark(wheel, state.contact[k]);
+      if (!forces) return;
+      wheel.along.set(ALONG.set(forces[3 * k], forces[3 * k + 1], 0), showForces);
+      wheel.load.set(ALONG.set(0, 0, forces[3 * k + 2]), showForces);
+    });
+  }
+
+  #placeRollers(rollers, state, wheel, spins) {
+    const { rollers: count, roller_axis_radius: axis } = this.vehicle;
+    const target = rollers.instanceMatrix.array;
+    for (let k = 0; k < count; k++) {
+      const angle = this.run.rollerAngle(state, wheel, k);
+      const spin = spins[wheel * count + k];
+      const [c, s, cs, ss] = [Math.cos(angle), Math.sin(angle), Math.cos(spin), Math.sin(spin)];
+      // about x by the angle, then down to the axis, then about y by the spin; columns one after the other
+      target.set([cs, s * ss, -c * ss, 0, 0, c, s, 0, ss, -s * cs, c * cs, 0, 0, s * axis, -c * axis, 1], 16 * k);
+    }
+    rollers.instanceMatrix.needsUpdate = true;
+  }
+
+  /** Gives the roller in contact its colour. */
+  #mark(wheel, contact) {
+    if (wheel.marked === contact) return;
+    if (wheel.marked >= 0) wheel.rollers.setColorAt(wheel.marked, this.#rollerColour(wheel.marked));
+    wheel.rollers.setColorAt(contact, new Color(this.colours.contact));
+    wheel.rollers.instanceColor.needsUpdate = true;
+    wheel.marked = contact;
+  }
+
+  /** Where the picture has a wheel's rollers: their angles from straight down, read off what is drawn. */
+  drawnAngles(wheel) {
+    const matrix = this.wheels[wheel].rollers.instanceMatrix.array;
+    return Array.from({ length: this.vehicle.rollers }, (_, k) =>
+      Math.atan2(matrix[16 * k + 13], -matrix[16 * k + 14]),
+    );
+  }
+}
+
+function shadowed(mesh) {
+  mesh.castShadow = true;
+  mesh.receiveShadow = true;
+  return mesh;
+}
