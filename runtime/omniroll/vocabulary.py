@@ -140,6 +140,23 @@ PARTS = (
     derived("gear_ratio", NUMBER, note="Negative where the rotor turns the other way", default="1"),
 )
 
+SOLIDS = (  # sizes of solid bodies, which stand for their inertias
+    Entry("platform_disk_radius", POSITIVE, "m", "radius of the platform as a solid disk"),
+    Entry("hub_radius", POSITIVE, "m", "radius of a hub as a solid cylinder"),
+    Entry("hub_width", POSITIVE, "m", "width of a hub, along the axle"),
+    derived(
+        "roller_radius",
+        POSITIVE,
+        note="Where roller_axis_radius is not given, it is wheel_radius less this",
+    ),
+    derived("roller_length", POSITIVE),
+)
+DATA_SHEET = (  # what data sheets print besides; mass is that of the whole vehicle
+    Entry("wheel_diameter", POSITIVE, "m", "diameter of a wheel", note="It stands for wheel_radius"),
+    Entry("roller_diameter", POSITIVE, "m", "diameter of a roller in its middle", note="It stands for roller_radius"),
+    derived("wheel_mass", POSITIVE, note="With mass, it stands for hub_mass"),
+)
+
 # The state at the start, and what a run is asked for
 
 STATE = (
@@ -226,6 +243,11 @@ MOTOR = (
         note="gear_ratio^2 times it is added to wheel_inertia, so that it is 0 where that holds the rotor already",
         default="0",
     ),
+)
+MOTOR_SHEET = (
+    derived("rated_voltage", POSITIVE),
+    derived("stall_torque", POSITIVE),
+    derived("free_speed", POSITIVE, note="1 rpm is 0.10472 rad/s"),
 )
 CONTROLLER = (
     Entry(

@@ -10,6 +10,7 @@ from typing import Any
 from omniroll.errors import OmnirollError
 from omniroll.progress import reporting
 from omniroll.scenes import load_scene
+from omniroll.scenes.lints import lints
 from omniroll.scenes.outcome import Outcome, as_json, run_scene, write
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
@@ -40,12 +41,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
     folder = arguments.output or Path("out/run") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
-    early = [str(doubt) for doubt in scene.doubts()]
-    _warn(early)
+    wrong = lints(scene)
+    _warn(map(str, wrong))
     with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
         outcome = run_scene(scene, report)
     files = write(outcome, folder, picture=arguments.plot)
     print(as_json(outcome.summary()) if arguments.json else text(outcome) + f"\n\n{folder}: {', '.join(files)}")
+    early = {lint.text for lint in wrong}
     _warn(warning for warning in outcome.warnings if warning not in early)
     if outcome.stopped is not None:
         raise outcome.stopped

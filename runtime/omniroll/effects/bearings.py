@@ -97,7 +97,7 @@ class Bearings(Effect):
     def axles(self, kernel: Kernel) -> Axles | None:
         return Axles(kernel.wheel_speeds(np.eye(3)).T, *self._torques(kernel.wheels)) if self.sticks else None
 
-    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
+    def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
         if not (self.sticks and is_sharp(vehicle, "locked")):
             return ()
         text = "the rollers end in sharp tips, for which nu' loses digits while some axles stick and others turn"

@@ -72,7 +72,8 @@ class EffectSet:
 
     def doubts(self, vehicle: Vehicle) -> list[UserWarning]:
         """What is allowed and yet looks wrong."""
-        return [doubt for effect in self.effects for doubt in effect.doubts(vehicle)]
+        equipped = self.equipped(vehicle)
+        return [doubt for effect in self.effects for doubt in effect.doubts(equipped, self.effects)]
 
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:
         """What is integrated; effects that name the same quantity share it."""

@@ -263,13 +263,8 @@ def _times(times: ArrayLike, runs: list[Run]) -> np.ndarray:
 def _warn_of_effects(runs: list[Run]) -> None:
     """Once for each doubt about the effects of a vehicle."""
     pairs = {(run["vehicle"], id(run["effects"])): run["effects"] for run in runs if run["effects"]}
-    doubts = (
-        doubt
-        for (vehicle, _), effects in pairs.items()
-        for effect in effects
-        if isinstance(effect, Effect)
-        for doubt in effect.doubts(vehicle)
-    )
+    acting = ((vehicle, tuple(e for e in effects if isinstance(e, Effect))) for (vehicle, _), effects in pairs.items())
+    doubts = (doubt for vehicle, effects in acting for doubt in EffectSet(effects).doubts(vehicle))
     for doubt in {str(doubt): doubt for doubt in doubts}.values():
         warnings.warn(doubt, stacklevel=3)
 

@@ -1,13 +1,13 @@
 """Scene files read, checked and run."""
 
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.simulate import checked_task, one_run, simulate
 from omniroll.errors import InvalidValueError
 from omniroll.results.reactions import Reactions, judged_reactions
@@ -52,7 +52,7 @@ class Scene:
 
     def doubts(self) -> list[UserWarning]:
         """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
-        return [doubt for effect in self.options.get("effects", ()) for doubt in effect.doubts(self.vehicle)]
+        return EffectSet.checked(self.options.get("effects", ()), self.vehicle).doubts(self.vehicle)
 
     def sample_times(self, end: float) -> np.ndarray | None:
         """The times (K,) in s up to `end`, in s, at which the scene asks for samples; None where it asks for none."""
@@ -155,18 +155,20 @@ def _check_options(vehicle: Vehicle, options: dict[str, Any], findings: Findings
 
 def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], findings: Findings) -> None:
     """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
+    asked = ""  # the table that asks for what is refused
     try:
         task = checked_task(vehicle, **options)
-        if "reactions" in tables:
-            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables["reactions"])
+        asked = "reactions"
+        if asked in tables:
+            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables[asked])
     except InvalidValueError as error:
-        findings.add(*_place(error.field, tables), error.bound, shown(error.value))
+        findings.add(*_place(error.field, tables, asked), error.bound, shown(error.value))
 
 
-def _place(name: str, tables: dict[str, Any]) -> tuple[str, str]:
-    """The table and key that an argument comes from."""
+def _place(name: str, tables: dict[str, Any], asked: str) -> tuple[str, str]:
+    """The table and key that an argument comes from; `asked` where that table has such a key."""
     if name in OPTIONS:
         return OPTIONS[name]
-    written = (table for table, content in tables.items() if name in content)
-    known = (table.name for table, key in keys() if key.name == name and table.name in tables)
-    return next(chain(written, known), "vehicle"), name
+    written = [table for table, content in tables.items() if name in content]
+    known = [table.name for table, key in keys() if key.name == name and table.name in tables]
+    return next(iter([asked] * (asked in known) + written + known), "vehicle"), name
