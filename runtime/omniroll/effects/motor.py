@@ -137,7 +137,10 @@ class Motor(Drive):
         return Driving(self, kernel, self._curve(kernel.wheels, start_time))
 
     def line(self, vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) torque at the axles in N m per volt, and what it loses per rate of the wheels in N m s; no limit."""
+        """(N,) torque at the axles in N m per volt, and what it loses per rate of the wheels in N m s; no limit.
+
+        vehicle  Vehicle with N wheels
+        """
         constants = tuple(self.constants(vehicle).items())
         bound = kernel(vehicle, "free", "python", effects=self.kernel_effects(), constants=constants)
         _, per_volt, per_rate = laws(bound, MODES[LINEAR])[:, 0].T

@@ -14,7 +14,9 @@ from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import STANDARD_GRAVITY
 
-FASTEST, SLOWEST = 8.0, 1e-3  # m/s of a vehicle on omni-wheels
+FASTEST = 8.0  # m/s of a vehicle on omni-wheels
+LEAST_FREE, MOST_FREE = 1e-3, 50.0  # m/s of a wheel's rim whose motor turns without load
+LEAST_TORQUE, MOST_TORQUE = 0.9, 1.1 * math.sqrt(3)  # torque_constant over back_emf; 1.5 and sqrt(3) count in phases
 QUICKEST_TURN = 30.0  # rad/s about the vertical axis
 FRICTION = 1.0  # coefficient of rubber on a dry floor
 HARD_DRIVEN = 5.0  # thrust of a wheel over its load, that no friction passes on
@@ -67,11 +69,14 @@ def _of_motor(motor: Motor, effects: tuple, vehicle: Vehicle) -> Iterator[Lint]:
     if volts and motor.back_emf:
         rate = abs(volts / (motor.back_emf * motor.gear_ratio))
         speed = rate * vehicle.wheel_radius
-        if not SLOWEST <= speed <= FASTEST:
+        if not LEAST_FREE <= speed <= MOST_FREE:
             text = (
                 f"{volts:.3g} V turn a wheel without load at {rate:.3g} rad/s, which is {speed:.3g} m/s on the ground"
             )
             yield Lint("drive", "gear_ratio", f"{text}; are back_emf in V s and gear_ratio right?")
+    if motor.back_emf and not LEAST_TORQUE <= (ratio := motor.torque_constant / motor.back_emf) <= MOST_TORQUE:
+        text = f"torque_constant is {ratio:.3g} times this; in N m/A and V s the two are alike"
+        yield Lint("drive", "back_emf", f"{text}; 1 V/rpm is 9.549 V s")
     added = motor.equipped(vehicle).wheel_inertia - vehicle.wheel_inertia
     if added > HEAVY_ROTOR * vehicle.wheel_inertia:
         text = f"behind its gear the rotor has {added / vehicle.wheel_inertia:.3g} times the wheel's own inertia"

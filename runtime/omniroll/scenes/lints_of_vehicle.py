@@ -75,9 +75,6 @@ def of_sizes(vehicle: Vehicle) -> Iterator[Lint]:
     if vehicle.wheel_places is None and vehicle.wheel_radius > side * (1 + 1e-9) and _is_even(vehicle):
         text = f"wheels this large, {vehicle.wheels} of them {vehicle.platform_radius:g} m out, reach into each other"
         yield Lint("vehicle", "wheel_radius", f"{text} from {side:.3g} m on")
-    if math.hypot(*vehicle.center_of_mass) > size:
-        text = f"lies {math.hypot(*vehicle.center_of_mass):.3g} m from S; the wheels reach {size:.3g} m"
-        yield Lint("layout", "center_of_mass", text)
 
 
 def _is_even(vehicle: Vehicle) -> bool:
