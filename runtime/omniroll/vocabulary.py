@@ -24,6 +24,8 @@ OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
+MOST_OF_A_KIND = 1_000_000  # wheels of a vehicle, rollers of a wheel
+
 NUMBER = Numbers()
 POSITIVE = Numbers(above=0)
 NOT_NEGATIVE = Numbers(least=0)
@@ -98,8 +100,10 @@ def by_name(*tables: Iterable[Entry]) -> dict[str, Entry]:
 
 # The vehicle
 
-WHEELS = derived("wheels", Whole(1))
-ROLLERS_PER_WHEEL = derived("rollers_per_wheel", Whole(3), note="At least 4 where roller_axis_radius is not given")
+WHEELS = derived("wheels", Whole(1, MOST_OF_A_KIND))
+ROLLERS_PER_WHEEL = derived(
+    "rollers_per_wheel", Whole(3, MOST_OF_A_KIND), note="At least 4 where roller_axis_radius is not given"
+)
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
     derived("wheel_radius", bounded("wheel_radius")),

@@ -151,6 +151,11 @@ def simulate_many(
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
         "accuracy": accuracy, "engine": engine,
     }  # fmt: skip
+    validation.truth("control", control)
+    if executor is not None and not isinstance(executor, Executor):
+        raise InvalidValueError("executor", executor, "must be an executor of concurrent.futures, or None for threads")
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise InvalidValueError("progress", progress, "must be True, False, None or a function")
     shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]
     checked_task(**runs[0])

@@ -66,6 +66,7 @@ def simulate(
         roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, progress=progress,
         effects=effects,
     )  # fmt: skip
+    validation.truth("control", control)
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
     if not control or task.duration == 0:
@@ -98,6 +99,8 @@ def checked_task(
     ROLLER_MODEL.checked(roller_model)
     SWITCHING.checked(switching)
     ENTRIES["engine"].checked(engine)
+    if progress is not None and not callable(progress):
+        raise InvalidValueError("progress", progress, "must be a function, called as progress(time done, duration)")
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(

@@ -244,8 +244,8 @@ def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.
     """(N,) angular momentum about the axles per rate of the wheels."""
     wheels = trajectory.vehicle.wheels
     if spin_inertia is not None:
-        shape = () if np.ndim(spin_inertia) == 0 else (wheels,)
-        given = validation.real_array("spin_inertia", spin_inertia, shape)
+        given = validation.real_array("spin_inertia", spin_inertia)
+        given = validation.real_array("spin_inertia", given, () if given.ndim == 0 else (wheels,))
         if (given <= 0).any():
             raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
         return np.broadcast_to(given, (wheels,))

@@ -131,12 +131,15 @@ class Trajectory(MadeOnDemand):
         spins = np.zeros(shape) if self.spins is None else self.spins
         return by_roller(np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact)
 
-    @staticmethod
-    def _whole(name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
-        array = np.asarray(value)
-        if array.dtype.kind not in "iu" or ((array < least) | (array > most)).any():
+    def _whole(self, name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
+        array = validation.real_array(name, value)
+        if array.dtype.kind not in "iu" and (array % 1).any() or ((array < least) | (array > most)).any():
             raise InvalidValueError(name, value, f"must be a whole number from {least} to {most}")
-        return array
+        try:
+            return np.broadcast_to(array, self.contact.shape).astype(int)
+        except ValueError:
+            bound = f"must be one number, or go with the shape {self.contact.shape}"
+            raise InvalidValueError(name, value, bound) from None
 
     # Sampling
 
@@ -276,7 +279,7 @@ class Trajectory(MadeOnDemand):
             "drive_names": list(self.effects.drives()),
         }
         arrays = {name: getattr(self, name) for name in ARRAYS} | ({} if dense else {"dense": None})
-        trajectory_files.write(Stored(description, arrays, self.switches), path)
+        trajectory_files.write(Stored(description, arrays, self.switches), validation.file_path("path", path))
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Trajectory":
@@ -286,7 +289,7 @@ class Trajectory(MadeOnDemand):
 
         Raises InvalidValueError for a file that is not a trajectory, OSError where it cannot be read.
         """
-        stored = trajectory_files.read(path)
+        stored = trajectory_files.read(validation.file_path("path", path))
         with trajectory_files.refusing_damage(path):
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass, field, replace
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from omniroll import validation
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.simulate import checked_task, one_run, simulate
 from omniroll.errors import InvalidValueError
@@ -72,8 +72,10 @@ def load_scene(path: str | PathLike) -> Scene:
 
     path  of the TOML file, str or path
 
-    Raises SceneError, which names all that is wrong in the file, each with its line.
+    Raises SceneError, which names all that is wrong in the file, each with its line; InvalidValueError for what is no
+    path.
     """
+    path = validation.file_path("path", path)
     tables, lines = read(path)
     findings = Findings(lines)
     tables = checked_tables(tables, findings)
@@ -95,7 +97,7 @@ def load_scene(path: str | PathLike) -> Scene:
         _check_whole(vehicle, options, tables, findings)
     if findings.problems:
         raise SceneError(path, findings.problems)
-    return Scene(Path(path).stem, vehicle, options, tables)
+    return Scene(path.stem, vehicle, options, tables)
 
 
 def run(scene: Scene, **changes: Any) -> Trajectory:
