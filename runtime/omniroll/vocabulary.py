@@ -378,6 +378,38 @@ REACTIONS = (
     ),
 )  # fmt: skip
 
+# What instruments on a robot read
+
+MEASUREMENTS = (
+    Entry("wheel_angle", PER_WHEEL, "rad", "angle of a wheel since the start, with the joints that it has passed"),
+    Entry("encoder_count", PER_WHEEL, "1", "whole counts of an encoder on a wheel's axle since the start"),
+    Entry("wheel_rate", PER_WHEEL, "rad/s", "rate of a wheel"),
+    Entry("net_torque", PER_WHEEL, "N m", "torque of drive, motor and bearings together at an axle"),
+    Entry("motor_current", PER_WHEEL, "A", "current of a motor", note="Where a Motor is the only drive"),
+    Entry("motor_voltage", PER_WHEEL, "V", "voltage at a motor's winding", note="Where a Motor is the only drive"),
+    Entry("gyro", NUMBER, "rad/s", "rate of the heading"),
+    Entry("accelerometer", PLACE, "m/s^2", "acceleration less gravity's in the plane, along the platform's axes"),
+    Entry("odometry", THREE, "m, m, rad", "pose by dead reckoning from the encoders' counts"),
+    Entry("contact_roller", PER_WHEEL, "1", "number of the roller in contact"),
+)
+WITH_ERRORS = ("wheel_rate", "net_torque", "motor_current", "motor_voltage", "gyro", "accelerometer")
+INSTRUMENTS = (
+    Entry("counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of the wheel", "4096"),
+    Entry("place", PLACE, "m", "place of the accelerometer in the platform's frame", "(0, 0)"),
+    Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
+)
+
+ERRORS = tuple(  # of readings, by their names
+    Entry(f"{entry.name}_{error}", kind, entry.unit, f"{meaning} {entry.name}", "0")
+    for entry in MEASUREMENTS
+    if entry.name in WITH_ERRORS
+    for error, kind, meaning in (
+        ("resolution", NOT_NEGATIVE, "step of the readings of"),
+        ("noise", NOT_NEGATIVE, "standard deviation of the noise of"),
+        ("bias", NUMBER, "what is added to"),
+    )
+)
+
 # What the methods of a kernel take; a leading ... stands for any axes, which broadcast.
 
 KERNEL_ARGUMENTS = tuple(

@@ -10,6 +10,7 @@ from omniroll import validation
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.simulate import checked_task, one_run, simulate
 from omniroll.errors import InvalidValueError
+from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions, judged_reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.acting import check_together, effects_of, with_layout
@@ -19,6 +20,7 @@ from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
 from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import INSTRUMENTS, WITH_ERRORS
 
 OPTIONS = {  # argument of simulate: the table and key that it comes from
     "nu": ("start", "nu"),
@@ -54,6 +56,18 @@ class Scene:
         """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
         return EffectSet.checked(self.options.get("effects", ()), self.vehicle).doubts(self.vehicle)
 
+    def instruments(self) -> Instruments | None:
+        """The instruments that the scene asks for, or None."""
+        if "measurements" not in self.tables:
+            return None
+        given = self.tables["measurements"]
+        plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
+        errors = {
+            error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
+            for error in ("resolution", "noise", "bias")
+        }
+        return Instruments(**plain, **errors)
+
     def sample_times(self, end: float) -> np.ndarray | None:
         """The times (K,) in s up to `end`, in s, at which the scene asks for samples; None where it asks for none."""
         run_table = self.tables.get("run", {})
@@ -84,6 +98,8 @@ def load_scene(path: str | PathLike) -> Scene:
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     _check_samples(tables.get("run", {}), findings)
+    if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
+        findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)

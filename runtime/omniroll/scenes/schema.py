@@ -128,6 +128,13 @@ SCENE = (
         (vocabulary.LAYOUT[0], replace(vocabulary.WHEEL_ANGLES, default="those of [vehicle]"), *vocabulary.LAYOUT[1:]),
     ),
     Table(
+        "measurements",
+        "What instruments on the robot read, as further columns of samples.csv, which `[run]` must ask for: angles and "
+        "rates of the wheels, counts of encoders, net torques, currents and voltages of motors, gyro, accelerometer, "
+        "odometry.",
+        vocabulary.INSTRUMENTS + vocabulary.ERRORS,
+    ),
+    Table(
         "reactions",
         "Contact forces, loads, and the margins to slipping and tipping, worked out after the motion.",
         vocabulary.REACTIONS,
