@@ -49,7 +49,11 @@ class Instruments:
             object.__setattr__(self, name, _checked(name, getattr(self, name)))
 
     def read(self, true: Mapping[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
-        """Readings (...) of what is: bias, noise and resolution in this order."""
+        """Readings by name: bias, noise and resolution in this order.
+
+        true  what ideal instruments read, by name
+        rng   that the noise comes from
+        """
         return {name: self._read(name, np.asarray(value), rng) for name, value in true.items()}
 
     def _read(self, name: str, value: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -60,7 +64,10 @@ class Instruments:
         return np.round(value / step) * step if step else value
 
     def counts(self, wheel_angle: np.ndarray) -> np.ndarray:
-        """Whole counts of the encoders at these angles in rad."""
+        """Whole counts of the encoders, int64 of the same shape.
+
+        wheel_angle  (...) in rad
+        """
         return np.floor(wheel_angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
 
 
