@@ -37,7 +37,7 @@ $(VENV_STAMP):
 
 $(DEPS_STAMP): $(VENV_STAMP)
 	$(call say,dependencies: $$(grep -c == requirements.txt) pinned packages (the first time this takes a minute))
-	@$(PIP) install --requirement requirements.txt
+	@$(PIP) install --require-hashes --requirement requirements.txt
 	@rm -f $(VENV)/.dependencies-* && touch $@
 
 $(BUILD_STAMP): $(DEPS_STAMP)
@@ -83,7 +83,7 @@ BENCH_STAMP := $(BENCH_VENV)/.peers-$(call key,cat tests/benchmarks/requirements
 $(BENCH_STAMP): tests/benchmarks/requirements.txt
 	$(call say,peers to compare with: $(BENCH_VENV))
 	@$(PYTHON) -m venv --clear $(BENCH_VENV)
-	@$(BENCH_VENV)/bin/python -m pip --disable-pip-version-check --quiet install --requirement $<
+	@$(BENCH_VENV)/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes --requirement $<
 	@$(BENCH_VENV)/bin/python -c "import pathlib, sysconfig as s; own = s.get_path('purelib'); pathlib.Path(own, 'omniroll-environment.pth').write_text('import site; site.addsitedir(' + repr(own.replace('$(BENCH_VENV)', '$(VENV)')) + ')\n')"
 	@touch $@
 

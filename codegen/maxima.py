@@ -207,6 +207,7 @@ def install(place: Path) -> None:
             "--no-deps",
             "--only-binary=:all:",
             "--disable-pip-version-check",
+            "--require-hashes",
             "--requirement",
             REQUIREMENTS,
         ]

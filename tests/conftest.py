@@ -15,7 +15,7 @@ def fresh_cache(tmp_path, monkeypatch):
     from omniroll.kernels import kernel, sets
 
     monkeypatch.setenv("OMNIROLL_CACHE", str(tmp_path / "kernels"))
-    remembered = (sets._loaded, sets._opened_pair, sets._opened_engine, kernel.kernel, kernel.signatures)
+    remembered = (sets._loaded, sets._opened_pair, sets._opened_engine, kernel.kept_kernel, kernel.signatures)
     for cached in remembered:
         cached.cache_clear()
     yield tmp_path / "kernels"

@@ -224,3 +224,169 @@ def controller_sample(wheels, rollers_per_wheel, rate_errors, error_sums, propor
         sums_after[i] = sum_after
         control[i] = control_
     return sums_after, control
+
+
+def accelerometer(wheels, rollers_per_wheel, platform_radius, yaw_scale, nu, nu_dot, place, theta,
+                  gravity_strength, plane_angle, plane_direction):
+    """What an accelerometer at a place of the platform reads.
+
+    Equations: section 2. Steps: felt (maxima/effects/sensors.mac).
+    platform_radius [m]: distance of the wheel centres from S.
+    yaw_scale [1]: nu_3 per yaw rate.
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    nu_dot[3] [1/s^2]: quasi-accelerations.
+    place[2] [m]: place of an instrument in the platform's frame.
+    theta [rad]: heading.
+    gravity_strength [m/s^2]: gravity.
+    plane_angle [rad]: inclination of the plane.
+    plane_direction [rad]: direction of steepest descent of a plane in its x, y.
+    Returns:
+      specific_force[2] [m/s^2]: acceleration less gravity's, along the platform's axes.
+    Operations: once 9 add, 14 mul, 1 div, 3 sincos. Intermediates: 8.
+    """
+    specific_force = [None] * 2
+    R = platform_radius
+    Lambda = yaw_scale
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    nu_dot_1 = nu_dot[0]
+    nu_dot_2 = nu_dot[1]
+    nu_dot_3 = nu_dot[2]
+    place_1 = place[0]
+    place_2 = place[1]
+    inv_Lambda = 1/Lambda
+    turning = nu_3*inv_Lambda
+    turning_rate = nu_dot_3*inv_Lambda
+    turning_sq = turning*turning
+    gravity_in_plane = gravity_strength*sin(plane_angle)
+    from_heading = plane_direction - theta
+    felt_1 = (R*(nu_dot_1 - nu_2*turning) - place_1*turning_sq - place_2*turning_rate
+        - gravity_in_plane*cos(from_heading))
+    felt_2 = (R*(nu_1*turning + nu_dot_2) + place_1*turning_rate - place_2*turning_sq
+        - gravity_in_plane*sin(from_heading))
+    specific_force[0] = felt_1
+    specific_force[1] = felt_2
+    return specific_force
+
+
+def dead_reckoning(wheels, rollers_per_wheel, platform_radius, yaw_scale, pose, way, chord):
+    """The pose after a step on which nu is constant.
+
+    Equations: section 2. Steps: reckoning (maxima/effects/sensors.mac).
+    platform_radius [m]: distance of the wheel centres from S.
+    yaw_scale [1]: nu_3 per yaw rate.
+    pose[3] [m, m, rad]: x, y, theta.
+    way[3] [1]: quasi-velocities times the time of a step.
+    chord [1]: length of a step's chord over that of its arc.
+    Returns:
+      pose_after[3] [m, m, rad]: x, y, theta after a step.
+    Operations: once 6 add, 9 mul, 2 div, 2 sincos. Intermediates: 8.
+    """
+    pose_after = [None] * 3
+    R = platform_radius
+    Lambda = yaw_scale
+    x = pose[0]
+    y = pose[1]
+    theta = pose[2]
+    way_1 = way[0]
+    way_2 = way[1]
+    way_3 = way[2]
+    half_turn = way_3/(2*Lambda)
+    mean_heading = theta + half_turn
+    chord_R = chord*R
+    chord_cosine = chord_R*cos(mean_heading)
+    chord_sine = chord_R*sin(mean_heading)
+    reckoned_x = x + way_1*chord_cosine - way_2*chord_sine
+    reckoned_y = y + way_1*chord_sine + way_2*chord_cosine
+    reckoned_theta = theta + 2*half_turn
+    pose_after[0] = reckoned_x
+    pose_after[1] = reckoned_y
+    pose_after[2] = reckoned_theta
+    return pose_after
+
+
+def axis_of_radii(wheels, rollers_per_wheel, wheel_radius, roller_radius):
+    """Roller axis radius of a wheel whose radius and whose rollers' radius are known.
+
+    Equations: (2.1).
+    wheel_radius [m]: wheel centre to the ground.
+    roller_radius [m]: radius of a roller as a cylinder.
+    Returns:
+      roller_axis_radius [m]: wheel centre to a roller's axis.
+    Operations: once 1 add. Intermediates: 0.
+    """
+    l = wheel_radius
+    roller_axis_radius = l - roller_radius
+    return roller_axis_radius
+
+
+def mass_of_cylinder(wheels, rollers_per_wheel, cylinder_density, cylinder_radius, cylinder_length):
+    """Mass of a solid cylinder.
+
+    Equations: (3.2).
+    cylinder_density [kg/m^3]: density.
+    cylinder_radius [m]: radius.
+    cylinder_length [m]: length.
+    Returns:
+      cylinder_mass [kg]: mass.
+    Operations: once 5 mul. Intermediates: 0.
+    """
+    like = cylinder_density
+    pi = circle_ratio(like)
+    cylinder_mass = cylinder_density*cylinder_radius*cylinder_radius*cylinder_length*pi
+    return cylinder_mass
+
+
+def mass_of_hub(wheels, rollers_per_wheel, mass_of_wheel, roller_mass):
+    """Mass of a hub: that of a wheel without its rollers.
+
+    Equations: (3.2).
+    mass_of_wheel [kg]: mass of a wheel with its rollers.
+    roller_mass [kg]: mass of a roller.
+    Returns:
+      hub_mass [kg]: mass of a hub.
+    Operations: once 1 add, 1 mul. Intermediates: 0.
+    """
+    like = mass_of_wheel
+    n = number(rollers_per_wheel, like)
+    hub_mass = mass_of_wheel - roller_mass*n
+    return hub_mass
+
+
+def mass_of_platform(wheels, rollers_per_wheel, mass, hub_mass, roller_mass, rotor_mass):
+    """Mass of the platform: that of the vehicle without its wheels and rotors.
+
+    Equations: (3.2).
+    mass [kg]: mass of the whole vehicle.
+    hub_mass [kg]: mass of a hub.
+    roller_mass [kg]: mass of a roller.
+    rotor_mass [kg]: mass of a motor's rotor.
+    Returns:
+      platform_mass [kg]: mass of the platform.
+    Operations: once 3 add, 4 mul. Intermediates: 0.
+    """
+    like = mass
+    N = number(wheels, like)
+    n = number(rollers_per_wheel, like)
+    M = mass
+    platform_mass = M - hub_mass*N - roller_mass*N*n - rotor_mass*N
+    return platform_mass
+
+
+def motor_of_data_sheet(wheels, rollers_per_wheel, rated_voltage, stall_torque, free_speed):
+    """Constants of a motor from the ends of its line of torque over speed.
+
+    Equations: (2.2).
+    rated_voltage [V]: voltage for which stall_torque and free_speed are printed.
+    stall_torque [N m]: torque of a motor that is held at rest at its rated voltage.
+    free_speed [rad/s]: rate of a motor's shaft without load at its rated voltage.
+    Returns these, as a tuple:
+      torque_constant [N m/A]: torque of a motor per current.
+      resistance [ohm]: resistance of a motor's winding.
+    Operations: once 4 mul, 3 div. Intermediates: 1.
+    """
+    inv_free_speed = 1/free_speed
+    torque_constant = rated_voltage*inv_free_speed
+    resistance = rated_voltage*rated_voltage*inv_free_speed/stall_torque
+    return torque_constant, resistance

@@ -28,6 +28,7 @@ from .kernels.kernel import kernel as kernel
 from .results.impulses import Impulses as Impulses
 from .results.impulses import impulses as impulses
 from .results.ledger import Ledger as Ledger
+from .results.measurements import Instruments as Instruments
 from .results.reactions import Doubt as Doubt
 from .results.reactions import Reactions as Reactions
 from .results.reactions import reactions as reactions

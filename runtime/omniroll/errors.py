@@ -2,6 +2,17 @@
 
 from typing import Any
 
+LONGEST = 400  # characters of a value that are shown
+
+
+def _shown(value: Any) -> str:
+    """A value as text, cut where it is long."""
+    try:
+        text = repr(value)
+    except Exception:  # an integer of thousands of digits, or an object whose own code fails
+        text = f"a value of type {type(value).__name__}"
+    return text if len(text) <= LONGEST else text[: LONGEST - 4] + " ..."
+
 
 class OmnirollError(Exception):
     """Base of every error that omniroll raises by itself."""
@@ -16,7 +27,7 @@ class InvalidValueError(OmnirollError, ValueError):
     """
 
     def __init__(self, field: str, value: Any, bound: str):
-        super().__init__(f"{field} = {value!r}: {bound}")
+        super().__init__(f"{field} = {_shown(value)}: {bound}")
         self.field, self.value, self.bound = field, value, bound
 
     def __reduce__(self):

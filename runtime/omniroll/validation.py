@@ -2,7 +2,9 @@
 
 import math
 import operator
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,6 +60,8 @@ def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = Non
         raw = np.asarray(value)
     except ValueError:
         raise InvalidValueError(field, value, "must be an array of numbers, rows of one length") from None
+    except Exception:  # an object whose own code fails
+        raise InvalidValueError(field, value, "must be real numbers") from None
     if raw.dtype.kind not in "iuf":
         raise InvalidValueError(field, value, "must be real numbers")
     array = raw.astype(float)
@@ -88,6 +92,20 @@ def magnitude(field: str, array: np.ndarray, axes: int) -> np.ndarray:
             )
             raise InvalidValueError(field, array.tolist(), bound)
     return array
+
+
+def truth(field: str, value: Any) -> bool:
+    """`value`, which must be True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InvalidValueError(field, value, "must be True or False")
+    return bool(value)
+
+
+def file_path(field: str, value: Any) -> Path:
+    """`value` as the path of a file. A number is refused: Python would take it for a file that is open."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise InvalidValueError(field, value, "must be a path, str or path")
+    return Path(value)
 
 
 def choice(field: str, value: Any, choices: Sequence[str]) -> str:

@@ -25,6 +25,8 @@ OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
 STANDARD_GRAVITY = 9.80665  # m/s^2
 
+MOST_OF_A_KIND = 1_000_000  # wheels of a vehicle, rollers of a wheel
+
 NUMBER = Numbers()
 POSITIVE = Numbers(above=0)
 NOT_NEGATIVE = Numbers(least=0)
@@ -99,10 +101,9 @@ def by_name(*tables: Iterable[Entry]) -> dict[str, Entry]:
 
 # The vehicle
 
-MOST = 1_000_000  # wheels, and rollers of a wheel
-WHEELS = derived("wheels", Whole(1, MOST))
+WHEELS = derived("wheels", Whole(1, MOST_OF_A_KIND))
 ROLLERS_PER_WHEEL = derived(
-    "rollers_per_wheel", Whole(3, MOST), note="At least 4 where roller_axis_radius is not given"
+    "rollers_per_wheel", Whole(3, MOST_OF_A_KIND), note="At least 4 where roller_axis_radius is not given"
 )
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
@@ -142,6 +143,23 @@ PARTS = (
     derived("rotor_transverse_inertia", NOT_NEGATIVE, default="0"),
     derived("rotor_distance", NOT_NEGATIVE, default="0"),
     derived("gear_ratio", NUMBER, note="Negative where the rotor turns the other way", default="1"),
+)
+
+SOLIDS = (  # sizes of solid bodies, which stand for their inertias
+    Entry("platform_disk_radius", POSITIVE, "m", "radius of the platform as a solid disk"),
+    Entry("hub_radius", POSITIVE, "m", "radius of a hub as a solid cylinder"),
+    Entry("hub_width", POSITIVE, "m", "width of a hub, along the axle"),
+    derived(
+        "roller_radius",
+        POSITIVE,
+        note="Where roller_axis_radius is not given, it is wheel_radius less this",
+    ),
+    derived("roller_length", POSITIVE),
+)
+DATA_SHEET = (  # what data sheets print besides; mass is that of the whole vehicle
+    Entry("wheel_diameter", POSITIVE, "m", "diameter of a wheel", note="It stands for wheel_radius"),
+    Entry("roller_diameter", POSITIVE, "m", "diameter of a roller in its middle", note="It stands for roller_radius"),
+    derived("wheel_mass", POSITIVE, note="With mass, it stands for hub_mass"),
 )
 
 # The state at the start, and what a run is asked for
@@ -239,6 +257,11 @@ MOTOR = (
         note="gear_ratio^2 times it is added to wheel_inertia, so that it is 0 where that holds the rotor already",
         default="0",
     ),
+)
+MOTOR_SHEET = (
+    derived("rated_voltage", POSITIVE),
+    derived("stall_torque", POSITIVE),
+    derived("free_speed", POSITIVE, note="1 rpm is 0.10472 rad/s"),
 )
 CONTROLLER = (
     Entry(
@@ -429,6 +452,38 @@ REACTIONS = (
         optional=True,
     ),
 )  # fmt: skip
+
+# What instruments on a robot read
+
+MEASUREMENTS = (
+    Entry("wheel_angle", PER_WHEEL, "rad", "angle of a wheel since the start, with the joints that it has passed"),
+    Entry("encoder_count", PER_WHEEL, "1", "whole counts of an encoder on a wheel's axle since the start"),
+    Entry("wheel_rate", PER_WHEEL, "rad/s", "rate of a wheel"),
+    Entry("net_torque", PER_WHEEL, "N m", "torque of drive, motor and bearings together at an axle"),
+    Entry("motor_current", PER_WHEEL, "A", "current of a motor", note="Where a Motor is the only drive"),
+    Entry("motor_voltage", PER_WHEEL, "V", "voltage at a motor's winding", note="Where a Motor is the only drive"),
+    Entry("gyro", NUMBER, "rad/s", "rate of the heading"),
+    Entry("accelerometer", PLACE, "m/s^2", "acceleration less gravity's in the plane, along the platform's axes"),
+    Entry("odometry", THREE, "m, m, rad", "pose by dead reckoning from the encoders' counts"),
+    Entry("contact_roller", PER_WHEEL, "1", "number of the roller in contact"),
+)
+WITH_ERRORS = ("wheel_rate", "net_torque", "motor_current", "motor_voltage", "gyro", "accelerometer")
+INSTRUMENTS = (
+    Entry("counts_per_turn", POSITIVE, "1", "counts of an encoder in one turn of the wheel", "4096"),
+    Entry("place", PLACE, "m", "place of the accelerometer in the platform's frame", "(0, 0)"),
+    Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
+)
+
+ERRORS = tuple(  # of readings, by their names
+    Entry(f"{entry.name}_{error}", kind, entry.unit, f"{meaning} {entry.name}", "0")
+    for entry in MEASUREMENTS
+    if entry.name in WITH_ERRORS
+    for error, kind, meaning in (
+        ("resolution", NOT_NEGATIVE, "step of the readings of"),
+        ("noise", NOT_NEGATIVE, "standard deviation of the noise of"),
+        ("bias", NUMBER, "what is added to"),
+    )
+)
 
 # What the methods of a kernel take; a leading ... stands for any axes, which broadcast.
 

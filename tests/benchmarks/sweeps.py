@@ -6,7 +6,7 @@ import numpy as np
 
 import omniroll
 from omniroll.engine import many
-from omniroll.kernels.kernel import kernel
+from omniroll.kernels.kernel import kept_kernel
 
 from .common import Answer, Target, Times, repeated
 
@@ -27,7 +27,7 @@ class Sweep:
     def __call__(self):
         """Seconds by the clock and seconds of all cores."""
         every, many._cores = many._cores, lambda: self.cores
-        kernel.cache_clear()  # the vehicles are new to the package
+        kept_kernel.cache_clear()  # the vehicles are new to the package
         began, began_cores = time.perf_counter(), time.process_time()
         try:
             self.found = omniroll.simulate_many(self.vehicles, duration=LENGTH, **OPTIONS)

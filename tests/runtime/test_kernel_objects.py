@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from omniroll import Kernel, Vehicle, kernel
-from omniroll.kernels.kernel import ROLLER_MODELS
+from omniroll.kernels.kernel import ROLLER_MODELS, kept_kernel
 
 VEHICLE = Vehicle.paper(4, 7).replace(wheel_angles=(0.0, 1.4, 3.3, 4.9))
 RANDOM = np.random.default_rng(11)
@@ -39,9 +39,9 @@ def test_backends_agree_on_every_function(roller_model):
 def test_sharp_kernels_compute_the_same(roller_model, backend, monkeypatch):
     plain = kernel(VEHICLE, roller_model, backend)
     monkeypatch.setattr(Vehicle, "sharpness", lambda vehicle: 1e9)
-    kernel.cache_clear()
+    kept_kernel.cache_clear()
     sharp = kernel(VEHICLE, roller_model, backend)
-    kernel.cache_clear()
+    kept_kernel.cache_clear()
     assert plain.set_name == sharp.set_name == roller_model and sharp.sharp and not plain.sharp
     assert (
         sharp.form("forward_dynamics") == "forward_dynamics_sharp"

@@ -227,8 +227,9 @@ def test_a_controller_that_is_not_stable_is_said_once_and_without_python_lines(t
     assert len(scene.doubts()) == 1
     assert cli.main(["run", path, "--output", str(tmp_path / "out")]) == 0
     (said,) = capsys.readouterr().err.splitlines()
-    assert said.startswith("warning: the controller's errors grow from sample to sample")
-    assert json.loads((tmp_path / "out/summary.json").read_text())["warnings"] == [said.removeprefix("warning: ")]
+    place = "warning: [controller] sample_time: "
+    assert said.startswith(place + "the controller's errors grow from sample to sample")
+    assert json.loads((tmp_path / "out/summary.json").read_text())["warnings"] == [said.removeprefix(place)]
     assert cli.main(["explain", path, "--json"]) == 0
     assert [lint["key"] for lint in json.loads(capsys.readouterr().out)["lints"]] == ["sample_time"]
 

@@ -10,7 +10,8 @@ import omniroll
 from omniroll import cli
 from omniroll.scenes import load_scene
 from omniroll.scenes.estimates import estimates
-from omniroll.scenes.lints import lints, ring
+from omniroll.scenes.lints import lints
+from omniroll.scenes.lints_of_vehicle import ring
 
 PAPER = omniroll.Vehicle.paper()
 FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, (int, float))}
@@ -59,6 +60,7 @@ def test_text(capsys):
     said = capsys.readouterr().out
     for part in (
         "3 wheels of 5 rollers",
+        "  wheel_radius                0.0707107 m       given: by the preset\n",
         "massless        [rollers]",
         "in place of locked",
         "ns per evaluation",
@@ -130,8 +132,10 @@ THICKNESS = PAPER.wheel_radius - PAPER.roller_axis_radius
     [
         ({"wheel_inertia": 1.01 * SHARE * PAPER.wheel_radius**2}, ["wheel_inertia"]),
         ({"wheel_inertia": 0.99 * SHARE * PAPER.wheel_radius**2}, []),
-        ({"yaw_inertia": 1.01 * PAPER.mass * (2 * (0.15 + PAPER.wheel_radius)) ** 2}, ["yaw_inertia"]),
-        ({"yaw_inertia": 0.99 * PAPER.mass * (2 * (0.15 + PAPER.wheel_radius)) ** 2}, []),
+        ({"yaw_inertia": 1.01 * PAPER.mass * (0.15 + PAPER.wheel_radius) ** 2}, ["yaw_inertia"]),
+        ({"yaw_inertia": 0.99 * PAPER.mass * (0.15 + PAPER.wheel_radius) ** 2}, []),
+        ({"yaw_inertia": 0.99 * 0.05 * PAPER.mass * 0.15**2}, ["yaw_inertia"]),
+        ({"yaw_inertia": 1.01 * 0.05 * PAPER.mass * 0.15**2}, []),
         ({"roller_inertia": 1.01 * PAPER.wheel_inertia / 5 * (THICKNESS / 0.05) ** 2}, ["roller_inertia"]),
         ({"roller_inertia": 0.99 * PAPER.wheel_inertia / 5 * (THICKNESS / 0.05) ** 2}, []),
         ({"roller_inertia": 1.01 * SHARE / 5 * THICKNESS**2, "wheel_inertia": SHARE * PAPER.wheel_radius**2},
@@ -148,8 +152,11 @@ def test_numbers_that_look_wrong(changes, keys, tmp_path):
 @pytest.mark.parametrize(
     "changes, key",
     [
-        ({"platform_inertia": 1.01 * 1.0 * (2 * 0.22) ** 2}, "platform_inertia"),
-        ({"hub_axial_inertia": 1.01 * 0.15 * 0.07**2, "hub_transverse_inertia": 5e-4}, "hub_axial_inertia"),
+        ({"platform_inertia": 1.01 * 1.0 * 0.22**2}, "platform_inertia"),
+        (
+            {"hub_axial_inertia": 1.01 * 0.15 * (0.07 * np.cos(np.pi / 4)) ** 2, "hub_transverse_inertia": 5e-4},
+            "hub_axial_inertia",
+        ),
         ({"hub_axial_inertia": 2.02e-4}, "hub_axial_inertia"),
         ({"roller_axial_inertia": 1.01 * 0.05 * (0.07 * (1 - np.cos(np.pi / 4))) ** 2}, "roller_axial_inertia"),
         ({"hub_mass": 0.04, "hub_axial_inertia": 5e-5, "hub_transverse_inertia": 5e-5}, "roller_mass"),

@@ -30,6 +30,9 @@ def text(explanation: dict[str, Any]) -> str:
     lines = [
         f"{explanation['scene']}: {vehicle['wheels']} wheels of {vehicle['rollers_per_wheel']} rollers",
         "",
+        "Vehicle",
+        *map(_number, explanation["numbers"]),
+        "",
         "State",
     ]
     lines += [f"  {e['name']:<14}{e['count']:>5}  {e['unit']:<10} {e['meaning']}" for e in explanation["state"]]
@@ -53,6 +56,12 @@ def text(explanation: dict[str, Any]) -> str:
         lines += [f"  {text}" for text in explanation["left_out"]]
     lines += ["", "What looks wrong", *(f"  [{e['table']}] {e['key']}: {e['text']}" for e in explanation["lints"])]
     return "\n".join(lines if explanation["lints"] else [*lines, "  nothing"])
+
+
+def _number(origin: dict[str, Any]) -> str:
+    """A number of the vehicle, and what it comes from."""
+    mark = origin["kind"] + (f": {origin['reason']}" if origin["reason"] else "")
+    return f"  {origin['name']:<25}{origin['value']:>12.6g} {origin['unit']:<7} {mark}"
 
 
 def _named(effect: dict[str, Any], place: str) -> str:

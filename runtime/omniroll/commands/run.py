@@ -14,6 +14,7 @@ from omniroll.interruption import Interruption
 from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
 from omniroll.scenes import load_scene
+from omniroll.scenes.lints import lints
 from omniroll.scenes.outcome import VIEW, Outcome, result_folder, run_scene, write
 from omniroll.scenes.result_folder import Parts, as_json
 from omniroll.viewer.page import View, view
@@ -38,8 +39,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.plot and importlib.util.find_spec("matplotlib") is None:
         raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
     folder = arguments.output or Path("out/run") / scene.name
-    early = [str(doubt) for doubt in scene.doubts()]
-    _warn(early)
+    wrong = lints(scene)
+    _warn(map(str, wrong))
     with result_folder(folder) as results, Interruption() as interruption:
         parts = Parts(results.unfinished, PARTS, time.monotonic)
         with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
@@ -50,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(as_json(summary) if arguments.json else text(outcome) + f"\n\n{folder}: {files}")
     if arguments.view:
         webbrowser.open((folder / VIEW).resolve().as_uri())
+    early = {lint.text for lint in wrong}
     _warn(warning for warning in outcome.warnings if warning not in early)
     if outcome.interrupted:
         print(f"omniroll: {outcome.interrupted}; the files hold the motion so far", file=sys.stderr)

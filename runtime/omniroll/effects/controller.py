@@ -14,14 +14,18 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.effects.effect import Effect, Influence, Process, Sampler, Signal
+from omniroll.effects.linear_loop import growth
+from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import Curve, spread, table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
 from omniroll.generated.python import parts
-from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTROLLER, documented
+
+NEUTRAL = 1e-6  # growth that rounding may give to what neither grows nor fades
 
 
 @documented(*CONTROLLER)
@@ -31,7 +35,7 @@ class Controller(Drive):
 
     {entries}
 
-    A gain in torque that is too large for the sample time gives an UnstableControllerWarning. Raises InvalidValueError
+    Gains that are too large for the sample time give an UnstableControllerWarning. Raises InvalidValueError
     for numbers out of their bounds; simulate raises it for a number of gains that is not N, and for an output of
     voltages without a Motor.
     """
@@ -62,26 +66,27 @@ class Controller(Drive):
         if self.output != "torque" and not any(self.output in effect.needs for effect in others):
             raise InvalidValueError("output", self.output, "needs a Motor among the effects")
 
-    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
-        correction = self._correction(vehicle) if self.output == "torque" else 0.0
-        if correction <= 2:
+    def doubts(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[UserWarning, ...]:
+        gains = (spread(name, getattr(self, name), vehicle.wheels) for name in ("proportional", "integral"))
+        times = growth(vehicle, *self._torques(vehicle, others), *gains, self.sample_time)
+        if times <= 1 + NEUTRAL:
             return ()
-        text = f"the controller's errors grow from sample to sample: it corrects {correction:.3g} times the error, and "
-        return (UnstableControllerWarning(text + "settles below 2; make sample_time or proportional smaller"),)
+        text = f"the controller's errors grow from sample to sample, {times:.3g} times in a linear test at rest"
+        return (UnstableControllerWarning(f"{text}; make sample_time, proportional or integral smaller"),)
+
+    def _torques(self, vehicle: Vehicle, others: Sequence[Effect]) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) the torque at an axle per output, and what friction and motors take from it per rate of the wheel."""
+        per_output, damping = np.ones(vehicle.wheels), np.zeros(vehicle.wheels)
+        for other in others:
+            damping = damping + other.constants(vehicle).get("axle_damping", 0.0)
+            if isinstance(other, Motor):
+                per_volt, lost = other.line(vehicle)
+                damping = damping + lost
+                per_output = per_volt if self.output == "voltage" else per_output
+        return per_output, damping
 
     def events(self) -> tuple[str, ...]:
         return (f"samples of the controller, every {self.sample_time:g} s",)
-
-    def _correction(self, vehicle: Vehicle) -> float:
-        """What the proportional part takes off an error until the next sample, in parts of the error, at most.
-
-        The wheels' speeds are W nu, so that torques held for a time T change them by T W M^-1 W^T of the torques.
-        """
-        bound = kernel(vehicle, "massless", "python")
-        wheels = bound.wheel_rows
-        per_torque = wheels @ np.linalg.solve(bound.mass_matrix(np.zeros(vehicle.wheels)), wheels.T)
-        gain = spread("proportional", self.proportional, vehicle.wheels)
-        return float(np.abs(np.linalg.eigvals(self.sample_time * per_torque * gain)).max())
 
     def process(self, kernel: Kernel, start_time: float) -> "Sampling":
         curve = (

@@ -199,8 +199,12 @@ class Effect:
     def check_model(self, roller_model: str) -> None:
         """Raise InvalidValueError where it makes no sense with this roller_model."""
 
-    def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
-        """What is allowed for this vehicle and yet looks wrong; simulate warns with it."""
+    def doubts(self, vehicle: Vehicle, others: "Sequence[Effect]") -> tuple[UserWarning, ...]:
+        """What is allowed and yet looks wrong; simulate warns with it.
+
+        vehicle  with the inertia that all effects bring
+        others   the effects with which it acts
+        """
         return ()
 
     def events(self) -> tuple[str, ...]:

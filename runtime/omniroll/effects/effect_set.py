@@ -88,7 +88,8 @@ class EffectSet:
     @kept
     def doubts(self, vehicle: Vehicle) -> tuple[UserWarning, ...]:
         """What is allowed and yet looks wrong."""
-        return tuple(doubt for effect in self.effects for doubt in effect.doubts(vehicle))
+        equipped = self.equipped(vehicle)
+        return tuple(doubt for effect in self.effects for doubt in effect.doubts(equipped, self.effects))
 
     @kept
     def quantities(self, roller_model: str) -> tuple[Quantity, ...]:

@@ -8,7 +8,7 @@ the mode where they become positive: guards. The generated function motor_laws g
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,10 +19,11 @@ from omniroll.effects.guards import Guard
 from omniroll.effects.numbers import Curve, per_wheel, spread, table
 from omniroll.effects.torque import Drive, Following
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.vehicles import parts
+from omniroll.vehicles.data_sheet import motor_constants
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import INTERPOLATION, MOTOR, ROW_TIMES, documented
+from omniroll.vocabulary import INTERPOLATION, MOTOR, MOTOR_SHEET, ROW_TIMES, documented
 
 # The modes and their transitions, as the derivation has them; here modes are counted from 0 in their order.
 (OWN,) = next(effect["modes"] for effect in generated_data.load("effects")["effects"] if effect["name"] == "motor")
@@ -70,8 +71,37 @@ class Motor(Drive):
             put("times", times)
             put("voltage", voltage)
 
+    @classmethod
+    @documented(*MOTOR_SHEET)
+    def from_data_sheet(
+        cls, voltage: ArrayLike, *, rated_voltage: float, stall_torque: float, free_speed: float, **others: Any
+    ) -> "Motor":
+        """A motor from the two ends of its line of torque over speed; torque_constant and resistance follow.
+
+        voltage  as of a Motor
+        {entries}
+        others   arguments of Motor by name
+
+        Raises InvalidValueError as Motor does.
+        """
+        constants = motor_constants(rated_voltage, stall_torque, free_speed)
+        return cls(voltage, **{name: origin.value for name, origin in constants.items()}, **others)
+
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self._curve(vehicle.wheels, 0.0)
+        self._check_rotor(vehicle)
+
+    def _check_rotor(self, vehicle: Vehicle) -> None:
+        """A rotor and its gear are given once: as a part of the vehicle, or here."""
+        if vehicle.rotor is None:
+            return
+        _, gear_ratio = vehicle.rotor
+        if self.rotor_inertia:
+            bound = "must be 0: the vehicle's rotor_axial_inertia holds the rotor already, and it would count twice"
+            raise InvalidValueError("rotor_inertia", self.rotor_inertia, bound)
+        if self.gear_ratio != gear_ratio:
+            bound = f"must be {gear_ratio:g}, as of the vehicle's parts: the rotor has one gear"
+            raise InvalidValueError("gear_ratio", self.gear_ratio, bound)
 
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         if self.rotor_inertia == 0:
@@ -106,6 +136,16 @@ class Motor(Drive):
 
     def process(self, kernel: Kernel, start_time: float) -> "Driving":
         return Driving(self, kernel, self._curve(kernel.wheels, start_time))
+
+    def line(self, vehicle: Vehicle) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) torque at the axles in N m per volt, and what it loses per rate of the wheels in N m s; no limit.
+
+        vehicle  Vehicle with N wheels
+        """
+        constants = tuple(self.constants(vehicle).items())
+        bound = kernel(vehicle, "free", "python", effects=self.kernel_effects(), constants=constants)
+        _, per_volt, per_rate = laws(bound, MODES[LINEAR])[:, 0].T
+        return per_volt, -per_rate
 
     def _curve(self, wheels: int, start_time: float) -> Curve:
         if self.times is None:

@@ -162,6 +162,11 @@ def simulate_many(
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
         "accuracy": accuracy, "engine": engine, "memory": memory,
     }  # fmt: skip
+    validation.truth("control", control)
+    if executor is not None and not isinstance(executor, Executor):
+        raise InvalidValueError("executor", executor, "must be an executor of concurrent.futures, or None for threads")
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise InvalidValueError("progress", progress, "must be True, False, None or a function")
     shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]
     checked_task(**runs[0])
@@ -274,13 +279,8 @@ def _times(times: ArrayLike, runs: list[Run]) -> np.ndarray:
 def _warn_of_effects(runs: list[Run]) -> None:
     """Once for each doubt about the effects of a vehicle."""
     pairs = {(run["vehicle"], id(run["effects"])): run["effects"] for run in runs if run["effects"]}
-    doubts = (
-        doubt
-        for (vehicle, _), effects in pairs.items()
-        for effect in effects
-        if isinstance(effect, Effect)
-        for doubt in effect.doubts(vehicle)
-    )
+    acting = ((vehicle, tuple(e for e in effects if isinstance(e, Effect))) for (vehicle, _), effects in pairs.items())
+    doubts = (doubt for vehicle, effects in acting for doubt in EffectSet(effects).doubts(vehicle))
     for doubt in {str(doubt): doubt for doubt in doubts}.values():
         warnings.warn(doubt, stacklevel=3)
 

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
 from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError, KernelsMissingError
+from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 1  # of what save() gives
@@ -270,6 +272,26 @@ class Session:
         for process in self._run.acting.processes:
             found |= process.readings(self._nu, signals)
         return found
+
+    def measure(self, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+        """What instruments on the robot read now, by the names of omniroll.vocabulary.MEASUREMENTS.
+
+        instruments  Instruments; None: without errors. Their noise depends on their seed and on the time
+
+        Arrays (N,), (2,) or (), as `outputs` before this instant's events. There is no odometry, which would depend on
+        when it was read before.
+        """
+        instruments = checked_instruments(instruments)
+        signals = {name: value[None] for name, value in self._run.signals_now().items() if name in DRIVES}
+        spins = self.spins
+        moments = Moments(
+            self._nu[None], self._chi[None], self._pose[None], self._contact[None],
+            None if spins is None else spins[None], signals, self._run.passes[None],
+        )  # fmt: skip
+        model = self._task.kernel.roller_model
+        true = true_values(self.vehicle, model, self._task.effects, moments, instruments)
+        rng = np.random.default_rng([instruments.seed, *np.frombuffer(np.float64(self._elapsed).tobytes(), np.uint32)])
+        return instruments.read({name: value[0] for name, value in true.items()}, rng)
 
     def __repr__(self) -> str:
         bound = self._task.kernel

@@ -70,6 +70,7 @@ def simulate(
         roller_model=roller_model, switching=switching, accuracy=accuracy, engine=engine, memory=memory,
         progress=progress, effects=effects,
     )  # fmt: skip
+    validation.truth("control", control)
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
     if not control or task.duration == 0:
@@ -105,6 +106,8 @@ def checked_task(
     ENTRIES["engine"].checked(engine)
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
+    if progress is not None and not callable(progress):
+        raise InvalidValueError("progress", progress, "must be a function, called as progress(time done, duration)")
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(

@@ -30,6 +30,7 @@ class SteppedRun(CompiledRun):
         self.names = (*self.columns.inputs, "voltage")  # of the signals
         self.call: Callable = self.module.lib.omniroll_run
         self.model = self.kernel.model_for(self.module.ffi)
+        self.passes = np.zeros(self.kernel.wheels, np.int64)  # joints passed forwards less those backwards
         self._find_memory()
         self.at_start = self.memory.read()
 
@@ -59,7 +60,8 @@ class SteppedRun(CompiledRun):
     def _arrays(self) -> list[np.ndarray]:
         """All that the engine or a step writes."""
         own = [getattr(self.space, name) for name in (*STATE_ARRAYS, *WHOLE_ARRAYS)]
-        return [*own, *self.modes, self.sampled, *(values for arrays in self.held.values() for values in arrays)]
+        held = (values for arrays in self.held.values() for values in arrays)
+        return [*own, *self.modes, self.sampled, self.passes, *held]
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
@@ -71,6 +73,8 @@ class SteppedRun(CompiledRun):
             while self.status == ASK:
                 self._answer()
                 self.status = self.call(self.struct, self.model)
+            if run.switch_count:
+                self.passes += self.space.switches[: run.switch_count, 2:].sum(axis=0).astype(np.int64)
         if not self.done:
             raise self.stop
 

@@ -38,6 +38,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from omniroll import validation
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State, by_roller
@@ -47,7 +48,7 @@ EPS = float(np.finfo(float).eps)
 
 def tau(t: float, h: float) -> float:
     """100 eps (|t| + |h|), t the time, h the phase's length: switches closer than this are one switch."""
-    return 100 * EPS * (abs(t) + abs(h))
+    return 100 * EPS * (abs(validation.real("t", t)) + abs(validation.real("h", h)))
 
 
 def outward(chi: np.ndarray, chi_dot: np.ndarray, rollers_per_wheel: int) -> np.ndarray:

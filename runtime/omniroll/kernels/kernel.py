@@ -640,7 +640,6 @@ def best_backend() -> str:
     return "compiled"
 
 
-@lru_cache(maxsize=64)
 def kernel(
     vehicle: Vehicle,
     roller_model: str = "free",
@@ -662,9 +661,30 @@ def kernel(
     no C compiler, and runs take `general_kernel`. Raises InvalidValueError for unknown names, KernelsMissingError
     where the C kernels were not built.
     """
+    try:
+        return kept_kernel(vehicle, roller_model, backend, number_type, effects, constants)
+    except TypeError:  # an argument that cannot be a key, and so is none of those that are known
+        _check_arguments(vehicle, roller_model, backend, number_type)
+        for name, value in (("effects", effects), ("constants", constants)):
+            if not isinstance(value, tuple):
+                raise InvalidValueError(name, value, "must be a tuple") from None
+        raise
+
+
+def _check_arguments(vehicle: Vehicle, roller_model: str, backend: str, number_type: str) -> None:
+    if not isinstance(vehicle, Vehicle):
+        raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     choice("roller_model", roller_model, ROLLER_MODELS)
     choice("backend", backend, BACKENDS)
     choice("number_type", number_type, tuple(NUMBER_TYPES))
+
+
+@lru_cache(maxsize=64)
+def kept_kernel(
+    vehicle: Vehicle, roller_model: str, backend: str, number_type: str, effects: tuple[str, ...], constants: Constants
+) -> Kernel:
+    """The kernel of these arguments, made when it is first asked for."""
+    _check_arguments(vehicle, roller_model, backend, number_type)
     if backend == "python":
         return PythonKernel(vehicle, roller_model, effects, constants)
     try:

@@ -11,6 +11,7 @@ from omniroll import validation
 from omniroll.effects import Motor, Slope
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.accelerations import call_named, with_accelerations
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
 from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
@@ -198,15 +199,9 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
     bound = _kernel(trajectory)
     values = numbers | _drives(trajectory)
     values |= {"nu": trajectory.nu, "chi": trajectory.chi, "heading": trajectory.pose[:, 2], "spins": trajectory.spins}
-    if trajectory.spins is not None:
-        values["axial"] = _call(bound, "axial_speeds", values)
-        values["momenta"] = _call(bound, "momenta", values)
-    if "coulomb_momenta" in bound.signatures:
-        values["coulomb_momenta_dot"] = _call(bound, "coulomb_momenta", values)
-    rates = _call(bound, bound.of_every_roller, values)
-    values["nu_dot"] = rates[0] if bound.has_spins else rates
-    sums, places = _call(bound, "load_balance", values)
-    return _call(bound, "contact_forces", values), sums, places[0]
+    values |= with_accelerations(bound, values)
+    sums, places = call_named(bound, "load_balance", values)
+    return call_named(bound, "contact_forces", values), sums, places[0]
 
 
 def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -214,11 +209,6 @@ def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
     if trajectory.drive is None:
         return {}
     return {name: trajectory.drive[:, k] for k, name in enumerate(trajectory.effects.drives())}
-
-
-def _call(bound: Kernel, name: str, values: dict[str, Any]) -> Any:
-    """A generated function on the values of the names of its inputs."""
-    return bound.call(name, *(values[argument.name] for argument in bound.signatures[name].inputs))
 
 
 def _kernel(trajectory: Trajectory) -> Kernel:
@@ -247,8 +237,8 @@ def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.
     """(N,) angular momentum about the axles per rate of the wheels."""
     wheels = trajectory.vehicle.wheels
     if spin_inertia is not None:
-        shape = () if np.ndim(spin_inertia) == 0 else (wheels,)
-        given = validation.real_array("spin_inertia", spin_inertia, shape)
+        given = validation.real_array("spin_inertia", spin_inertia)
+        given = validation.real_array("spin_inertia", given, () if given.ndim == 0 else (wheels,))
         if (given <= 0).any():
             raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
         return np.broadcast_to(given, (wheels,))

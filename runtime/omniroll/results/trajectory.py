@@ -8,7 +8,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
+from omniroll import validation, vocabulary
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
@@ -17,6 +17,7 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
+from omniroll.results.measurements import Instruments, Moments, checked_instruments, reckoned, true_values
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory_content import ARRAYS, Stored
@@ -146,12 +147,15 @@ class Trajectory(MadeOnDemand):
         spins = np.zeros(shape) if self.spins is None else self.spins
         return by_roller(np.concatenate([self.contact_spin[..., None], spins], axis=-1), self.contact)
 
-    @staticmethod
-    def _whole(name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
-        array = np.asarray(value)
-        if array.dtype.kind not in "iu" or ((array < least) | (array > most)).any():
+    def _whole(self, name: str, value: ArrayLike, least: int, most: int) -> np.ndarray:
+        array = validation.real_array(name, value)
+        if array.dtype.kind not in "iu" and (array % 1).any() or ((array < least) | (array > most)).any():
             raise InvalidValueError(name, value, f"must be a whole number from {least} to {most}")
-        return array
+        try:
+            return np.broadcast_to(array, self.contact.shape).astype(int)
+        except ValueError:
+            bound = f"must be one number, or go with the shape {self.contact.shape}"
+            raise InvalidValueError(name, value, bound) from None
 
     # Sampling
 
@@ -166,6 +170,46 @@ class Trajectory(MadeOnDemand):
             raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
         y, row = self._state_and_row(times)
         return self._complete(times, y, row)
+
+    def measure(self, t: ArrayLike, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+        """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
+
+        t            (T,) increasing times within the run, in s; at each of them the odometry goes on
+        instruments  Instruments; None: without errors
+
+        Arrays (T, N), (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
+        """
+        instruments = checked_instruments(instruments)
+        times = np.array(vocabulary.TIMES.checked("t", t))
+        samples = self.sample(times)
+        moments = Moments(
+            samples.nu, samples.chi, samples.pose, samples.contact, samples.spins,
+            self._drives_at(times), self._passes(times),
+        )  # fmt: skip
+        true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments)
+        odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
+        true |= {} if odometry is None else {"odometry": odometry}
+        return instruments.read(true, np.random.default_rng(instruments.seed))
+
+    def _drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
+        """(T, N) the inputs of the drives, which are linear between rows, by name."""
+        if self.drive is None:
+            return {}
+        row = np.searchsorted(self.t, times, side="right") - 1
+        after = np.minimum(row + 1, len(self.t) - 1)
+        length = self.t[after] - self.t[row]
+        part = np.divide(times - self.t[row], length, out=np.zeros_like(length), where=length > 0)
+        drive = self.drive[row] + part[:, None, None] * (self.drive[after] - self.drive[row])
+        return {name: drive[:, k] for k, name in enumerate(self.effects.drives())}
+
+    def _passes(self, times: np.ndarray) -> np.ndarray:
+        """(T, N) joints that each wheel has passed forwards, less those backwards, up to the times."""
+        passed = np.zeros((len(times), self.vehicle.wheels), int)
+        before = np.searchsorted(self.switches["t"], times, side="right")
+        for wheel in range(self.vehicle.wheels):
+            own = np.where(self.switches["wheel"] == wheel, self.switches["direction"], 0)
+            passed[:, wheel] = np.concatenate([[0], np.cumsum(own)])[before]
+        return passed
 
     def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
@@ -344,7 +388,7 @@ class Trajectory(MadeOnDemand):
             "drive_names": list(self.effects.drives()),
         }
         arrays = {name: getattr(self, name) for name in ARRAYS} | ({} if dense else {"dense": None})
-        trajectory_files.write(Stored(description, arrays, self.switches), path)
+        trajectory_files.write(Stored(description, arrays, self.switches), validation.file_path("path", path))
 
     @classmethod
     def joined(cls, parts: "Sequence[Trajectory]") -> "Trajectory":
@@ -372,7 +416,7 @@ class Trajectory(MadeOnDemand):
         Raises InvalidValueError for a file that is not a trajectory, or a damaged one: names, shapes, types, that all
         numbers are finite, and checksums are verified, and the error names the array. OSError where it cannot be read.
         """
-        stored = trajectory_files.read(path)
+        stored = trajectory_files.read(validation.file_path("path", path))
         with trajectory_files.refusing_damage(path):
             described = stored.description
             vehicle = Vehicle(**described["vehicle"])

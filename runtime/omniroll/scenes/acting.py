@@ -19,16 +19,18 @@ from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import MOTOR, TABLES
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import MOTOR_SHEET
 
 MOTOR_NAMES = tuple(key.name for key in MOTOR)
 MOTOR_NEEDS = ("torque_constant", "resistance")
+SHEET_NAMES = {entry.name for entry in MOTOR_SHEET}
 
 
 def effects_of(tables: dict[str, dict[str, Any]], findings: Findings) -> dict[str, Effect]:
     """The effect of each table that has one and is good; what is wrong goes into `findings`."""
     if "drive" in tables:
         _say_what_does_not_fit(tables["drive"], findings)
-        _check_rotors(tables.get("vehicle", {}), tables["drive"], findings)
+        _check_gears(tables.get("vehicle", {}), tables["drive"], findings)
     effects = {}
     for table, make in MAKERS.items():
         if table in tables and not findings.keys_in(table):
@@ -70,30 +72,30 @@ def _say_what_does_not_fit(drive: dict[str, Any], findings: Findings) -> None:
             if name in drive:
                 findings.add("drive", name, "cannot stand beside torque", shown(drive[name]))
     elif "voltage" in drive:
-        for name in MOTOR_NEEDS:
+        sheet = SHEET_NAMES & set(drive)
+        for name in sorted(SHEET_NAMES) if sheet else MOTOR_NEEDS:
             if name not in drive and name not in already:
                 findings.add("drive", name, "is missing; a motor's voltage needs it")
+        for name in MOTOR_NEEDS if sheet else ():
+            if name in drive:
+                findings.add("drive", name, f"cannot stand beside {min(sheet)}, from which it follows")
     elif not already & {"torque", "voltage"}:
         findings.add("drive", None, "needs torque or voltage")
     if "interpolation" in drive and "times" not in drive and "times" not in already:
         findings.add("drive", "interpolation", "needs times", shown(drive["interpolation"]))
 
 
-def _check_rotors(vehicle: dict[str, Any], drive: dict[str, Any], findings: Findings) -> None:
-    """A motor's rotor and its gear are given once: as a part of the vehicle, or with the drive."""
-    if "voltage" not in drive:
-        return
-    if vehicle.get("rotor_axial_inertia") and drive.get("rotor_inertia"):
-        expected = "must be 0: [vehicle] rotor_axial_inertia holds the rotor already, and it would count twice"
-        findings.add("drive", "rotor_inertia", expected, shown(drive["rotor_inertia"]))
-    if vehicle.get("rotor_axial_inertia") or "gear_ratio" in vehicle:
-        ratio, driven = vehicle.get("gear_ratio", 1), drive.get("gear_ratio", 1)
-        if driven != ratio:
-            expected = f"must be {ratio:g}, as in [vehicle]: the rotor has one gear"
-            findings.add("drive", "gear_ratio", expected, shown(driven))
+def _check_gears(vehicle: dict[str, Any], drive: dict[str, Any], findings: Findings) -> None:
+    """A gear that both tables name; of a rotor among the parts the motor itself checks it."""
+    ratio, driven = vehicle.get("gear_ratio", 1), drive.get("gear_ratio", 1)
+    if "voltage" in drive and "gear_ratio" in vehicle and not vehicle.get("rotor_axial_inertia") and driven != ratio:
+        expected = f"must be {ratio:g}, as in [vehicle]: the rotor has one gear"
+        findings.add("drive", "gear_ratio", expected, shown(driven))
 
 
 def _drive(keys: dict[str, Any]) -> Effect:
+    if SHEET_NAMES & set(keys):
+        return Motor.from_data_sheet(**keys)
     if "voltage" in keys:
         return Motor(**keys)
     return TorqueTable(**keys) if "times" in keys else Torque(**keys)

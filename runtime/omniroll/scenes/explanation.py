@@ -14,7 +14,9 @@ from omniroll.scenes.costs import nanoseconds, operations, prices
 from omniroll.scenes.estimates import FELT, estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.loading import Scene
-from omniroll.vocabulary import STATE, by_name
+from omniroll.vehicles.data_sheet import ASSUMED, GIVEN, Origin, motor_constants
+from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import INERTIAS, LENGTHS, MOTOR_SHEET, STATE, Entry, by_name
 
 JOINTS = "joints of rollers: the contact passes to the next one"
 ALLOWED = 60.0  # s for estimates and prices together
@@ -33,6 +35,7 @@ def explained(scene: Scene) -> dict[str, Any]:
     return {
         "scene": scene.name,
         "vehicle": scene.vehicle.as_dict(),
+        "numbers": [asdict(origin) for origin in origins_of(scene)],
         "set": task.kernel.set_name,
         "backend": task.kernel.backend,
         "runs_on": runs_on(task),
@@ -67,6 +70,25 @@ def runs_on(task: Task) -> str:
     if bound is task.kernel:
         return "compiled engine, compiled kernel"
     return "compiled engine, precompiled kernel of all effects, since the one of this scene is not compiled"
+
+
+def origins_of(scene: Scene) -> list[Origin]:
+    """Where each number of the vehicle comes from, and of its motors where a data sheet gives them."""
+    vehicle, table, drive = scene.vehicle, scene.tables["vehicle"], scene.tables.get("drive", {})
+    found = list(vehicle.origins) or [_origin_of_field(entry, vehicle, table) for entry in LENGTHS + INERTIAS]
+    sheet = {entry.name: drive[entry.name] for entry in MOTOR_SHEET if entry.name in drive}
+    if sheet:
+        found += [Origin(entry.name, sheet[entry.name], entry.unit, GIVEN) for entry in MOTOR_SHEET]
+        found += motor_constants(**sheet).values()
+    return found
+
+
+def _origin_of_field(entry: Entry, vehicle: Vehicle, table: dict[str, Any]) -> Origin:
+    """Of a number of a vehicle that is not made of parts."""
+    kind, reason = GIVEN, ""
+    if entry.name not in table:
+        kind, reason = (ASSUMED, entry.default) if "preset" not in table else (GIVEN, "by the preset")
+    return Origin(entry.name, getattr(vehicle, entry.name), entry.unit, kind, reason)
 
 
 def events_of(task: Task) -> list[str]:

@@ -1,15 +1,17 @@
 """Scene files read, checked and run."""
 
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from omniroll import validation
+from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.simulate import checked_task, one_run, simulate
 from omniroll.errors import InvalidValueError
+from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions, judged_reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.acting import check_together, effects_of, with_layout
@@ -19,6 +21,7 @@ from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
 from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import INSTRUMENTS, WITH_ERRORS
 
 OPTIONS = {  # argument of simulate: the table and key that it comes from
     "nu": ("start", "nu"),
@@ -51,9 +54,21 @@ class Scene:
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    def doubts(self) -> list[UserWarning]:
+    def doubts(self) -> tuple[UserWarning, ...]:
         """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
-        return [doubt for effect in self.options.get("effects", ()) for doubt in effect.doubts(self.vehicle)]
+        return EffectSet.checked(self.options.get("effects", ()), self.vehicle).doubts(self.vehicle)
+
+    def instruments(self) -> Instruments | None:
+        """The instruments that the scene asks for, or None."""
+        if "measurements" not in self.tables:
+            return None
+        given = self.tables["measurements"]
+        plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
+        errors = {
+            error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
+            for error in ("resolution", "noise", "bias")
+        }
+        return Instruments(**plain, **errors)
 
     def sample_times(self, end: float) -> np.ndarray | None:
         """The times (K,) in s up to `end`, in s, at which the scene asks for samples; None where it asks for none."""
@@ -73,8 +88,10 @@ def load_scene(path: str | PathLike) -> Scene:
 
     path  of the TOML file, str or path
 
-    Raises SceneError, which names all that is wrong in the file, each with its line.
+    Raises SceneError, which names all that is wrong in the file, each with its line; InvalidValueError for what is no
+    path.
     """
+    path = validation.file_path("path", path)
     tables, lines = read(path)
     findings = Findings(lines)
     tables = checked_tables(tables, findings)
@@ -83,6 +100,8 @@ def load_scene(path: str | PathLike) -> Scene:
         argument: tables[table][key] for argument, (table, key) in OPTIONS.items() if key in tables.get(table, {})
     }
     _check_samples(tables.get("run", {}), findings)
+    if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
+        findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)
@@ -96,7 +115,7 @@ def load_scene(path: str | PathLike) -> Scene:
         _check_whole(vehicle, options, tables, findings)
     if findings.problems:
         raise SceneError(path, findings.problems)
-    return Scene(_name(Path(path)), vehicle, options, tables)
+    return Scene(_name(path), vehicle, options, tables)
 
 
 def _name(path: Path) -> str:
@@ -161,18 +180,20 @@ def _check_options(vehicle: Vehicle, options: dict[str, Any], findings: Findings
 
 def _check_whole(vehicle: Vehicle, options: dict[str, Any], tables: dict[str, Any], findings: Findings) -> None:
     """What the vehicle, the start and the effects refuse only together; the reactions by those at the start."""
+    asked = ""  # the table that asks for what is refused
     try:
         task = checked_task(vehicle, **options)
-        if "reactions" in tables:
-            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables["reactions"])
+        asked = "reactions"
+        if asked in tables:
+            reactions_of(one_run(replace(task, duration=0.0), task.accuracy), tables[asked])
     except InvalidValueError as error:
-        findings.add(*_place(error.field, tables), error.bound, shown(error.value))
+        findings.add(*_place(error.field, tables, asked), error.bound, shown(error.value))
 
 
-def _place(name: str, tables: dict[str, Any]) -> tuple[str, str]:
-    """The table and key that an argument comes from."""
+def _place(name: str, tables: dict[str, Any], asked: str) -> tuple[str, str]:
+    """The table and key that an argument comes from; `asked` where that table has such a key."""
     if name in OPTIONS:
         return OPTIONS[name]
-    written = (table for table, content in tables.items() if name in content)
-    known = (table.name for table, key in keys() if key.name == name and table.name in tables)
-    return next(chain(written, known), "vehicle"), name
+    written = [table for table, content in tables.items() if name in content]
+    known = [table.name for table, key in keys() if key.name == name and table.name in tables]
+    return next(iter([asked] * (asked in known) + written + known), "vehicle"), name

@@ -15,6 +15,7 @@ from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_r
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report
 from omniroll.results.impulses import Impulses, impulses
+from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
@@ -143,7 +144,7 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View |
             _write_slip(trajectory, place / "slip.csv")
         times = outcome.scene.sample_times(float(trajectory.t[-1]))
         if times is not None:
-            _write_samples(trajectory, times, place / "samples.csv")
+            _write_samples(trajectory, times, place / "samples.csv", outcome.scene.instruments())
         if outcome.reactions is not None:
             _write_reactions(outcome.reactions, place / "reactions.csv")
         if picture:
@@ -172,11 +173,17 @@ def _write_slip(trajectory: Trajectory, path: Path) -> None:
     _write_table(path, ["t", *(f"{name}_{i}" for name in columns for i in wheels)], _rows(parts))
 
 
-def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path) -> None:
+def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path, instruments: Instruments | None) -> None:
+    """The motion at the times, and what instruments read there."""
     samples, wheels = trajectory.sample(times), range(1, trajectory.vehicle.wheels + 1)
     names = ["t", "x", "y", "theta", "nu_1", "nu_2", "nu_3"]
     names += [f"{name}_{i}" for name in ("chi", "contact", "contact_spin") for i in wheels] + ["energy"]
     columns = (samples.t, samples.pose, samples.nu, samples.chi, samples.contact, samples.contact_spin, samples.energy)
+    if instruments is not None and len(times):
+        for name, values in trajectory.measure(times, instruments).items():
+            axes = values.shape[1:]
+            names += [f"{name}_{k + 1}" for k in range(axes[0])] if axes else [name]
+            columns += (values,)
     _write_table(path, names, _rows(columns))
 
 

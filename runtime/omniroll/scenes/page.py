@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SIZES, Table
+from omniroll.scenes.schema import NUMBERS, PARTS, PRESET, SCENE, SHARED, SHEET, SIZES, Table
 from omniroll.vocabulary import Entry
 
 BEGIN, END = "<!-- written from the schema -->", "<!-- up to here -->"
@@ -12,6 +12,7 @@ WAYS = (
     ("a preset", PRESET),
     ("or numbers", NUMBERS),
     ("or parts", PARTS),
+    ("beside parts, from data sheets", SHEET),
 )
 
 

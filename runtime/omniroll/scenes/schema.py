@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from omniroll import vocabulary
 from omniroll.kinds import Choice, Whole
+from omniroll.vehicles.data_sheet import BODIES
 from omniroll.vocabulary import Entry
 
 MOST_WHEELS, MOST_ROLLERS = 1000, 10_000
@@ -39,40 +40,34 @@ SHARED = (
     replace(vocabulary.YAW_SCALE, default="1; that of a preset"),
 )
 PRESET = (Entry("preset", Choice(("paper",)), "", "a vehicle by name", note="The other keys replace its numbers"),)
-NUMBERS = vocabulary.INERTIAS
-
-# Sizes of solid bodies, which stand for their inertias.
-DISK = (Entry("platform_disk_radius", vocabulary.POSITIVE, "m", "radius of the platform as a solid disk"),)
-HUB = (
-    Entry("hub_radius", vocabulary.POSITIVE, "m", "radius of a hub as a solid cylinder"),
-    Entry("hub_width", vocabulary.POSITIVE, "m", "width of a hub, along the axle"),
-)
-ROLLER = (
-    vocabulary.derived("roller_radius", vocabulary.POSITIVE),
-    vocabulary.derived("roller_length", vocabulary.POSITIVE),
+NUMBERS = (
+    replace(vocabulary.INERTIAS[0], note="Beside parts it stands for platform_mass"),
+    *vocabulary.INERTIAS[1:],
 )
 
 
 def _parts() -> Iterator[Entry]:
     """The parts, each body's sizes behind its inertias."""
-    sizes = {"platform_inertia": DISK, "hub_transverse_inertia": HUB, "roller_transverse_inertia": ROLLER}
+    solids = vocabulary.by_name(vocabulary.SOLIDS)
+    behind = {inertias[-1]: sizes for inertias, sizes in BODIES.values()}
     for entry in vocabulary.PARTS:
-        if entry.name.startswith(("platform", "hub", "roller")) and entry.name.endswith("_inertia"):
-            yield replace(entry, note="It follows from the sizes where it is not given")
-        else:
-            yield entry
-        yield from sizes.get(entry.name, ())
+        follows = any(entry.name in inertias for inertias, _ in BODIES.values())
+        yield replace(entry, note="It follows from the sizes where it is not given") if follows else entry
+        yield from (solids[name] for name in behind.get(entry.name, ()))
 
 
 PARTS = tuple(_parts())
+SHEET = vocabulary.DATA_SHEET
 
 # [drive] is one of two things; the first keys go with both.
 DRIVE = (vocabulary.ROW_TIMES, vocabulary.INTERPOLATION)
 TORQUE = (vocabulary.TORQUE,)
 MOTOR = tuple(
-    replace(entry, needed=False, note="It is needed with voltage") if entry.needed else entry
+    replace(entry, needed=False, note="It, or the three numbers of a data sheet, is needed with voltage")
+    if entry.needed
+    else entry
     for entry in vocabulary.MOTOR
-)
+) + tuple(replace(entry, needed=False) for entry in vocabulary.MOTOR_SHEET)
 SAMPLES = (
     Entry(
         "step", vocabulary.POSITIVE, "s", "time between the rows of samples.csv, the first at the start", "no samples"
@@ -83,8 +78,10 @@ SAMPLES = (
 SCENE = (
     Table(
         "vehicle",
-        "The vehicle: a preset, or numbers, or the parts whose masses and sizes make the numbers.",
-        PRESET + SIZES + SHARED + NUMBERS + PARTS,
+        "The vehicle: a preset, or numbers, or the parts whose masses and sizes make the numbers. Of what data sheets "
+        "print, `mass`, `wheel_diameter`, `roller_diameter` and `roller_length` are enough: beside `mass` what is not "
+        "given of the parts is assumed, and `omniroll explain` says so.",
+        PRESET + SIZES + SHARED + NUMBERS + PARTS + SHEET,
         needed=True,
     ),
     Table(
@@ -136,6 +133,13 @@ SCENE = (
         "layout",
         "Wheels at places of their own, and a centre of mass that is not S.",
         (vocabulary.LAYOUT[0], replace(vocabulary.WHEEL_ANGLES, default="those of [vehicle]"), *vocabulary.LAYOUT[1:]),
+    ),
+    Table(
+        "measurements",
+        "What instruments on the robot read, as further columns of samples.csv, which `[run]` must ask for: angles and "
+        "rates of the wheels, counts of encoders, net torques, currents and voltages of motors, gyro, accelerometer, "
+        "odometry.",
+        vocabulary.INSTRUMENTS + vocabulary.ERRORS,
     ),
     Table(
         "reactions",

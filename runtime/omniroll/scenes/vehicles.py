@@ -6,18 +6,14 @@ from typing import Any
 from omniroll.errors import InvalidValueError
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
-from omniroll.scenes.schema import NUMBERS, PARTS, SHARED, SIZES
-from omniroll.vehicles.parts import cylinder
+from omniroll.scenes.schema import NUMBERS, PARTS, SHARED, SHEET, SIZES
+from omniroll.vehicles.data_sheet import BODIES, INSTEAD
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
 NUMBER_NAMES = tuple(key.name for key in NUMBERS)
-PART_NAMES = tuple(key.name for key in PARTS)
-BODIES = {  # inertias, and the sizes of a solid cylinder that they follow from where they are not given
-    "platform_mass": (("platform_inertia",), ("platform_disk_radius",)),
-    "hub_mass": (("hub_axial_inertia", "hub_transverse_inertia"), ("hub_radius", "hub_width")),
-    "roller_mass": (("roller_axial_inertia", "roller_transverse_inertia"), ("roller_radius", "roller_length")),
-}
+PART_NAMES = tuple(key.name for key in PARTS + SHEET)
+SHEET_NEEDS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius", "roller_radius", "roller_length")
 # Numbers that break no bound of the derivation. They take the place of numbers that are missing or wrong, so that the
 # bounds judge the numbers that are there.
 LENIENT = {
@@ -67,16 +63,23 @@ def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str,
     if "preset" in content:
         return _make_preset, (), PART_NAMES, "a preset"
     if any(name in content for name in PART_NAMES):
+        if "mass" in content and "platform_mass" not in content:
+            return _make_parts, SHEET_NEEDS, NUMBER_NAMES[1:], "parts, which give it"
         return _make_parts, ALWAYS + tuple(BODIES), NUMBER_NAMES, "parts, which give it"
     return _make_numbers, ALWAYS + NUMBER_NAMES, (), ""
 
 
 def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], findings: Findings) -> None:
     already = findings.keys_in("vehicle")
+    instead = {radius: diameter for diameter, radius in INSTEAD} | {"platform_mass": "mass"}
     for name in needed:
-        if name not in content and name not in already:
+        other = instead.get(name)
+        if not {name, other} & (set(content) | already):
+            alternative = f"; give it, or {other}" if other and needed != ALWAYS + NUMBER_NAMES else ""
             findings.add(
-                "vehicle", name, "is missing" + ("; give it, a preset, or parts" if name in NUMBER_NAMES else "")
+                "vehicle",
+                name,
+                "is missing" + ("; give it, a preset, or parts" if name in NUMBER_NAMES else alternative),
             )
     for mass, (inertias, sizes) in BODIES.items():
         for name in inertias if mass in needed else ():
@@ -96,14 +99,7 @@ def _make_numbers(content: dict[str, Any]) -> Vehicle:
 
 
 def _make_parts(content: dict[str, Any]) -> Vehicle:
-    parts = dict(content)
-    for mass, (inertias, sizes) in BODIES.items():
-        size = [parts.pop(name) for name in sizes if name in parts]
-        if len(size) == len(sizes):
-            # A disk's thickness does not enter its axial inertia.
-            solid = cylinder(content[mass], size[0], size[-1]) if content[mass] else (0.0, 0.0)
-            parts = dict(zip(inertias, solid, strict=False)) | parts
-    return Vehicle.from_parts(**parts)
+    return Vehicle.from_parts(**content)
 
 
 def _say_all_bounds(make: Callable, content: dict[str, Any], error: InvalidValueError, findings: Findings) -> None:

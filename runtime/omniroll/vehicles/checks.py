@@ -22,14 +22,13 @@ def wheel_angles_in_contact(chi: ArrayLike, vehicle: Vehicle) -> np.ndarray:
 
     An angle that is outside by rounding only (4 ulp) becomes +-pi/n.
     """
-    if np.ndim(chi) == 0:
-        chi = np.full(vehicle.wheels, validation.real("chi", chi))
-    array = validation.trailing("chi", chi, (vehicle.wheels,))
+    array = validation.real_array("chi", chi)
+    if array.ndim == 0:
+        array = np.full(vehicle.wheels, array)
+    array = validation.trailing("chi", array, (vehicle.wheels,))
     joint = joint_angle(vehicle.rollers_per_wheel)
     if (np.abs(array) > joint * (1 + 4 * np.finfo(float).eps)).any():
-        raise InvalidValueError(
-            "chi", np.asarray(chi).tolist(), f"must lie within +-pi/n = {joint!r}, the roller in contact"
-        )
+        raise InvalidValueError("chi", array.tolist(), f"must lie within +-pi/n = {joint!r}, the roller in contact")
     return np.clip(array, -joint, joint)
 
 
@@ -51,9 +50,10 @@ def free_spins(spins: ArrayLike | None, vehicle: Vehicle, roller_model: str) -> 
             )
         return None
     shape = (vehicle.wheels, vehicle.rollers_per_wheel - 1)
-    if np.ndim(spins) == 0:
-        spins = np.full(shape, validation.real("spins", spins))
-    return validation.magnitude("spins", validation.trailing("spins", spins, shape), axes=2)
+    array = validation.real_array("spins", spins)
+    if array.ndim == 0:
+        array = np.full(shape, array)
+    return validation.magnitude("spins", validation.trailing("spins", array, shape), axes=2)
 
 
 def plain_state(
@@ -85,7 +85,7 @@ def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
     """Real numbers of this shape, or None."""
     try:
         array = np.asarray(value)
-    except ValueError:
+    except Exception:  # ragged rows, or an object whose own code fails
         return None
     if array.shape != shape or array.dtype.kind not in "iuf":
         return None

@@ -9,6 +9,7 @@ from typing import Any
 from omniroll import validation, vocabulary
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
+from omniroll.kinds import Whole
 
 
 def evaluate(name: str, wheels: int, rollers_per_wheel: int, **values: float) -> tuple[float, ...]:
@@ -71,8 +72,7 @@ def paper_numbers(wheels: int = 3, rollers_per_wheel: int = 5) -> dict[str, Any]
     I_S/(M l^2). Raises InvalidValueError for fewer than one wheel or four rollers.
     """
     wheels = vocabulary.WHEELS.checked(wheels)
-    rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
-    validation.integer("rollers_per_wheel", rollers_per_wheel, 4)
+    rollers_per_wheel = Whole(4, vocabulary.MOST_OF_A_KIND).checked("rollers_per_wheel", rollers_per_wheel)
     platform_radius, axis_radius, hub_thickness = 0.15, 0.05, 0.01
     platform_mass, hub_mass, roller_mass = 1.0, 0.15, 0.05
     wheel_radius, roller_radius, roller_length = evaluate(

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, asdict, dataclass, fields
+from dataclasses import KW_ONLY, asdict, dataclass, field, fields
 from functools import lru_cache
 from typing import Any
 
@@ -11,8 +11,13 @@ import numpy as np
 from omniroll import generated_data, validation, vocabulary
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles import parts
+from omniroll.vehicles.data_sheet import DERIVED, Origin, completed
 
 ENTRIES = vocabulary.by_name(vocabulary.VEHICLE)
+SHEET_ENTRIES = {
+    "mass",
+    *vocabulary.by_name(vocabulary.LENGTHS, vocabulary.PARTS, vocabulary.SOLIDS, vocabulary.DATA_SHEET),
+}
 
 
 @vocabulary.documented(*vocabulary.VEHICLE)
@@ -21,6 +26,8 @@ class Vehicle:
     """A vehicle on omni-wheels, section 2 of the paper. Any coherent system of units; SI is shown.
 
     {entries}
+    origins             of a vehicle from parts: an Origin for each number, which says how it came about. No part of
+                        what the vehicle is: it is neither compared nor saved
 
     Raises InvalidValueError (a ValueError), which names the field, its value and the bound: all numbers
     finite, the scalars positive with squares in the number range, and what the derivation demands
@@ -41,6 +48,7 @@ class Vehicle:
     yaw_scale: float = 1.0
     wheel_places: tuple[tuple[float, float], ...] | None = None
     center_of_mass: tuple[float, float] = (0.0, 0.0)
+    origins: tuple[Origin, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         def put(field: str, value: Any) -> None:
@@ -85,6 +93,9 @@ class Vehicle:
         *vocabulary.LENGTHS,
         vocabulary.YAW_SCALE,
         *vocabulary.PARTS,
+        *vocabulary.SOLIDS,
+        vocabulary.INERTIAS[0],
+        *vocabulary.DATA_SHEET,
     )
     def from_parts(
         cls,
@@ -93,69 +104,84 @@ class Vehicle:
         rollers_per_wheel: int,
         wheel_angles: Sequence[float] | None = None,
         platform_radius: float,
-        wheel_radius: float,
+        wheel_radius: float | None = None,
         roller_axis_radius: float | None = None,
         yaw_scale: float = 1.0,
-        platform_mass: float,
-        platform_inertia: float,
-        hub_mass: float,
-        hub_axial_inertia: float,
-        hub_transverse_inertia: float,
-        roller_mass: float,
-        roller_axial_inertia: float,
-        roller_transverse_inertia: float,
-        rotor_mass: float = 0.0,
-        rotor_axial_inertia: float = 0.0,
-        rotor_transverse_inertia: float = 0.0,
-        rotor_distance: float = 0.0,
-        gear_ratio: float = 1.0,
+        platform_mass: float | None = None,
+        platform_inertia: float | None = None,
+        hub_mass: float | None = None,
+        hub_axial_inertia: float | None = None,
+        hub_transverse_inertia: float | None = None,
+        roller_mass: float | None = None,
+        roller_axial_inertia: float | None = None,
+        roller_transverse_inertia: float | None = None,
+        rotor_mass: float | None = None,
+        rotor_axial_inertia: float | None = None,
+        rotor_transverse_inertia: float | None = None,
+        rotor_distance: float | None = None,
+        gear_ratio: float | None = None,
+        platform_disk_radius: float | None = None,
+        hub_radius: float | None = None,
+        hub_width: float | None = None,
+        roller_radius: float | None = None,
+        roller_length: float | None = None,
+        mass: float | None = None,
+        wheel_diameter: float | None = None,
+        roller_diameter: float | None = None,
+        wheel_mass: float | None = None,
     ) -> "Vehicle":
         """A vehicle from a platform, and for each wheel a hub, n rollers and a motor's rotor; SI units.
 
-        The inertias of the whole follow from the parts by the generated function `inertias` (section 4).
+        An inertia that is not given follows from the sizes of the body as a solid one. With mass, that of the whole,
+        in the place of platform_mass, what data sheets print is enough: wheel_diameter, roller_diameter and
+        roller_length; the rest is assumed where it is not given. `origins` of the vehicle says of each number whether
+        it was given, derived or assumed, and why. The inertias of the whole follow from the parts by the generated
+        function `inertias` (section 4).
 
         {entries}
 
-        Raises InvalidValueError for numbers out of their bounds, and where the vehicle that they give breaks a bound
-        of Vehicle.
+        Raises InvalidValueError for numbers out of their bounds or missing, and where the vehicle that they give
+        breaks a bound of Vehicle.
         """
+        given = {name: value for name, value in locals().items() if name in SHEET_ENTRIES and value is not None}
         wheels = vocabulary.WHEELS.checked(wheels)
         rollers_per_wheel = vocabulary.ROLLERS_PER_WHEEL.checked(rollers_per_wheel)
-        if roller_axis_radius is None:
-            roller_axis_radius = parts.truncated_axis_radius(wheel_radius, rollers_per_wheel)
-        whole = parts.inertias(
-            wheels,
-            rollers_per_wheel,
-            platform_radius=platform_radius,
-            roller_axis_radius=roller_axis_radius,
-            gear_ratio=gear_ratio,
-            platform_mass=platform_mass,
-            platform_inertia=platform_inertia,
-            hub_mass=hub_mass,
-            hub_axial_inertia=hub_axial_inertia,
-            hub_transverse_inertia=hub_transverse_inertia,
-            roller_mass=roller_mass,
-            roller_axial_inertia=roller_axial_inertia,
-            roller_transverse_inertia=roller_transverse_inertia,
-            rotor_mass=rotor_mass,
-            rotor_axial_inertia=rotor_axial_inertia,
-            rotor_transverse_inertia=rotor_transverse_inertia,
-            rotor_distance=rotor_distance,
-        )
-        return cls(
-            wheels=wheels,
-            rollers_per_wheel=rollers_per_wheel,
-            wheel_angles=wheel_angles,
-            platform_radius=platform_radius,
-            wheel_radius=wheel_radius,
-            roller_axis_radius=roller_axis_radius,
-            yaw_scale=yaw_scale,
-            **whole,
-        )
+        sheet = completed(wheels, rollers_per_wheel, given)
+        whole = parts.inertias(wheels, rollers_per_wheel, **sheet.values)
+        for name, value in whole.items():
+            if name not in given:
+                sheet.put(name, value, DERIVED, "of all parts together")
+        lengths = {entry.name: sheet.values[entry.name] for entry in vocabulary.LENGTHS}
+        given_or_whole = whole | {name: given[name] for name in ("mass",) if name in given}
+        try:
+            return cls(
+                wheels=wheels,
+                rollers_per_wheel=rollers_per_wheel,
+                wheel_angles=wheel_angles,
+                yaw_scale=yaw_scale,
+                origins=tuple(sheet.origins),
+                **lengths,
+                **given_or_whole,
+            )
+        except InvalidValueError as error:
+            if error.field != "roller_axis_radius" or error.field in given or "roller_radius" not in sheet.values:
+                raise
+            bound = f"gives roller_axis_radius = {error.value!r}, which {error.bound}; give roller_axis_radius too"
+            raise InvalidValueError("roller_radius", sheet.values["roller_radius"], bound) from None
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields by name, in plain Python types."""
-        return asdict(self)
+        """The fields by name, in plain Python types; without the origins."""
+        numbers = asdict(self)
+        del numbers["origins"]
+        return numbers
+
+    @property
+    def rotor(self) -> tuple[float, float] | None:
+        """Axial inertia in kg m^2 and gear ratio of the rotors that wheel_inertia holds as from_parts made it."""
+        known = {origin.name: origin.value for origin in self.origins}
+        if known.get("wheel_inertia") != self.wheel_inertia or not known.get("rotor_axial_inertia"):
+            return None
+        return known["rotor_axial_inertia"], known.get("gear_ratio", 1.0)
 
     @property
     def has_layout(self) -> bool:
@@ -177,13 +203,14 @@ class Vehicle:
 
         Raises InvalidValueError where the new numbers break a bound; they are checked as those of any vehicle.
         """
-        return type(self)(**(self.as_dict() | changes))
+        kept = tuple(origin for origin in self.origins if origin.name not in changes)
+        return type(self)(**({"origins": kept} | self.as_dict() | changes))
 
     def __repr__(self) -> str:
         shown = []
-        for field in fields(self):
-            unit = ENTRIES[field.name].unit
-            shown.append(f"    {field.name}={getattr(self, field.name)!r}," + (f"  # {unit}" if unit else ""))
+        for name, value in self.as_dict().items():
+            unit = ENTRIES[name].unit
+            shown.append(f"    {name}={value!r}," + (f"  # {unit}" if unit else ""))
         return "Vehicle(\n" + "\n".join(shown) + "\n)"
 
 

@@ -1,0 +1,172 @@
+"""What instruments on a robot read of a motion, with their resolution, noise and bias.
+
+omniroll.vocabulary.MEASUREMENTS is the one table of them.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from omniroll import validation, vocabulary
+from omniroll.effects import Motor, Slope
+from omniroll.effects.effect_set import EffectSet
+from omniroll.errors import InvalidValueError
+from omniroll.generated.python import parts
+from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.results.accelerations import with_accelerations
+from omniroll.vehicles.vehicle import Vehicle
+
+ERRORS = ("resolution", "noise", "bias")
+
+
+@vocabulary.documented(*vocabulary.INSTRUMENTS)
+@dataclass(frozen=True)
+class Instruments:
+    """The instruments of a robot. Without errors they read what is.
+
+    {entries}
+    resolution       dict: readings by name are rounded to multiples of this, in their unit
+    noise            dict: standard deviation of normal noise, in the reading's unit
+    bias             dict: what is added to every reading, in its unit
+
+    The dicts have names of omniroll.vocabulary.WITH_ERRORS. Raises InvalidValueError.
+    """
+
+    counts_per_turn: float = 4096.0
+    place: tuple[float, float] = (0.0, 0.0)
+    seed: int = 0
+    resolution: Mapping[str, float] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    bias: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for entry in vocabulary.INSTRUMENTS:
+            object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))
+        for name in ERRORS:
+            object.__setattr__(self, name, _checked(name, getattr(self, name)))
+
+    def read(self, true: Mapping[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """Readings by name: bias, noise and resolution in this order.
+
+        true  what ideal instruments read, by name
+        rng   that the noise comes from
+        """
+        return {name: self._read(name, np.asarray(value), rng) for name, value in true.items()}
+
+    def _read(self, name: str, value: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        value = value + self.bias.get(name, 0.0) if name in self.bias else value
+        if self.noise.get(name):
+            value = value + rng.normal(scale=self.noise[name], size=value.shape)
+        step = self.resolution.get(name, 0.0)
+        return np.round(value / step) * step if step else value
+
+    def counts(self, wheel_angle: np.ndarray) -> np.ndarray:
+        """Whole counts of the encoders, int64 of the same shape.
+
+        wheel_angle  (...) in rad
+        """
+        return np.floor(wheel_angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
+
+
+def checked_instruments(given: Any) -> Instruments:
+    """Instruments, or None for those without errors. Raises InvalidValueError."""
+    if given is None:
+        return Instruments()
+    if not isinstance(given, Instruments):
+        raise InvalidValueError("instruments", given, "must be Instruments, or None")
+    return given
+
+
+def _checked(name: str, given: Any) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        raise InvalidValueError(name, given, "must be a dict of numbers by the names of readings")
+    for reading, value in given.items():
+        validation.choice(name, reading, vocabulary.WITH_ERRORS)
+        if name == "bias":
+            validation.real(f"bias of {reading}", value)
+        else:
+            validation.not_negative(f"{name} of {reading}", value)
+    return {reading: float(value) for reading, value in given.items()}
+
+
+@dataclass(frozen=True)
+class Moments:
+    """A motion at some times: nu (T, 3), chi (T, N), pose (T, 3), contact (T, N), spins (T, N, n-1) or None, the
+    inputs of the drives (T, N) by name, and how often each wheel has passed a joint since the start, (T, N)."""
+
+    nu: np.ndarray
+    chi: np.ndarray
+    pose: np.ndarray
+    contact: np.ndarray
+    spins: np.ndarray | None
+    drives: Mapping[str, np.ndarray]
+    passes: np.ndarray
+
+
+def true_values(
+    vehicle: Vehicle, roller_model: str, effects: EffectSet, moments: Moments, instruments: Instruments
+) -> dict[str, np.ndarray]:
+    """What ideal instruments read, by name; without odometry, which depends on the readings before."""
+    bound = _kernel(vehicle, roller_model, effects)
+    rate = bound.wheel_speeds(moments.nu)
+    angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
+    found = {"wheel_angle": angle, "encoder_count": instruments.counts(angle), "wheel_rate": rate}
+    found |= _of_drives(effects, moments.drives, rate)
+    found["gyro"] = moments.nu[:, 2] / vehicle.yaw_scale
+    found["accelerometer"] = _felt(bound, vehicle, effects, moments, instruments.place)
+    return found | {"contact_roller": moments.contact}
+
+
+def _kernel(vehicle: Vehicle, roller_model: str, effects: EffectSet) -> Kernel:
+    """The kernel with all effects and with each roller's spin; the Python one works on all times at once."""
+    equipped = effects.equipped(vehicle)
+    names = tuple(name for effect in effects.effects for name in effect.kernel_effects())
+    constants = tuple(effects.constants(equipped).items())
+    return kernel(equipped, roller_model, "python", effects=(*names, "reactions"), constants=constants)
+
+
+def _of_drives(effects: EffectSet, drives: Mapping[str, np.ndarray], rate: np.ndarray) -> dict[str, np.ndarray]:
+    torque = drives.get("torque", 0.0) - drives.get("damping", 0.0) * rate
+    found = {"net_torque": torque + drives.get("bearing_torque", 0.0) + np.zeros_like(rate)}
+    acting = [e for e in effects.effects if "drive" in e.kernel_effects() and getattr(e, "output", "") != "voltage"]
+    if len(acting) == 1 and isinstance(acting[0], Motor):
+        (motor,) = acting
+        current = torque / (motor.gear_ratio * motor.torque_constant)
+        found["motor_current"] = current
+        found["motor_voltage"] = motor.resistance * current + motor.back_emf * motor.gear_ratio * rate
+    return found
+
+
+def _felt(
+    bound: Kernel, vehicle: Vehicle, effects: EffectSet, moments: Moments, place: tuple[float, float]
+) -> np.ndarray:
+    """(T, 2) the accelerometer, by the generated function."""
+    values = {"nu": moments.nu, "chi": moments.chi, "heading": moments.pose[:, 2], "spins": moments.spins}
+    nu_dot = with_accelerations(bound, values | dict(moments.drives))["nu_dot"]
+    slope = next((effect for effect in effects.effects if isinstance(effect, Slope)), Slope(0.0))
+    felt = parts.accelerometer(
+        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale, list(moments.nu.T),
+        list(nu_dot.T), list(place), moments.pose[:, 2], slope.gravity, slope.angle, slope.direction,
+    )  # fmt: skip
+    return np.stack(np.broadcast_arrays(*felt), axis=-1)
+
+
+def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instruments: Instruments) -> np.ndarray | None:
+    """(T, 3) the pose by dead reckoning from the encoders' counts (T, N), the first at the pose `start`.
+
+    None where the wheels do not tell all of the motion.
+    """
+    bound = kernel(vehicle, "massless", "python")
+    if np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) < 3:
+        return None
+    turns = np.diff(counts, axis=0) * (2 * math.pi / instruments.counts_per_turn)
+    ways = bound.nu_from_wheels(turns)
+    chords = np.sinc(ways[:, 2] / vehicle.yaw_scale / (2 * math.pi))  # sinc(x) is sin(pi x)/(pi x)
+    poses = [np.asarray(start, float)]
+    sizes = vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale
+    for way, chord in zip(ways, chords, strict=True):
+        poses.append(np.array(parts.dead_reckoning(*sizes, poses[-1].tolist(), way.tolist(), float(chord))))
+    return np.array(poses)

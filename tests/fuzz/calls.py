@@ -1,0 +1,214 @@
+"""Calls of public functions in which one argument is wrong, or two are."""
+
+import warnings
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from datetime import date
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import omniroll
+from omniroll import validation
+from omniroll.errors import OmnirollError
+
+VEHICLE = omniroll.Vehicle.paper()
+MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.02, "control": False}
+PARTS = {
+    "wheels": 3, "rollers_per_wheel": 5, "platform_radius": 0.15, "wheel_radius": 0.07, "platform_mass": 1.0,
+    "platform_inertia": 0.01, "hub_mass": 0.15, "hub_axial_inertia": 2e-4, "hub_transverse_inertia": 1e-4,
+    "roller_mass": 0.05, "roller_axial_inertia": 2e-6, "roller_transverse_inertia": 2e-5,
+}  # fmt: skip
+SHEET = {
+    "wheels": 4, "rollers_per_wheel": 9, "platform_radius": 0.15, "mass": 12.0, "wheel_diameter": 0.1,
+    "roller_diameter": 0.022, "roller_length": 0.025, "gear_ratio": 1.0, "rotor_mass": 0.0,
+}  # fmt: skip
+
+
+class Odd:
+    """Something with a name that no one expects."""
+
+    def __repr__(self) -> str:
+        return "<odd>"
+
+
+class Spiteful:
+    """Something that cannot even be shown."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no repr")
+
+    def __array__(self, *_: Any, **__: Any) -> np.ndarray:
+        raise RuntimeError("no array")
+
+    def __eq__(self, other: object) -> bool:
+        raise RuntimeError("no comparison")
+
+    __hash__ = None
+
+
+def itself() -> list:
+    """A list that holds itself."""
+    made: list = []
+    made.append(made)
+    return made
+
+
+WILD = (
+    None, True, False, 0, -1, 1, 2.5, -0.0, 1e-320, -1e-300, 1e200, 1e308, 10**30, -(10**30), 10**400, float("nan"),
+    float("inf"), -float("inf"), 1j, "", "one", "1.0", "free", b"x", bytearray(b"xy"), [], [1], [1, 2], [1, 2, 3],
+    [[1], [2, 3]], [[1, 2, 3]], [1, [2, 3], 4], [None] * 3, ["a", "b", "c"], [float("nan")] * 3, [1e308] * 3, (), {},
+    {"a": 1}, {1, 2, 3}, {1: 2}, range(3), object, Odd, Odd(), Spiteful(), print, len, lambda: None, itself(),
+    np.float32(1), np.int8(-1), np.bool_(True), np.nan, np.array([]), np.zeros(3), np.zeros((3, 3)), np.zeros((2, 0)),
+    np.array(["a"]), np.array([1j]), np.array([None, 1]), np.array([1, 2], dtype="datetime64[s]"), np.ma.masked,
+    np.zeros(3, dtype=[("a", float)]), np.datetime64("2026-01-01"), np.full(3, np.nan), np.ones(3, bool), Decimal(1),
+    Fraction(1, 3), date(2026, 1, 1), Path("."), slice(1), ..., NotImplemented, type, ValueError("x"), Future(),
+    (x for x in (1, 2)), memoryview(b"abc"), [Odd()], [[[[[]]]]], [10**400], 2**63, 2**64, -(2**63) - 1,
+    "99999999999999999999999", np.longdouble(1), np.array(2.0, dtype=object), VEHICLE, [VEHICLE],
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Call:
+    """A public function, and arguments that are good."""
+
+    name: str
+    function: Callable
+    good: dict[str, Any] = field(default_factory=dict)
+
+
+@cache
+def run() -> omniroll.Trajectory:
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.5)
+
+
+def session(method: str, **arguments: Any) -> None:
+    """A method of a session, and a step after it: what was refused has left no trace."""
+    made = omniroll.Session(VEHICLE, nu=(1, 0, 1))
+    try:
+        getattr(made, method)(**arguments)
+    finally:
+        made.step(0.001)
+        finite(made.nu)
+
+
+def batch(**arguments: Any) -> Any:
+    split = {name: arguments.pop(name) for name in ("nu", "chi")}
+    return omniroll.Batch(**arguments).accelerations(**split)
+
+
+CALLS = (
+    Call("Vehicle", omniroll.Vehicle, VEHICLE.as_dict()),
+    Call("Vehicle.paper", omniroll.Vehicle.paper, {"wheels": 3, "rollers_per_wheel": 5}),
+    Call("Vehicle.from_parts", omniroll.Vehicle.from_parts, PARTS),
+    Call("Vehicle.from_parts, data sheet", omniroll.Vehicle.from_parts, SHEET),
+    Call("Vehicle.replace", VEHICLE.replace, {"mass": 1.0, "wheel_angles": None}),
+    Call("cylinder", omniroll.cylinder, {"mass": 1.0, "radius": 0.1, "length": 0.1}),
+    Call("simulate", omniroll.simulate, {
+        "vehicle": VEHICLE, **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
+        "roller_model": "free", "switching": "impact", "accuracy": 1e-6, "engine": "compiled", "progress": None,
+        "effects": (),
+    }),
+    Call("simulate_many", omniroll.simulate_many, {
+        "vehicles": VEHICLE, **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
+        "roller_model": "free", "switching": "impact", "accuracy": 1e-6, "engine": "compiled", "progress": None,
+        "effects": (), "times": None, "executor": None,
+    }),
+    Call("accelerations", omniroll.accelerations, {
+        "vehicle": VEHICLE, "nu": (1, 0, 1), "chi": 0, "spins": None, "roller_model": "free"}),
+    Call("kernel", omniroll.kernel, {"vehicle": VEHICLE, "roller_model": "free", "backend": "python"}),
+    Call("Session", omniroll.Session, {
+        "subject": VEHICLE, "driven": True, "nu": (1, 0, 1), "chi": 0, "pose": (0, 0, 0), "effects": (),
+        "accuracy": 1e-6}),
+    Call("Session.step", partial(session, "step"), {"duration": 0.01, "torque": 0.0}),
+    Call("Session.step, voltage", partial(session, "step"), {"duration": 0.01, "voltage": None, "target": None}),
+    Call("Session.reset", partial(session, "reset"), {"nu": (1, 0, 0), "chi": 0, "spins": 0, "pose": (0, 0, 0)}),
+    Call("Session.restore", partial(session, "restore"), {"saved": None}),
+    Call("Torque", omniroll.Torque, {"torque": 0.1}),
+    Call("TorqueTable", omniroll.TorqueTable, {
+        "times": (0, 1), "torque": ((0, 0, 0), (1, 1, 1)), "interpolation": "linear"}),
+    Call("Motor", omniroll.Motor, {
+        "voltage": 1.0, "torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 4, "back_emf": 0.02,
+        "current_limit": 1.0, "rotor_inertia": 0.0, "times": None, "interpolation": "linear"}),
+    Call("Motor.from_data_sheet", omniroll.Motor.from_data_sheet, {
+        "voltage": 1.0, "rated_voltage": 24.0, "stall_torque": 0.9, "free_speed": 650.0}),
+    Call("Controller", omniroll.Controller, {
+        "target": (1, 0, 0), "proportional": 0.01, "sample_time": 0.01, "integral": 0.0, "output": "torque",
+        "limit": None, "times": None}),
+    Call("FunctionController", omniroll.FunctionController, {
+        "function": print, "sample_time": 0.01, "output": "torque"}),
+    Call("register_controller", omniroll.register_controller, {"name": "fuzzed"}),
+    Call("Bearings", omniroll.Bearings, {
+        "wheel_viscous": 1e-3, "wheel_coulomb": None, "wheel_speed": None, "wheel_break_away": None,
+        "roller_viscous": None, "roller_coulomb": None, "roller_speed": None}),
+    Call("Slope", omniroll.Slope, {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
+    Call("reactions", omniroll.reactions, {
+        "trajectory": None, "height": 0.1, "friction": None, "gravity": None, "wheel_mass": None,
+        "platform_products": (0, 0), "spin_inertia": None}),
+    Call("impulses", omniroll.impulses, {"trajectory": None}),
+    Call("Trajectory.sample", lambda t: run().sample(t), {"t": 0.1}),
+    Call("Trajectory.physical_roller", lambda j: run().physical_roller(j), {"j": 1}),
+    Call("Trajectory.place_of_roller", lambda roller: run().place_of_roller(roller), {"roller": 1}),
+    Call("Trajectory.quantity", lambda name: run().quantity(name), {"name": "drive_work"}),
+    Call("load_scene", omniroll.load_scene, {"path": "scenes/motion-3.toml"}),
+    Call("tau", omniroll.tau, {"t": 1.0, "h": 0.1}),
+)  # fmt: skip
+
+
+LONG = {"duration": 1.0, "nu": 1e3, "spins": 1e3}  # what may run long, and is no mistake
+
+
+def _is_beyond(value: Any, most: float) -> bool:
+    if type(value) is int:
+        return abs(value) > most
+    try:
+        return bool(np.abs(validation.real_array("value", value)).max() > most)
+    except Exception:
+        return False
+
+
+def finite(*values: Any) -> None:
+    """Fail where a result holds a number that is not finite."""
+    for value in values:
+        array = np.asarray(value) if isinstance(value, (int, float, np.ndarray)) else np.zeros(0)
+        assert array.dtype.kind != "f" or np.isfinite(array).all(), value
+
+
+def results_of(made: Any) -> tuple:
+    """The numbers that a call has given."""
+    if isinstance(made, omniroll.Trajectory):
+        return made.nu, made.chi, made.pose, made.energy, made.t
+    if isinstance(made, tuple):
+        return made
+    return (made,)
+
+
+def try_call(seed: int) -> str:
+    """Make the call of this number, once; what came of it in a word. Any error but a typed one passes through."""
+    rng = np.random.default_rng(seed)
+    call = CALLS[rng.integers(len(CALLS))]
+    good = {name: run() if name == "trajectory" else value for name, value in call.good.items()}
+    names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
+    wrong = {str(name): WILD[rng.integers(len(WILD))] for name in names}
+    if any(_is_beyond(wrong.get(name), most) for name, most in LONG.items()):
+        return "skipped"
+    try:
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            made = call.function(**(good | wrong))
+    except (OmnirollError, OSError) as error:
+        assert str(error) and len(str(error)) < 10_000
+        return "refused"
+    except Exception as error:
+        raise AssertionError(f"call {seed}: {call.name} of {_shown(wrong)}: {type(error).__name__}: {error}") from error
+    finite(*results_of(made))
+    return "done"
+
+
+def _shown(wrong: dict[str, Any]) -> str:
+    return ", ".join(f"{name} = {type(value).__name__}" for name, value in wrong.items())
