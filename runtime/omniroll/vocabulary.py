@@ -401,12 +401,10 @@ CONTACT = (
         note="At rest they follow from weight, layout and centre of mass; of more than three wheels they are the loads "
         "of least norm that nowhere pull",
     ),
-    Entry(
-        "gravity",
+    derived(
+        "normal_gravity",
         POSITIVE,
-        "m/s^2",
-        "gravity across the plane",
-        f"{STANDARD_GRAVITY}",
+        default=f"{STANDARD_GRAVITY}",
         optional=True,
         note="It must be given on a slope where load is not",
     ),

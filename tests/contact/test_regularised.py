@@ -55,10 +55,10 @@ def test_a_vehicle_rolls_down_where_the_ground_grips_and_slides_where_it_does_no
     """Wheels that turn take a part of the weight's work; wheels on a slick ground stay as they are."""
     angle = 0.2
     gravity = GRAVITY * np.cos(angle)
-    held = Contact(law="regularised", friction=0.6, speed=1e-3, gravity=gravity)
+    held = Contact(law="regularised", friction=0.6, speed=1e-3, normal_gravity=gravity)
     run = simulate(PAPER, nu=(0, 0, 0), duration=0.3, effects=[held, Slope(angle)], control=False)
     assert np.abs(run.slip[-1]).max() < 5e-3, "it rolls down and hardly slips"
-    slick = Contact(law="regularised", friction=1e-3, speed=1e-3, gravity=gravity)
+    slick = Contact(law="regularised", friction=1e-3, speed=1e-3, normal_gravity=gravity)
     slides = simulate(PAPER, nu=(0, 0, 0), duration=0.3, effects=[slick, Slope(angle)], control=False)
     # on a ground without friction S would have gone g sin(angle) t^2/2
     free = GRAVITY * np.sin(angle) * 0.3**2 / 2
@@ -96,7 +96,7 @@ def test_what_makes_no_sense_is_refused():
     for vehicle, effects, field in (
         (PAIR, [Contact(**law)], "wheels"),
         (PAPER.replace(center_of_mass=(-0.1, 0.0)), [Contact(**law)], "load"),
-        (PAPER, [Contact(**law), Slope(0.1)], "gravity"),
+        (PAPER, [Contact(**law), Slope(0.1)], "normal_gravity"),
     ):
         with pytest.raises(InvalidValueError) as caught:
             simulate(vehicle, nu=(0, 0, 0), duration=0.1, effects=effects)

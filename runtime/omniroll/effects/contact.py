@@ -23,7 +23,7 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
 
 NEEDED = {"viscous": ("coefficient",), "regularised": ("friction", "speed")}  # numbers of each law
-OPTIONAL = {"viscous": (), "regularised": ("load", "gravity")}
+OPTIONAL = {"viscous": (), "regularised": ("load", "normal_gravity")}
 
 
 def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
@@ -61,16 +61,16 @@ class Contact(Effect):
     friction: ArrayLike | None = None
     speed: float | None = None
     load: ArrayLike | None = None
-    gravity: float | None = None
+    normal_gravity: float | None = None
     wheel_rates: ArrayLike | None = None
     contact_spins: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        self._keep_checked(entry for entry in CONTACT if entry.name in ("law", "speed", "gravity"))
+        self._keep_checked(entry for entry in CONTACT if entry.name in ("law", "speed", "normal_gravity"))
         for name in NEEDED[self.law]:
             if getattr(self, name) is None:
                 raise InvalidValueError(name, None, f"must be given with the law {self.law}")
-        for name in ("coefficient", "friction", "speed", "load", "gravity"):
+        for name in ("coefficient", "friction", "speed", "load", "normal_gravity"):
             if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
         for name in ("coefficient", "friction"):
@@ -91,7 +91,7 @@ class Contact(Effect):
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
-        if self.law == "regularised" and slope is not None and self.load is None and self.gravity is None:
+        if self.law == "regularised" and slope is not None and self.load is None and self.normal_gravity is None:
             (across,) = parts.evaluate(
                 "across_plane",
                 vehicle.wheels,
@@ -99,7 +99,7 @@ class Contact(Effect):
                 gravity_strength=slope.gravity,
                 plane_angle=slope.angle,
             )
-            raise InvalidValueError("gravity", None, f"must be given on a slope; across this plane it is {across!r}")
+            raise InvalidValueError("normal_gravity", None, f"must be given on a slope; across this plane it is {across!r}")
         self.constants(vehicle)
 
     def check_model(self, roller_model: str) -> None:
@@ -141,7 +141,7 @@ class Contact(Effect):
             places = parts.places_on_rays(*counts, radius, vehicle.wheel_angles)
         places = np.array(places)
         refuse_collinear(places)
-        weight = vehicle.mass * (STANDARD_GRAVITY if self.gravity is None else self.gravity)
+        weight = vehicle.mass * (STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity)
         found = contact_loads(places, weight * np.array([1.0, *vehicle.center_of_mass])[None])[0]
         if found.min() < 0:
             raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")

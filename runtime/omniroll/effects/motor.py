@@ -144,7 +144,7 @@ class Motor(Drive):
         """
         constants = tuple(self.constants(vehicle).items())
         bound = kernel(vehicle, "free", "python", effects=self.kernel_effects(), constants=constants)
-        _, per_volt, per_rate = laws(bound, MODES[LINEAR])[:, 0].T
+        _, per_volt, per_rate = laws(bound)[LINEAR, :, 0].T
         return per_volt, -per_rate
 
     def _curve(self, wheels: int, start_time: float) -> Curve:

@@ -125,6 +125,11 @@ class SteppedRun(CompiledRun):
         given = (*self.task.effects.drives(), *(["voltage"] if self.run.modal_count else []))
         return {name: value for name, value in zip(self.names, values, strict=True) if name in given} | self._bearings()
 
+    def _bearings(self) -> dict[str, np.ndarray]:
+        """(N,) the torques of bearings that may stick."""
+        count = self.run.axle_count
+        return {"bearing_torque": np.array([self.run.axles[k].torque for k in range(count)])} if count else {}
+
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""
         if not self.task.effects:
