@@ -99,7 +99,8 @@ class Contact(Effect):
                 gravity_strength=slope.gravity,
                 plane_angle=slope.angle,
             )
-            raise InvalidValueError("normal_gravity", None, f"must be given on a slope; across this plane it is {across!r}")
+            bound = f"must be given on a slope; across this plane it is {across!r}"
+            raise InvalidValueError("normal_gravity", None, bound)
         self.constants(vehicle)
 
     def check_model(self, roller_model: str) -> None:
