@@ -379,7 +379,7 @@ CONTACT = (
         "friction",
         Numbers(shapes=TWO, above=0),
         "1",
-        "coefficient of friction",
+        "coefficient of friction between rollers and ground",
         optional=True,
         note="Of the law regularised. Two numbers are along the axles and along the rolling directions: an ellipse",
     ),

@@ -15,9 +15,10 @@ from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS, CompiledKernel, opti
 def effect_sets(scale: Scale) -> list[str]:
     """All effects at once for every roller model, and in full each alone; as rounding.set_key writes them.
 
-    Axles that stick alone with sharp tips too: they have a form of their own for these.
+    Axles that stick alone with sharp tips too: they have a form of their own for these. Wheels that slip are left out:
+    their functions take other states.
     """
-    every = optional_effects()
+    every = tuple(effect for effect in optional_effects() if not effect.startswith("contact"))
     bases = scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
     alone = [rounding.set_key(base, (effect,)) for base in bases[:3] for effect in every]
     together = [rounding.set_key(base, every) for base in bases]

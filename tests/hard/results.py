@@ -22,6 +22,7 @@ from hard.case import Case, Measurement, Scale
 from omniroll import cli
 from omniroll.commands import run as run_command
 from omniroll.errors import OmnirollError
+from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.result_folder import load_results, unfinished
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -108,21 +109,23 @@ def _signalled(path: Path, output: Path, number: int, delay: float) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def _stands(output: Path, whole: object) -> bool:
+def _stands(output: Path, whole: Trajectory) -> bool:
     """Whether the folder holds the results before, or the motion of the new run as far as it came, bit by bit."""
     try:
         found = load_results(output)
         motion = found.trajectory()
         with contextlib.suppress(FileNotFoundError):
             _check_beginning(unfinished(output).trajectory(), whole)
-        if found.summary["scene"] == "long":
+        if found.summary["scene"] == "long" and found.summary["tolerance"] == whole.stats["tolerance"]:
             _check_beginning(motion, whole)
+        elif found.summary["scene"] == "long":  # the signal came during the coarser run that the estimate needs
+            np.testing.assert_allclose(motion.pose, whole.sample(motion.t).pose, atol=1e-3)
         return found.summary["t"] == [motion.t[0], motion.t[-1]]
     except (OSError, OmnirollError, AssertionError):
         return False
 
 
-def _check_beginning(motion: object, whole: object) -> None:
+def _check_beginning(motion: Trajectory, whole: Trajectory) -> None:
     for name in ("t", "nu", "pose", "contact", "energy", "dense"):
         some = getattr(motion, name)
         if some is not None and not np.array_equal(some, getattr(whole, name)[: len(some)]):
