@@ -8,8 +8,10 @@ from omniroll import generated_data
 from omniroll.kernels import sets
 
 MODELS = ("massless", "locked", "free")
-OPTIONAL = tuple(
-    e["name"] for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
+OPTIONAL = tuple(  # of wheels that roll: those that slip have states of their own, and tests in tests/contact
+    e["name"]
+    for e in generated_data.load("effects")["effects"]
+    if e["neutral"] and e["table"] not in ("reactions", "contact")
 )
 WHEELS, ROLLERS = 3, 4
 
