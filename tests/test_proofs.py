@@ -28,6 +28,7 @@ CALLS = {
     "prove_folded": 'prove_impacts("locked")',
     "prove_accelerations": 'prove_accelerations("free")',
     "prove_sharp_functions": 'prove_sharp_functions("locked")',
+    "prove_sharp_holding": 'prove_sharp_holding("locked")',
     "prove_sharp_accelerations": 'prove_sharp_accelerations("free")',
     "prove_impacts": 'prove_impacts("free")',
     "prove_free_functions": 'prove_free_functions("free")',

@@ -13,7 +13,7 @@ import pytest
 
 from omniroll import Vehicle
 from omniroll.kernels import building, sets
-from omniroll.kernels.kernel import CompiledKernel, kernel
+from omniroll.kernels.kernel import CompiledKernel, kept_kernel, kernel
 
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
 ASKS = f"""
@@ -32,7 +32,7 @@ def sloped(backend="compiled"):
 def forget():
     """What this process remembers of folders, as a new process would not."""
     sets.WHOLE.clear()
-    for remembered in (sets._loaded, sets._opened_pair, sets._opened_engine, kernel):
+    for remembered in (sets._loaded, sets._opened_pair, sets._opened_engine, kept_kernel):
         remembered.cache_clear()
 
 

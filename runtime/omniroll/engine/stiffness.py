@@ -114,7 +114,7 @@ def _fastest(task: Task, effects: Sequence[Effect]) -> tuple[float, np.ndarray] 
         if y.size > LARGEST_STATE:
             return None
         run.state_vector.put(y, {"nu": task.state.nu, "chi": task.state.chi, "pose": task.state.pose})
-        run.state_vector.put(y, acting.initial(bound, axial))
+        run.state_vector.put(y, acting.initial(bound, task.state))
         flow, _ = run.phase(0.0, axial, y)
         rates, ways = np.linalg.eig(_jacobian(flow, y, max(float(np.abs(task.state.nu).max()), 1e-3)))
     except (OmnirollError, ArithmeticError, np.linalg.LinAlgError):
