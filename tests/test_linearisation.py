@@ -1,11 +1,13 @@
 """Linear models: against the motion itself, what they refuse, and what others make of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
 import omniroll
-from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
+from omniroll import AccuracyWarning, Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
 
 VEHICLE = Vehicle.paper()
 MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4)
@@ -120,6 +122,7 @@ def test_a_regulator_made_from_it_holds_the_speed():
         ({"effects": (Bearings(roller_coulomb=0.1, roller_speed=1.0),)}, "roller_coulomb"),
         ({"outputs": ("speed",)}, "outputs"),
         ({"nu": (1, 2)}, "nu"),
+        ({"nu": np.zeros((0, 3))}, "nu"),
         ({"nu": np.zeros((2, 3)), "pose": np.zeros((3, 3))}, "nu"),
         ({"pose": "here"}, "pose"),
         ({"roller_model": "soft"}, "roller_model"),
@@ -129,6 +132,13 @@ def test_a_regulator_made_from_it_holds_the_speed():
 def test_what_it_refuses(arguments, field):
     with pytest.raises(InvalidValueError, match=field):
         linearise(VEHICLE, **arguments)
+
+
+def test_sharp_tips_are_said():
+    joint = VEHICLE.wheel_radius * np.cos(np.pi / VEHICLE.rollers_per_wheel)
+    sharp = replace(VEHICLE, roller_axis_radius=joint * (1 - 1e-6))
+    with pytest.warns(AccuracyWarning, match="sharp tips"):
+        linearise(sharp)
 
 
 def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():

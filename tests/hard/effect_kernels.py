@@ -1,5 +1,7 @@
 """Kernels with effects against ball arithmetic: each effect alone, and all together."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hard import rounding
@@ -16,13 +18,30 @@ def effect_sets(scale: Scale) -> list[str]:
     """All effects at once for every roller model, and in full each alone; as rounding.set_key writes them.
 
     Axles that stick alone with sharp tips too: they have a form of their own for these. Wheels that slip are left out:
-    their functions take other states.
+    their functions take other states. So are derivatives, which have a case of their own.
     """
-    every = tuple(effect for effect in optional_effects() if not effect.startswith("contact"))
-    bases = scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
+    every, bases = every_effect(), bases_of(scale)
     alone = [rounding.set_key(base, (effect,)) for base in bases[:3] for effect in every]
     together = [rounding.set_key(base, every) for base in bases]
     return together + scale.of([], [*alone, rounding.set_key("free_sharp", ("axle_sticking",))])
+
+
+def every_effect() -> tuple[str, ...]:
+    left_out = ("contact", "derivatives")
+    return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
+
+
+def bases_of(scale: Scale) -> tuple[str, ...]:
+    return scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
+
+
+def sets_with_derivatives(scale: Scale) -> list[str]:
+    """Derivatives alone, and of all effects."""
+    return [
+        rounding.set_key(base, (*effects, "derivatives"))
+        for base in bases_of(scale)
+        for effects in ((), every_effect())
+    ]
 
 
 def short_name(set_name: str) -> str:
@@ -137,15 +156,25 @@ def compiled_kernel(part: Sample, row: int, set_name: str) -> CompiledKernel:
     return kernel
 
 
-def against_balls(scale: Scale) -> list[Measurement]:
+def of_effects(scale: Scale) -> list[Measurement]:
+    return against_balls(scale, effect_sets(scale))
+
+
+def of_derivatives(scale: Scale) -> list[Measurement]:
+    return against_balls(scale, sets_with_derivatives(scale), lambda name: name.endswith("_derivatives"))
+
+
+def against_balls(scale: Scale, sets: list[str], wanted: Callable[[str], bool] = bool) -> list[Measurement]:
+    """The functions of the sets whose names are wanted."""
     kernels = {"compiled": compiled_on_demand, "python": python_kernels}
     errors: dict[str, list[Errors]] = {on: [] for on in kernels}
-    for place, set_name in enumerate(effect_sets(scale)):
+    for place, set_name in enumerate(sets):
         part = sample(60 + place, scale.of(40, 1000), 3, 5, closest_tip=1e-9)
         fits = (part.sharpness() > SHARP) == set_name.startswith(("locked_sharp", "free_sharp"))
         part = part.at(np.flatnonzero(fits | set_name.startswith("massless")))
         part = with_effects(part, set_name, 160 + place)
-        judges = rounding.judged_by(part, set_name, list(rounding.functions(set_name, part)))
+        names = [name for name in rounding.functions(set_name, part) if wanted(name)]
+        judges = rounding.judged_by(part, set_name, names)
         for on, outputs in kernels.items():
             found = outputs(part, set_name)
             errors[on] += [
@@ -162,6 +191,14 @@ CASES = [
         title="Every function of kernels with effects: each effect alone, and all together",
         naive="",
         promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
-        run=against_balls,
-    )
+        run=of_effects,
+    ),
+    Case(
+        name="derivatives",
+        section=SECTION,
+        title="The derivatives of accelerations and rates, alone and with all effects",
+        naive="",
+        promise=f"at most {BOUND} ulp times the condition of the function; {BULK_BOUND} for {BULK} % of the states",
+        run=of_derivatives,
+    ),
 ]

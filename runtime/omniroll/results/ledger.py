@@ -9,6 +9,7 @@ WORDS = {  # of the entries of an account, for people
     "drive_work": "work of the drive",
     "axle_loss": "axles' bearings",
     "roller_loss": "rollers' bearings",
+    "ground_loss": "slip on the ground",
     "slope_work": "work of gravity",
     "residual": "residual",
 }

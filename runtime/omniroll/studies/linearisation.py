@@ -5,6 +5,7 @@ factorisation of M* for all columns. They hold between two events: until a rolle
 limit.
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, chain
@@ -18,8 +19,9 @@ from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
 from omniroll.effects.torque import Drive, with_torque
-from omniroll.errors import InvalidValueError
+from omniroll.errors import AccuracyWarning, InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.results.accelerations import call_named
 from omniroll.scenes.loading import Scene
 from omniroll.validation import choice, positive, trailing
 from omniroll.vehicles import checks
@@ -29,6 +31,7 @@ from omniroll.vocabulary import ROLLER_MODEL
 DERIVATIVES = "derivatives"  # the registry's effect that brings the functions
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
 HEADING = (0, 0, 1)  # the heading's place in the pose
+SHARP_TIPS = "the rollers end in sharp tips, near which the derivatives lose digits, all of them at worst"
 MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
 
 
@@ -124,8 +127,10 @@ def linearise(
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
 
-    Returns a LinearModel. Raises InvalidValueError for axles that stick (wheel_coulomb without wheel_speed), for
-    Coulomb friction of free rollers, which makes each roller a state, and for values that do not fit.
+    Returns a LinearModel. Warns with AccuracyWarning where the rollers end in sharp tips, for which the derivatives
+    lose digits: they are solved for by elimination in M*. Raises InvalidValueError for axles that stick (wheel_coulomb
+    without wheel_speed), for Coulomb friction of free rollers, which makes each roller a state, for wheels that may
+    slip, and for values that do not fit.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
@@ -137,8 +142,10 @@ def linearise(
         choice("outputs", name, OUTPUTS)
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
-    _refuse_what_has_no_derivative(acting, vehicle, roller_model)
+    _refuse_what_has_no_derivative(acting, roller_model)
     bound = _kernel(acting, vehicle, roller_model)
+    if bound.sharp:
+        warnings.warn(AccuracyWarning(SHARP_TIPS), stacklevel=2)
     points = _points(bound, given)
     models = [_near(bound, acting, given.get("start_time", 0), *point, tuple(outputs)) for point in points.flat]
     return _together(models, points.shape)
@@ -152,18 +159,17 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
     return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
 
 
-def _refuse_what_has_no_derivative(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> None:
-    present = set(acting.names())
+def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None:
+    by_name = {name: effect for effect in acting.effects for name in effect.kernel_effects()}
     if acting.slips:
         bound = "the linear model knows wheels that roll; leave the ground out"
         raise InvalidValueError("effects", [type(effect).__name__ for effect in acting.effects], bound)
-    if "axle_sticking" in present:
+    if "axle_sticking" in by_name:
         bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
-        raise InvalidValueError("wheel_coulomb", acting.constants(vehicle).get("axle_torque"), bound)
-    if roller_model == "free" and "roller_coulomb" in present:
-        coulomb = acting.constants(vehicle)["roller_torque"]
+        raise InvalidValueError("wheel_coulomb", by_name["axle_sticking"].wheel_coulomb, bound)
+    if roller_model == "free" and "roller_coulomb" in by_name:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
-        raise InvalidValueError("roller_coulomb", coulomb, bound)
+        raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
 
 
 def _kernel(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> Kernel:
@@ -185,6 +191,8 @@ def _points(bound: Kernel, given: Mapping) -> np.ndarray:
         points = np.empty(np.broadcast_shapes(*leads), object)
     except ValueError:
         raise InvalidValueError("nu", leads, "leading axes of nu, chi, spins and pose must broadcast") from None
+    if not points.size:
+        raise InvalidValueError("nu", points.shape, "must hold at least one state")
     nu, chi, pose = (np.broadcast_to(a, (*points.shape, a.shape[-1])) for a in (nu, chi, pose))
     if momenta is not None:
         momenta = np.broadcast_to(momenta, (*points.shape, *momenta.shape[-2:]))
@@ -269,9 +277,8 @@ class _Layout(dict):
 
 def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The outputs of a generated function by name."""
-    signature = bound.signatures[name]
-    values = bound.call(name, *(known[argument.name] for argument in signature.inputs))
-    return dict(zip((argument.name for argument in signature.outputs), values, strict=True))
+    outputs = (argument.name for argument in bound.signatures[name].outputs)
+    return dict(zip(outputs, call_named(bound, name, known), strict=True))
 
 
 def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:
