@@ -20,7 +20,8 @@ class Ledger:
     """All in J.
 
     start, end      kinetic energies
-    contributions   by name, positive where the vehicle gains: drive_work, axle_loss, roller_loss, slope_work, switches
+    contributions   by name, positive where the vehicle gains: drive_work, axle_loss, roller_loss, ground_loss,
+                    slope_work, switches
     largest         kinetic energy during the run
     """
 

@@ -109,7 +109,13 @@ class Moments:
 def true_values(
     vehicle: Vehicle, roller_model: str, effects: EffectSet, moments: Moments, instruments: Instruments
 ) -> dict[str, np.ndarray]:
-    """What ideal instruments read, by name; without odometry, which depends on the readings before."""
+    """What ideal instruments read, by name; without odometry, which depends on the readings before.
+
+    Raises InvalidValueError for wheels that may slip: their rates are not those of rolling.
+    """
+    if effects.slips:
+        given = [type(effect).__name__ for effect in effects.effects]
+        raise InvalidValueError("effects", given, "must be without Contact: instruments know wheels that roll")
     bound = _kernel(vehicle, roller_model, effects)
     rate = bound.wheel_speeds(moments.nu)
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)

@@ -138,6 +138,8 @@ def linearise(
         raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
     asked = {"nu": nu, "chi": chi, "spins": spins, "pose": pose, "roller_model": roller_model, "effects": effects}
     given |= {name: value for name, value in asked.items() if value is not None}
+    if isinstance(outputs, str) or not isinstance(outputs, Sequence):
+        raise InvalidValueError("outputs", outputs, "must be a sequence of names")
     for name in outputs:
         choice("outputs", name, OUTPUTS)
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
