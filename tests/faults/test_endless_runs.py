@@ -1,6 +1,7 @@
 """Runs that could not end, or would take more memory than there is: stopped while they are young, with the reason."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -62,6 +63,17 @@ def test_the_time_constant_is_the_terms():
         assert found.time == pytest.approx(1 / rates.real.max(), rel=1e-2)
     assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[omniroll.Slope(0.1)])) is None
     assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20)) is None
+
+
+def test_phases_of_one_step_are_watched_too():
+    """Samples may follow so closely that each phase is one step, which no further step follows."""
+    closely = omniroll.Controller(target=(1, 0, 0), proportional=1e-3, sample_time=1e-9)
+    run = done([closely], "python", memory=1e6)
+    assert "at its present pace the run needs" in str(run.stop) and run.stats()["steps"] < 1000
+    task = checked_task(PAPER, nu=(1, 0, 1), duration=1, effects=[replace(closely, sample_time=1e-3)], engine="python")
+    asked = iter(["", "", "that is enough"])
+    ended = made(replace(task, interrupted=lambda: next(asked)), 1e-9)
+    assert "that is enough" in str(ended.stop) and ended.stop.t == 3e-3
 
 
 @pytest.mark.parametrize("start, duration", [({}, 1e30), ({"spins": 1e30}, 0.001)])

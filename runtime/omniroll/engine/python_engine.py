@@ -191,8 +191,7 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
-            where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
-            self._stop(str(error) + blamed(self.task, where | {"axial": self.state.free_axial()}), None)
+            self._stop(str(error) + self._blamed(), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -204,11 +203,25 @@ class Run:
             self._watch(None)
             self.acting.pass_guards(phase.passed)
         self.phases += 1
+        self._look_up()
         if self.task.keep is not None:
             self.task.keep(self)
         if self.task.progress is not None:
             self.task.progress(self.elapsed, self.task.duration)
         return phase.directions
+
+    def _look_up(self) -> None:
+        """What is watched after each step, between two phases: there are runs whose phases are one step each."""
+        if self.elapsed < self.task.duration:
+            try:
+                self._is_ended(0.0)
+            except StepFailedError as error:
+                self._stop(str(error) + self._blamed(), None)
+
+    def _blamed(self) -> str:
+        """What makes the steps short, in words, after a colon; empty where nothing is known."""
+        where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
+        return blamed(self.task, where | {"axial": self.state.free_axial()})
 
     def _record(self, phase: Phase) -> None:
         """Rows and polynomials of a phase; the state and the time at its end."""
@@ -290,7 +303,7 @@ class Run:
             "pose": self.state.pose.tolist(),
             "contact": self.state.contact.tolist(),
         }
-        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self.part(0))
+        raise SimulationStopped(reason, t=float(self._time()), wheel=wheel, state=state, trajectory=self.part(0))
 
     @property
     def row_count(self) -> int:

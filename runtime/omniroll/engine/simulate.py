@@ -106,8 +106,8 @@ def checked_task(
     ENTRIES["engine"].checked(engine)
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
-    if progress is not None and not callable(progress):
-        raise InvalidValueError("progress", progress, "must be a function, called as progress(time done, duration)")
+    if progress is not None:
+        validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(

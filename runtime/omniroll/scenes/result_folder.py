@@ -22,7 +22,7 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from omniroll import durable
+from omniroll import durable, validation
 from omniroll.engine.runs import Partial
 from omniroll.errors import OmnirollError
 from omniroll.results.trajectory import Trajectory
@@ -186,9 +186,9 @@ def load_results(folder: str | os.PathLike) -> Results:
     folder  str or path
 
     Raises DamagedResultsError where files are missing, or are not those that summary.json was written with;
-    FileNotFoundError where there are no results.
+    FileNotFoundError where there are no results; InvalidValueError for what is no path.
     """
-    path = Path(folder)
+    path = validation.file_path("folder", folder)
     summary_file = next((p for p in (path / COMPLETE / SUMMARY, path / SUMMARY) if p.exists()), None)
     if summary_file is None:
         return Results(None, _farthest_series(path))
@@ -208,9 +208,9 @@ def unfinished(folder: str | os.PathLike) -> Results:
 
     folder  str or path
 
-    Raises FileNotFoundError where there are none.
+    Raises FileNotFoundError where there are none, InvalidValueError for what is no path.
     """
-    return Results(None, _farthest_series(Path(folder)))
+    return Results(None, _farthest_series(validation.file_path("folder", folder)))
 
 
 def _farthest_series(folder: Path) -> dict[str, Path]:
