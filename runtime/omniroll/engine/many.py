@@ -235,9 +235,9 @@ def _all_runs(
 def _vehicles(vehicles: Any) -> np.ndarray:
     try:
         table = np.array(vehicles, dtype=object)
-    except Exception:  # a list that holds itself, or an object whose own code fails
+    except Exception:  # an object whose own code fails
         table = np.empty(0)
-    if table.size == 0 or not all(isinstance(vehicle, Vehicle) for vehicle in table.flat):
+    if table.size == 0 or table.ndim > MOST_AXES or not all(isinstance(vehicle, Vehicle) for vehicle in table.flat):
         raise InvalidValueError("vehicles", vehicles, "must be a Vehicle or nested lists of Vehicles")
     sizes = {(vehicle.wheels, vehicle.rollers_per_wheel) for vehicle in table.flat}
     if len(sizes) > 1:
