@@ -9,7 +9,7 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
-from omniroll.engine.outlook import FIRST, Outlook
+from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
@@ -38,6 +38,25 @@ class Record:
     step_rows: list[int] = field(default_factory=list)
     directions: list[np.ndarray] = field(default_factory=list)
     switch_rows: list[int] = field(default_factory=list)
+    steps_before: int = 0  # in rows that are forgotten
+    switches_before: int = 0
+    wheels_before: int = 0
+
+    @property
+    def step_count(self) -> int:
+        """Since the start of the run."""
+        return self.steps_before + len(self.dense)
+
+    @property
+    def switch_count(self) -> int:
+        """Since the start of the run."""
+        return self.switches_before + len(self.directions)
+
+    def last(self) -> "Record":
+        """The last row alone, with what must be known of the others."""
+        kept = {name: getattr(self, name)[-1:] for name in ("elapsed", "y", "contact", "axial", "drive")}
+        wheels = self.wheels_before + int(np.count_nonzero(self.directions))
+        return Record(**kept, steps_before=self.step_count, switches_before=self.switch_count, wheels_before=wheels)
 
     def add(
         self,
@@ -86,7 +105,7 @@ class Run:
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
         self.integrator.watch = self._is_ended
         numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
-        self.outlook = Outlook(task.duration, NUMBER * numbers, task.memory)
+        self.outlook = outlook_of(task.duration, NUMBER * numbers, task.memory, task.room)
         self.next_look = FIRST
         self.phases = 0
         self.phase_start, self.slopes = (
@@ -276,9 +295,9 @@ class Run:
         steps = self.integrator.counts.steps
         if steps >= self.next_look:
             self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
-            if self.outlook.is_hopeless(steps, len(self.rows.directions), self.elapsed + done):
+            if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
-            if steps * self.outlook.step_memory > self.task.memory:
+            if self.held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
                 raise StepFailedError(
                     "more rows than memory should hold; go on in another run from where this one ends"
                 )
@@ -310,6 +329,15 @@ class Run:
         """How many rows there are so far."""
         return len(self.rows.y)
 
+    @property
+    def held(self) -> float:
+        """Bytes that the rows and steps in memory take, about."""
+        return len(self.rows.y) * self.outlook.step_memory
+
+    def forget(self) -> None:
+        """Take all rows but the last one from memory, and all switches."""
+        self.rows = self.rows.last()
+
     def part(self, first: int) -> Trajectory:
         """The motion from row `first` to the last one."""
         record, counts = self.rows, self.integrator.counts
@@ -335,6 +363,6 @@ class Run:
             "phases": self.phases,
             "tolerance": self.tolerance,
             "local_errors": float(counts.error),
-            "switches": int(np.count_nonzero(directions)),
+            "switches": self.rows.wheels_before + int(np.count_nonzero(record.directions)),
         }
         return assembled(self.task, rows, stats)
