@@ -34,6 +34,7 @@ from omniroll.vehicles.state import State
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
+CALLS = 8  # that fill the memory of a run at least
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 3 * MOST_WHEELS  # run.c
 LAST = slice(-1, None)  # row
@@ -131,10 +132,11 @@ class CompiledRun:
         """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
-        self.status, room = FULL, min(FIRST, ROWS)
+        most = min(ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
+        self.status, room = FULL, min(FIRST, most)
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room)
-            room = min(2 * room, ROWS)
+            room = min(2 * room, most)
             self.status = step(*arguments)
             while self.status == ASK and not self._is_ended():
                 self._answer()
