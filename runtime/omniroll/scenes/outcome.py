@@ -25,7 +25,7 @@ from omniroll.scenes.result_folder import ResultFolder
 from omniroll.viewer.page import View
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
-VIEW = "view.html"  # is written by the command, after the others
+VIEW = "view.html"
 FILES = (
     "trajectory.npz",
     "trajectory.csv",
