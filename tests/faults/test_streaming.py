@@ -102,7 +102,7 @@ def test_a_streamed_run_is_the_run(scene, kept):
 
 def test_memory_holds_one_part(scene, tmp_path, monkeypatch):
     held, look = [], Stream.look
-    monkeypatch.setattr(Stream, "look", lambda stream, run: (held.append(run.held), look(stream, run)))
+    monkeypatch.setattr(Stream, "look", lambda stream, run: (held.append(run.bytes_held), look(stream, run)))
     with result_folder(tmp_path / "out") as folder:
         stream = Stream(folder.unfinished, MEMORY)
         outcome = run_scene(load_scene(scene), stream=stream)

@@ -204,6 +204,12 @@ CALLS = (
     Call("load_scene", omniroll.load_scene, {"path": SCENE}),
     Call("run", lambda given, **changes: omniroll.run(given, **changes), {"given": None, **MOTION}),
     Call("Scene.sample_times", lambda end: scene().sample_times(end), {"end": 1.0}),
+    Call("Trajectory.arrays", lambda **at: run().arrays(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_pandas", lambda **at: run().to_pandas(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_xarray", lambda **at: run().to_xarray(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_parquet", lambda **at: run().to_parquet(**at), {
+        "path": "run.parquet", "t": (0.1, 0.2), "instruments": None}),
+    Call("Results.parts", lambda **times: list(omniroll.Results(None, {}).parts(**times)), {"start": 0.0, "end": 1.0}),
     Call("load_results", omniroll.load_results, {"folder": "."}),
     Call("unfinished", omniroll.unfinished, {"folder": "."}),
     Call("view", lambda runs, **options: omniroll.view(runs, **options), {

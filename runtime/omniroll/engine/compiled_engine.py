@@ -151,7 +151,7 @@ class CompiledRun:
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
-        if self.held > self.task.memory:
+        if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
         elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
             self.status = HOPELESS
@@ -189,7 +189,7 @@ class CompiledRun:
         return self.run.row_count
 
     @property
-    def held(self) -> float:
+    def bytes_held(self) -> float:
         """Bytes that the rows and steps in memory take."""
         return self.run.row_count * self.space.bytes_per_row
 

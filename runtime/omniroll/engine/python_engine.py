@@ -297,7 +297,7 @@ class Run:
             self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
             if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
-            if self.held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
+            if self.bytes_held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
                 raise StepFailedError(
                     "more rows than memory should hold; go on in another run from where this one ends"
                 )
@@ -330,7 +330,7 @@ class Run:
         return len(self.rows.y)
 
     @property
-    def held(self) -> float:
+    def bytes_held(self) -> float:
         """Bytes that the rows and steps in memory take, about."""
         return len(self.rows.y) * self.outlook.step_memory
 

@@ -30,7 +30,7 @@ class Partial(Protocol):
         """How many rows there are so far."""
 
     @property
-    def held(self) -> float:
+    def bytes_held(self) -> float:
         """Bytes that these rows and their steps take."""
 
     def part(self, first: int) -> Trajectory:

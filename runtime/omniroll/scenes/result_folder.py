@@ -193,14 +193,17 @@ class Results:
         parts = list(self.parts())
         return parts[0] if len(parts) == 1 else Trajectory.joined(parts)
 
-    def parts(self, start: float = -math.inf, end: float = math.inf) -> Iterator[Trajectory]:
+    def parts(self, start: float | None = None, end: float | None = None) -> Iterator[Trajectory]:
         """The motion part by part, each one read when its turn comes: only one of them is in memory.
 
-        start, end  times in s on the run's clock: parts that lie outside are not read
+        start, end  times in s on the run's clock, None: those of the run. Parts that lie outside are not read
 
         The first row of a part is the last one of the part before it. Of a run that was not kept in parts it is the one
-        trajectory. Raises InvalidValueError for a damaged file, DamagedResultsError for one of another run.
+        trajectory. Raises InvalidValueError for what is no time and for a damaged file, DamagedResultsError for one of
+        another run.
         """
+        start = -math.inf if start is None else validation.real("start", start)
+        end = math.inf if end is None else validation.real("end", end)
         if self.summary is None:
             times = dict.fromkeys(self.places, (-math.inf, math.inf))
         elif self.summary.get(PARTS):

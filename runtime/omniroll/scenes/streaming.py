@@ -37,7 +37,7 @@ class Stream:
 
     def look(self, run: Partial) -> None:
         """Called now and then during the run."""
-        if run.held >= self.most:
+        if run.bytes_held >= self.most:
             self.add(run.part(0))
             run.forget()
 
