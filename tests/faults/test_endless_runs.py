@@ -12,6 +12,7 @@ from omniroll.engine.control import made
 from omniroll.engine.outlook import Outlook, shown_bytes
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
+from omniroll.scenes import allowance as allowances
 from omniroll.scenes import costs, explanation
 from omniroll.scenes.allowance import Allowance
 
@@ -213,6 +214,15 @@ def test_explain_says_what_it_had_no_time_for(explained_scene, monkeypatch):
     found = explained_scene("")
     assert {"the estimate of locked", "the estimate of slope"} <= set(found["left_out"])
     assert "Left out; estimates and prices may take 0 s together" in explain.text(found)
+
+
+def test_a_price_is_not_measured_on_a_run_without_end(explained_scene, monkeypatch):
+    """The Python engine follows a stiff motor in millions of steps, which memory would hold."""
+    monkeypatch.setattr(allowances, "LONGEST", 0.1)
+    motor = "[drive]\nvoltage = 2.0\ntorque_constant = 12\nresistance = 2.0\n"
+    found = explained_scene(f"engine = 'python'\n{motor}")
+    assert [price["microseconds"] for price in found["prices"]] == [None]
+    assert "it takes more than 0.1 s: Motor has a time constant of" in found["left_out"][0]
 
 
 def test_an_allowance_ends():

@@ -66,6 +66,7 @@ class Task:
     room: float | None = None  # bytes for the rows and steps that `keep` puts elsewhere; None: memory must hold them
     keep: Keep | None = None
     interrupted: Interrupted | None = None
+    coarse: Progress | None = None  # is told of the coarser run that the error estimate needs
 
 
 @dataclass(frozen=True)

@@ -118,6 +118,7 @@ def run_scene(
 ) -> Outcome:
     """Run a scene, also one that stops before its end.
 
+    report       is told of the progress, first of that of the coarser run that the error estimate needs
     keep         sees the run now and then
     interrupted  ends the run where it gives a text
     stream       takes the parts of the run, in place of `keep`
@@ -125,7 +126,7 @@ def run_scene(
     stopped, reactions = None, None
     began = time.perf_counter()
     task = checked_task(scene.vehicle, **scene.options, progress=report)
-    task = replace(task, keep=keep, interrupted=interrupted)
+    task = replace(task, keep=keep, interrupted=interrupted, coarse=report)
     if stream is not None:
         task = replace(task, keep=stream.look, room=stream.room)
     doubts = scene.doubts()
