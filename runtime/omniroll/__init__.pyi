@@ -17,7 +17,9 @@ from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
+from .errors import NoDerivativeError as NoDerivativeError
 from .errors import OmnirollError as OmnirollError
+from .errors import OneSidedWarning as OneSidedWarning
 from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
 from .errors import SweepInterrupted as SweepInterrupted
@@ -33,6 +35,7 @@ from .results.reactions import Doubt as Doubt
 from .results.reactions import Reactions as Reactions
 from .results.reactions import reactions as reactions
 from .results.trajectory import Samples as Samples
+from .results.trajectory import Sensitivity as Sensitivity
 from .results.trajectory import Trajectory as Trajectory
 from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene

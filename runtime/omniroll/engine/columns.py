@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
@@ -22,7 +23,6 @@ from omniroll.kernels.kernel import OF_THE_VEHICLE, VEHICLE_SCALARS, Kernel
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
 NAME = re.compile(r"(\w+?)((?:\[\d+\])*)")
-START = ("nu", "chi", "pose", "spins")
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,14 @@ class Column:
     """A number and what it moves.
 
     name       as it was asked for
+    size       of the number; 1 where it is 0, or stands for a length, an angle or a speed of the start
     start      tangents of nu, chi, pose and spins at the start, by name
     constants  tangents of the arguments of `prepare`, by name
     signals    tangents of fields of effects that are no constants of the kernel: by place of the effect and field
     """
 
     name: str
+    size: float = 1.0
     start: Mapping[str, np.ndarray] = field(default_factory=dict)
     constants: Mapping[str, np.ndarray] = field(default_factory=dict)
     signals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
@@ -53,28 +55,71 @@ def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -
 def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
     match = NAME.fullmatch(name)
     number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
-    shapes = {"nu": (3,), "chi": (plain.wheels,), "pose": (3,)}
-    if plain.has_spins:
-        shapes["spins"] = (plain.wheels, plain.rollers_per_wheel - 1)
-    if number in shapes:
-        return Column(name, start={number: _moved(name, shapes[number], place)})
-    values = dict(zip(plain.constant_names, plain.constants, strict=True))
-    if number in VEHICLE_SCALARS and number not in values:
-        return Column(name)  # massless rollers do not feel their inertia
-    if number in values and number in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
-        return Column(name, constants=_with_places(number, _moved(name, values[number].shape, place), plain))
+    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain)
     for k, effect in enumerate(effects):
-        if number in effect.numbers:
-            argument = effect.numbers[number]
-            if argument in values:
-                return Column(name, constants={argument: _moved(name, values[argument].shape, place)})
-        if number in effect.signals and getattr(effect, number) is not None:
-            return Column(name, signals={(k, number): _moved(name, effect.shape_of(number, plain.wheels), place)})
-    known = [*shapes, *VEHICLE_SCALARS, "wheel_angles"]
+        found = found or _of_effect(name, number, place, plain, k, effect)
+    if found is None:
+        raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
+    return found
+
+
+def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:
+    """The shapes of what a run starts with, by name."""
+    spins = {"spins": (plain.wheels, plain.rollers_per_wheel - 1)} if plain.has_spins else {}
+    return {"nu": (3,), "chi": (plain.wheels,), "pose": (3,)} | spins
+
+
+def _known(plain: Kernel, effects: Sequence[Effect]) -> str:
+    names = [*start_shapes(plain), *VEHICLE_SCALARS, "wheel_angles"]
     for effect in effects:
-        known += [n for n in effect.numbers if effect.numbers[n] in values]
-        known += [n for n in effect.signals if getattr(effect, n) is not None]
-    raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {', '.join(known)}")
+        names += [n for n, argument in effect.numbers.items() if argument in plain.constant_names]
+        names += [n for n in effect.signals if getattr(effect, n) is not None]
+    return ", ".join(names)
+
+
+def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
+    shapes = start_shapes(plain)
+    return Column(name, start={number: _moved(name, shapes[number], place)}) if number in shapes else None
+
+
+def _of_vehicle(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
+    values = _values(plain)
+    if number in VEHICLE_SCALARS and number not in values:
+        _moved(name, (), place)
+        return Column(name)  # massless rollers do not feel their inertia
+    if number not in values or number not in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
+        return None
+    moved = _moved(name, values[number].shape, place)
+    return Column(name, _size(values[number]), constants=_with_places(number, moved, plain))
+
+
+def _of_effect(name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effect: Effect) -> Column | None:
+    values, argument = _values(plain), effect.numbers.get(number)
+    if argument in values:
+        moved = _moved(name, values[argument].shape, place)
+        return Column(name, _size(values[argument]), constants={argument: moved} | _rotor(number, moved, plain, effect))
+    if number in effect.signals and getattr(effect, number) is not None:
+        moved = _moved(name, effect.shape_of(number, plain.wheels), place)
+        return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
+    return None
+
+
+def _values(plain: Kernel) -> dict[str, np.ndarray]:
+    return dict(zip(plain.constant_names, plain.constants, strict=True))
+
+
+def _size(value: ArrayLike) -> float:
+    return float(np.abs(value).max()) or 1.0
+
+
+def _rotor(number: str, moved: np.ndarray, plain: Kernel, effect: Effect) -> dict[str, np.ndarray]:
+    """What a gear does to the inertia of a wheel, where the motor brings that of its rotor."""
+    inertia = getattr(effect, "rotor_inertia", 0.0)
+    if number != "gear_ratio" or not inertia:
+        return {}
+    ratio = complex(with_tangent(effect.gear_ratio, 1.0))
+    geared = parts.geared_inertia(plain.wheels, plain.rollers_per_wheel, 0.0, ratio, inertia)
+    return {"wheel_inertia": tangent_of(geared)}
 
 
 def _moved(name: str, shape: tuple[int, ...], place: tuple[int, ...]) -> np.ndarray:

@@ -125,7 +125,9 @@ class _Sampling:
             else Curve(np.array(controller.times) - start_time, target.swapaxes(0, 1))
         )
         self.gains = [
-            with_tangent(spread(name, getattr(controller, name), wheels), given.get(name, np.zeros((*bound.columns, 1))))
+            with_tangent(
+                spread(name, getattr(controller, name), wheels), given.get(name, np.zeros((*bound.columns, 1)))
+            )
             for name in ("proportional", "integral")
         ]
         self.limit = math.inf if controller.limit is None else controller.limit

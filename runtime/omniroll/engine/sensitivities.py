@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
-from omniroll.engine.columns import Column, columns_of, stacked
+from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.runs import Task
-from omniroll.engine.switching import SwitchingModel
+from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Deviations, Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.kernel import Kernel
@@ -30,16 +30,18 @@ from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tang
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_place, by_roller
 
-TOGETHER = 1e-9  # of the larger one: switches whose times deviate by amounts closer than this stay together
+TOGETHER = 1e-9  # of the larger one: deviations that differ by less are the same
 GRAZING = 1e-6  # of the fastest wheel's speed: a wheel that passes its joint more slowly grazes it
 
 
 def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """The trajectory, with the derivatives of its motion by the numbers of these names.
+    """The same trajectory, which now has the derivatives of its motion by the numbers of these names.
 
-    Raises InvalidValueError for names and effects that have none, and NoDerivativeError where the motion has none.
+    Raises InvalidValueError for names that have none, and NoDerivativeError where the motion has none.
     """
-    return replace(trajectory, followed=Followed.along(trajectory, tuple(names)))
+    followed = Followed.along(trajectory, tuple(names))
+    object.__setattr__(trajectory, "followed", followed)  # its other fields stay frozen
+    return trajectory
 
 
 def check_names(task: Task, names: Sequence[str]) -> None:
@@ -180,7 +182,7 @@ class _Columns:
         self.columns: tuple[Column, ...] = columns_of(names, self.plain, self.effects)
         shapes = {n: value.shape for n, value in zip(self.plain.constant_names, self.plain.constants, strict=True)}
         self.constants = stacked(self.columns, lambda column: column.constants, shapes)
-        self.start = stacked(self.columns, lambda column: column.start, self._start_shapes())
+        self.start = stacked(self.columns, lambda column: column.start, start_shapes(self.plain))
         wheels = self.plain.wheels
         self.signals = stacked(
             self.columns,
@@ -195,9 +197,10 @@ class _Columns:
     def names(self) -> tuple[str, ...]:
         return tuple(column.name for column in self.columns)
 
-    def _start_shapes(self) -> dict[str, tuple[int, ...]]:
-        wheels = self.plain.wheels
-        return {"nu": (3,), "chi": (wheels,), "pose": (3,), "spins": (wheels, self.plain.rollers_per_wheel - 1)}
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(P,) the sizes of the numbers."""
+        return np.array([column.size for column in self.columns])
 
     @cached_property
     def kernel(self) -> TangentKernel:
@@ -360,11 +363,14 @@ class Sweep:
         return _Instant(self.trajectory.elapsed[row], self.motion.y[row], self.motion.rates[row])
 
     def _switched(self, row: int, moved: np.ndarray) -> _Phase:
-        """The phase after the switch between this row and the next."""
+        """The phase after the switch between this row and the next.
+
+        Wheels that switch together still do where a number grows by its own size, or they do not.
+        """
         directions, before = self.motion.directions[row + 1], self._instant(row)
         wheels = np.flatnonzero(directions)
         times = self._time_deviations(before, moved, wheels)
-        parted = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
+        parted = self.columns.sizes * np.ptp(times, axis=0) > tau(self.trajectory.t[row], before.elapsed)
         if not parted.any():
             return self._passed(self.phase, before, self._instant(row + 1), moved, directions, times[0])
         if self.trajectory.switching == "impact" and self.kernel.roller_model != "massless":
@@ -374,7 +380,9 @@ class Sweep:
         return self._one_after_the_other(row, moved, times)
 
     def _no_derivative(self, at: _Instant, reason: str, wheels: np.ndarray) -> NoDerivativeError:
-        return NoDerivativeError(reason, t=float(self.trajectory.start_time + at.elapsed), wheels=tuple(wheels.tolist()))
+        return NoDerivativeError(
+            reason, t=float(self.trajectory.start_time + at.elapsed), wheels=tuple(wheels.tolist())
+        )
 
     def _time_deviations(self, at: _Instant, moved: np.ndarray, wheels: np.ndarray) -> np.ndarray:
         """(W, P) by how much the times deviate at which the wheels (W,) are at their joints."""
@@ -411,16 +419,16 @@ class Sweep:
         """
         wheels = np.flatnonzero(self.motion.directions[row + 1])
         orders = np.argsort(times, axis=0, kind="stable")
-        found = {tuple(order): self._in_order(row, moved, wheels[order]) for order in {*map(tuple, orders.T.tolist())}
-                 | {*map(tuple, orders[::-1].T.tolist())}}  # fmt: skip
-        picked = [found[tuple(order)] for order in orders.T.tolist()]
-        opposite = [found[tuple(order)] for order in orders[::-1].T.tolist()]
-        own, other = (np.stack([self._deviations(p.y)[:, k] for k, p in enumerate(of)], axis=1) for of in (picked, opposite))
-        size = np.abs(own).max(axis=0)
-        parted = np.abs(own - other).max(axis=0) > TOGETHER * size
+        rising, falling = [tuple(order) for order in orders.T], [tuple(order[::-1]) for order in orders.T]
+        found = {order: self._in_order(row, moved, wheels[list(order)]) for order in {*rising, *falling}}
+        picked, opposite = [found[order] for order in rising], [found[order] for order in falling]
+        own, other = (
+            np.stack([self._deviations(p.y)[:, k] for k, p in enumerate(of)], axis=1) for of in (picked, opposite)
+        )
+        parted = np.abs(own - other).max(axis=0) > TOGETHER * np.abs(own).max(axis=0)
         if parted.any():
             names = ", ".join(np.array(self.columns.names)[parted])
-            at = f"t = {self.trajectory.t[row]!r}, wheels {', '.join(map(str, wheels))}"
+            at = f"t = {float(self.trajectory.t[row])!r}, wheels {', '.join(map(str, wheels))}"
             text = f"the wheels switch together, at {at}: the derivatives by {names} are those for numbers that grow"
             warnings.warn(OneSidedWarning(text), stacklevel=2)
         y = np.stack([p.y[k] for k, p in enumerate(picked)])
