@@ -88,6 +88,7 @@ class Controller(Drive):
         return per_output, damping
 
     def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
+        """As of an Effect; `name` may be the target, which has no wheels: its shape does not depend on `wheels`."""
         return np.shape(self.target) if name == "target" else (wheels,)
 
     def events(self) -> tuple[str, ...]:
