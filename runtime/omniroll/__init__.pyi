@@ -9,6 +9,7 @@ from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
 from .engine.batch import Batch as Batch
+from .engine.gradients import gradient as gradient
 from .engine.many import Many as Many
 from .engine.many import simulate_many as simulate_many
 from .engine.session import Session as Session
@@ -17,6 +18,7 @@ from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
+from .errors import MissingPackageError as MissingPackageError
 from .errors import NoDerivativeError as NoDerivativeError
 from .errors import OmnirollError as OmnirollError
 from .errors import OneSidedWarning as OneSidedWarning

@@ -70,20 +70,20 @@ class Followed:
 
     @classmethod
     def along(cls, trajectory: Trajectory, names: tuple[str, ...]) -> "Followed":
-        sweep = Sweep(_Motion(trajectory), _Columns(trajectory, names))
+        sweep = Sweep(Motion(trajectory), Columns(trajectory, names))
         sweep.run()
         return sweep.followed()
 
     def at(self, trajectory: Trajectory, name: str, t: ArrayLike | None) -> Sensitivity:
         """The derivatives by one of the numbers, in the rows or at times within the run."""
         column = self.names.index(validation.choice("name", name, self.names))
-        motion, columns = _Motion(trajectory), _Columns(trajectory, self.names)
+        motion, columns = Motion(trajectory), Columns(trajectory, self.names)
         times = trajectory.t if t is None else validation.real_array("t", t)
         y, row = (motion.y, np.arange(len(trajectory))) if t is None else trajectory.state_and_row(times)
         moved = self.rows[row][..., column]
         between = trajectory.t[row] < times
         if between.any():
-            moved[between] += self._since_row(motion, columns, row[between], times[between])[..., column]
+            moved[between] += self.since_row(motion, columns, row[between], times[between])[..., column]
         whole = np.zeros(y.shape)
         whole[..., motion.deviations.state] = moved
         carrying = with_tangent(y, whole)
@@ -92,7 +92,7 @@ class Followed:
         return Sensitivity(name, times, **parts, spins=spins)
 
     def _spins(
-        self, motion: "_Motion", bound: TangentKernel, column: int, y: np.ndarray, row: np.ndarray, times: np.ndarray
+        self, motion: "Motion", bound: TangentKernel, column: int, y: np.ndarray, row: np.ndarray, times: np.ndarray
     ) -> np.ndarray | None:
         """(..., N, n-1) the derivatives of the free rollers' spins in states y (..., size) that carry their own."""
         if self.axial is None:
@@ -111,7 +111,7 @@ class Followed:
         nu, chi = motion.vector.view(y, "nu"), motion.vector.view(y, "chi")
         return tangent_of(bound.spins_from_axial(nu, chi, later))
 
-    def _since_row(self, motion: "_Motion", columns: "_Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
+    def since_row(self, motion: "Motion", columns: "Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
         """(k, m, P) what the deviations have come to since the rows (k,)."""
         trajectory, variations = motion.trajectory, columns.variations(motion)
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
@@ -126,7 +126,7 @@ def applied(maps: np.ndarray, deviation: np.ndarray, inputs: np.ndarray) -> np.n
     return maps[..., :state] @ deviation + maps[..., state:given] @ inputs + maps[..., given:]
 
 
-class _Motion:
+class Motion:
     """The rows of a run, with what its phases were given and its rates there."""
 
     def __init__(self, trajectory: Trajectory):
@@ -173,13 +173,13 @@ class _Motion:
         return self.rates_in(self.y, self.inputs)
 
 
-class _Columns:
-    """The columns of a run: what each of its numbers moves."""
+class Columns:
+    """The columns of a run: what each of its numbers moves; before them `others`, in which no number deviates."""
 
-    def __init__(self, trajectory: Trajectory, names: tuple[str, ...]):
+    def __init__(self, trajectory: Trajectory, names: tuple[str, ...], others: int = 0):
         self.effects = trajectory.effects.effects
         self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
-        self.columns: tuple[Column, ...] = columns_of(names, self.plain, self.effects)
+        self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
         shapes = {n: value.shape for n, value in zip(self.plain.constant_names, self.plain.constants, strict=True)}
         self.constants = stacked(self.columns, lambda column: column.constants, shapes)
         self.start = stacked(self.columns, lambda column: column.start, start_shapes(self.plain))
@@ -211,12 +211,12 @@ class _Columns:
         """The functions with the deviation of one number, for states of any leading axes."""
         return TangentKernel(self.plain, {name: tangents[column] for name, tangents in self.constants.items()})
 
-    def variations(self, motion: _Motion) -> Variations:
+    def variations(self, motion: Motion) -> Variations:
         return Variations(motion.trajectory, self.plain, self.constants, len(self), motion.deviations, motion.inputs)
 
 
 @dataclass(frozen=True)
-class _Phase:
+class Phase:
     """What a phase between two switches starts with, on numbers that carry the deviations of P columns.
 
     elapsed  in s
@@ -236,7 +236,7 @@ class _Phase:
 
 
 @dataclass(frozen=True)
-class _Instant:
+class Instant:
     """A state of the run at a switch: y (size,) and the rates (m,) of what deviates."""
 
     elapsed: float
@@ -247,7 +247,7 @@ class _Instant:
 class Sweep:
     """One walk along a run, from its start to its end, with P deviations."""
 
-    def __init__(self, motion: _Motion, columns: _Columns):
+    def __init__(self, motion: Motion, columns: Columns):
         self.motion, self.columns = motion, columns
         self.trajectory, self.deviations, self.vector = motion.trajectory, motion.deviations, motion.vector
         self.kernel, self.effects = columns.kernel, motion.trajectory.effects
@@ -284,7 +284,7 @@ class Sweep:
             for steps in variations.chunks():
                 yield from variations.maps(steps)
 
-    def _begin(self, row: int, phase: _Phase) -> np.ndarray:
+    def _begin(self, row: int, phase: Phase) -> np.ndarray:
         """(m, P) the deviations of a phase that starts in this row."""
         self.phase = phase
         self.phases.append(row)
@@ -315,7 +315,7 @@ class Sweep:
             whole[..., self.vector.slices[name]] = value.reshape(*value.shape[: state.nu.ndim - 1], -1)
         return whole
 
-    def _later(self, phase: _Phase, y: np.ndarray, elapsed: np.ndarray) -> np.ndarray | None:
+    def _later(self, phase: Phase, y: np.ndarray, elapsed: np.ndarray) -> np.ndarray | None:
         """(P, N, n) axial speeds by physical roller in a later state y (P, size) of a phase."""
         if phase.axial is None:
             return None
@@ -323,7 +323,7 @@ class Sweep:
         free = self.effects.axial_later(self.kernel, phase.free(), before, after, elapsed)
         return by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), phase.contact)
 
-    def _start(self) -> _Phase:
+    def _start(self) -> Phase:
         trajectory, given, lead = self.trajectory, self.columns.start, (len(self.columns),)
         nu, chi, pose, spins = (
             None if (own := getattr(trajectory, name)) is None
@@ -335,7 +335,7 @@ class Sweep:
             free = self.kernel.axial_speeds(nu, chi, spins)
             state = replace(state, axial=np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1))
         y = self._whole(self.motion.y[0], state, self.kernel)
-        return _Phase(trajectory.elapsed[0], state.contact, y, state.axial)
+        return Phase(trajectory.elapsed[0], state.contact, y, state.axial)
 
     def _inputs(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(2 U, P) deviations of what the step from this row is given."""
@@ -359,10 +359,10 @@ class Sweep:
 
     # Switches
 
-    def _instant(self, row: int) -> _Instant:
-        return _Instant(self.trajectory.elapsed[row], self.motion.y[row], self.motion.rates[row])
+    def _instant(self, row: int) -> Instant:
+        return Instant(self.trajectory.elapsed[row], self.motion.y[row], self.motion.rates[row])
 
-    def _switched(self, row: int, moved: np.ndarray) -> _Phase:
+    def _switched(self, row: int, moved: np.ndarray) -> Phase:
         """The phase after the switch between this row and the next.
 
         Wheels that switch together still do where a number grows by its own size, or they do not.
@@ -379,12 +379,12 @@ class Sweep:
             raise self._no_derivative(before, reason, wheels)
         return self._one_after_the_other(row, moved, times)
 
-    def _no_derivative(self, at: _Instant, reason: str, wheels: np.ndarray) -> NoDerivativeError:
+    def _no_derivative(self, at: Instant, reason: str, wheels: np.ndarray) -> NoDerivativeError:
         return NoDerivativeError(
             reason, t=float(self.trajectory.start_time + at.elapsed), wheels=tuple(wheels.tolist())
         )
 
-    def _time_deviations(self, at: _Instant, moved: np.ndarray, wheels: np.ndarray) -> np.ndarray:
+    def _time_deviations(self, at: Instant, moved: np.ndarray, wheels: np.ndarray) -> np.ndarray:
         """(W, P) by how much the times deviate at which the wheels (W,) are at their joints."""
         speeds = at.rates[3 : 3 + self.kernel.wheels]
         slow = wheels[np.abs(speeds[wheels]) <= GRAZING * np.abs(speeds).max()]
@@ -395,23 +395,23 @@ class Sweep:
 
     def _passed(
         self,
-        phase: _Phase,
-        before: _Instant,
-        after: _Instant,
+        phase: Phase,
+        before: Instant,
+        after: Instant,
         moved: np.ndarray,
         directions: np.ndarray,
         times: np.ndarray,
-    ) -> _Phase:
+    ) -> Phase:
         """The phase after wheels have switched as one, at a time that deviates by `times` (P,)."""
         reached = self._carrying(before.y, moved + before.rates[:, None] * times)
         axial = self._later(phase, reached, with_tangent(before.elapsed - phase.elapsed, times))
         state = self.model.apply(self._state(reached, phase.contact, axial), directions)
         switched = self._whole(after.y, state, self.kernel)
-        left = _Phase(after.elapsed, state.contact, switched, state.axial)
+        left = Phase(after.elapsed, state.contact, switched, state.axial)
         y = self._carrying(after.y, self._deviations(switched) - after.rates[:, None] * times)
         return replace(left, y=y, axial=self._later(left, y, with_tangent(0.0, -times)))
 
-    def _one_after_the_other(self, row: int, moved: np.ndarray, times: np.ndarray) -> _Phase:
+    def _one_after_the_other(self, row: int, moved: np.ndarray, times: np.ndarray) -> Phase:
         """The same where the wheels switch in another order, or not together, in the motions beside the run.
 
         Each column has the order in which its wheels switch when its number grows. With a number that falls they switch
@@ -435,7 +435,7 @@ class Sweep:
         axial = None if picked[0].axial is None else np.stack([p.axial[k] for k, p in enumerate(picked)])
         return replace(picked[0], y=y, axial=axial)
 
-    def _in_order(self, row: int, moved: np.ndarray, wheels: np.ndarray) -> _Phase:
+    def _in_order(self, row: int, moved: np.ndarray, wheels: np.ndarray) -> Phase:
         """The phase after wheels have switched one after the other, in all columns."""
         directions, after = self.motion.directions[row + 1], self._instant(row + 1)
         phase, at, plain = self.phase, self._instant(row), SwitchingModel(self.motion.plain, self.trajectory.switching)
@@ -450,11 +450,11 @@ class Sweep:
             moved, at = self._deviations(phase.y), following
         return phase
 
-    def _between(self, at: _Instant, state: State, row: int) -> _Instant:
+    def _between(self, at: Instant, state: State, row: int) -> Instant:
         """The instant between two switches of one time."""
         y = self._whole(at.y, state, self.motion.plain)
         inputs = self.motion.inputs[row]
         if "momenta" in self.deviations.inputs:
             given = self.deviations.views(inputs) | {"momenta": self.motion.plain.momenta(state.free_axial())}
             inputs = self.deviations.joined(given)
-        return _Instant(at.elapsed, y, self.motion.rates_in(y, inputs))
+        return Instant(at.elapsed, y, self.motion.rates_in(y, inputs))
