@@ -1,10 +1,10 @@
 """The derivative of one number, a loss, by many numbers of a run, backwards through it.
 
-A run is a chain of phases between two switches. What a phase hands on to the next is a row of numbers: the deviations of
-its state, of the rollers' axial speeds and of what the controllers remember. Each phase is a linear map of that row, made
-by the same walk as the sensitivities', from unit deviations at the phase's start. A loss then goes through the transposed
-maps from the last phase to the first, and meets each number where it acts. The work hardly grows with the numbers of the
-start and of tables, however many there are.
+A run is a chain of phases between two switches. What a phase hands on to the next is a row of numbers: the deviations
+of its state, of the rollers' axial speeds and of what the controllers remember. Each phase is a linear map of that
+row, made by the same walk as the sensitivities', from unit deviations at the phase's start. A loss then goes through
+the transposed maps from the last phase to the first, and meets each number where it acts. The work hardly grows with
+the numbers of the start and of tables, however many there are.
 """
 
 from collections.abc import Sequence
