@@ -42,7 +42,7 @@ ALWAYS_INLINE double difference(const step_t *s, double weight)
     return SLOPE_DIFFERENCE*(size > 0 ? size : 1);
 }
 
-/* The state at a node in all lanes, or with -1 that at the start with the wheels half a step on. */
+/* The state at a node in all lanes, or with -1 that at the start. */
 ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int node, arrays_t *at)
 {
     const int early = node < 0, m = early ? 0 : node;
@@ -51,16 +51,14 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
         at->nu[k] = lanes_of(early ? s->nu[k] : s->at_nu[k].node[m]);
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(early ? s->start_core[c] : s->at_core[c].node[m]);
-    for (int i = 0; i < wheels; i++) {
-        const double ahead = s->chi[i] + s->h/2*s->start_core[rates_at(wheels) + i];
-        at->chi[i] = lanes_clamp(lanes_of(early ? ahead : s->at_chi[i].node[m]), s->joint);
-    }
+    for (int i = 0; i < wheels; i++)
+        at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint);
 #if SET_HAS_HEADING
     point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
 #endif
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*wheels; k++)
-        at->input[k] = lanes_of(s->input[k] + s->h/2*s->input_slope[k]);
+        at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
 #endif
     return point;
 }
@@ -137,31 +135,6 @@ static void after(const coupled_t *c, double time, double *rates)
             rates[k] -= m[k*size + l]*rates[l];
         rates[k] /= m[k*size + k];
     }
-}
-
-/* The first guess: rates at the start, where what decays within the step has decayed. */
-static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
-{
-    const coupled_t *const c = s->coupled;
-    const int size = c->size, own = size - 3;
-    double *const rates = c->small + size*size;
-    for (int n = 0; n < s->core; n++)
-        s->end_core[n] = s->core_dot[n][0];
-    find_slopes(s, wheels, -1);
-    for (int j = 0; j < size; j++)
-        rates[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
-    after(c, s->h/2, rates);
-    for (int k = 0; k < 3; k++)
-        nu_dot[k] = lanes_of(rates[own + k]);
-    for (int n = 0; n < s->core; n++)
-        s->core_dot[n] = lanes_of(n < own ? rates[n] : s->end_core[n]/(1 - s->h/2*c->own[n]));
-    for (int b = 0; b < BLOCKS; b++) {
-        for (int k = 0; k < 3; k++)
-            s->rate_nu[k].lanes[b] = nu_dot[k];
-        for (int n = 0; n < s->core; n++)
-            s->rate_core[n].lanes[b] = s->core_dot[n];
-    }
-    s->fresh = 1, s->renewals = 0;
 }
 
 /* Complex numbers in lanes. */
@@ -276,6 +249,75 @@ static void solve_coupled(step_t *s)
         const complex_lanes_t factor = {1 - way.real*c->own[n], -way.imaginary*c->own[n]};
         from_ways(product(to_ways(&c->missing[n]), inverse(factor)), &c->missing[n]);
     }
+}
+
+/* The speeds of wheels that roll, in the order of the core, at the nodes in vector b; with b = -1 at the start. */
+ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lanes_t *speeds)
+{
+    lanes_t nu[3], chi[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = b < 0 ? lanes_of(s->nu[k]) : s->at_nu[k].lanes[b];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    set_wheel_speeds(wheels, s->vehicle, nu, speeds + rates_at(wheels));
+#ifdef SET_HAS_CONTACT_SPEEDS
+    set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
+#endif
+    (void)chi;
+}
+
+/* Rates with which a speed has the values `at` at the nodes. */
+ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, nodes_t *rate)
+{
+    nodes_t moved;
+    for (int b = 0; b < BLOCKS; b++)
+        moved.lanes[b] = at->lanes[b] - start;
+    from_ways(product(to_ways(&moved), inverse((complex_lanes_t){h*way_real.lanes[0], h*way_imaginary.lanes[0]})), rate);
+}
+
+/* A better guess where friction is steep: the slip stays, and not the rate. Friction with a small named speed is steep only
+ * next to where it vanishes: a guess beside that tells Newton's rule nothing. */
+static void guess_that_slip_stays(step_t *s, const int wheels)
+{
+    const int size = s->coupled->size, own = size - 3;
+    lanes_t at_start[2*MOST_WHEELS];
+    states_at_nodes(s, wheels);
+    rolling_speeds(s, wheels, -1, at_start);
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t speeds[2*MOST_WHEELS];
+        rolling_speeds(s, wheels, b, speeds);
+        for (int n = 0; n < own; n++)
+            s->coupled->missing[n].lanes[b] = speeds[n] + (s->start_core[n] - at_start[n]);
+    }
+    for (int n = 0; n < own; n++)
+        if (-s->h*s->coupled->slope[n*size + n] > FOLLOWS)
+            rates_between(s->start_core[n], s->h, &s->coupled->missing[n], &s->rate_core[n]);
+}
+
+/* The first guess: rates at the start, where what decays within the step has decayed. */
+static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3;
+    double *const rates = c->small + size*size;
+    for (int n = 0; n < s->core; n++)
+        s->end_core[n] = s->core_dot[n][0];
+    find_slopes(s, wheels, -1);
+    for (int j = 0; j < size; j++)
+        rates[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
+    after(c, s->h/2, rates);
+    for (int k = 0; k < 3; k++)
+        nu_dot[k] = lanes_of(rates[own + k]);
+    for (int n = 0; n < s->core; n++)
+        s->core_dot[n] = lanes_of(n < own ? rates[n] : s->end_core[n]/(1 - s->h/2*c->own[n]));
+    for (int b = 0; b < BLOCKS; b++) {
+        for (int k = 0; k < 3; k++)
+            s->rate_nu[k].lanes[b] = nu_dot[k];
+        for (int n = 0; n < s->core; n++)
+            s->rate_core[n].lanes[b] = s->core_dot[n];
+    }
+    guess_that_slip_stays(s, wheels);
+    s->fresh = 1, s->renewals = 0;
 }
 
 /* What is missing of the rates at the nodes. */

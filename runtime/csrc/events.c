@@ -202,9 +202,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
+        if (SET_SLIPS && k > 4 && ratio > 0.8)
+            return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (k == long_at && missed(s) > 4*tolerance)
+        if (SET_SLIPS ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
             return TOO_LONG;
 #if SET_IS_ACTED_ON
         if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */

@@ -312,7 +312,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff = s->stiff || (slow && error < EASY);
+        s->stiff = s->stiff || (!SET_SLIPS && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
