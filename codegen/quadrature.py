@@ -1,5 +1,5 @@
-"""Tables of collocation on [0, 1] for the compiled engine, in multiprecision: with the nodes of Gauss, and with those of
-Radau, the last of which is 1, for motions with parts that decay far faster than the rest moves.
+"""Tables of collocation on [0, 1] for the compiled engine, in multiprecision: with the nodes of Gauss, and with those
+of Radau, the last of which is 1, for motions with parts that decay far faster than the rest moves.
 
 With nodes c_1 ... c_s (zeros of the Legendre polynomial P_s, or of P_s - P_(s-1), moved to [0, 1]) and weights b_m, a
 polynomial of degree below s that has the values f_m at the nodes is sum_k a_k P_k(2x - 1) with

@@ -68,7 +68,9 @@ class Registry:
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
             {e["name"]: e.get("needs", ()) for e in chosen},
             tuple(
-                State(*(s[k] for k in ("name", "function", "rate", "kind", "size")), tuple(s["models"]), tuple(s["case"]))
+                State(
+                    *(s[k] for k in ("name", "function", "rate", "kind", "size")), tuple(s["models"]), tuple(s["case"])
+                )
                 for s in states
             ),
         )

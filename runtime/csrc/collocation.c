@@ -687,7 +687,7 @@ ALWAYS_INLINE int jump_of(const nodes_t *rate, int before)
     double sum = 0;
     for (int m = 1; m < NODES; m++)
         sum += fabs(rate->node[m] - rate->node[m - 1]);
-    for (int m = 1 + SET_SLIPS; m < before; m++)        /* what slips decays at the start of a step  */
+    for (int m = 1; m < before; m++)
         if (fabs(rate->node[m] - rate->node[m - 1]) > BEND*sum)
             return m;
     return before;

@@ -239,7 +239,7 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
  * in whose middle they bend. */
 ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
 {
-#if SET_IS_ACTED_ON
+#if SET_IS_ACTED_ON && !SET_SLIPS
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
         s->bent = 1;

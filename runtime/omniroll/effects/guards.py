@@ -30,7 +30,7 @@ class Guard:
     size: float = 0.0
 
     def of_speeds(self, wheels: int) -> tuple[np.ndarray, np.ndarray]:
-        """The weights (3,) of nu, and those (N,) of the wheels' rates where they may slip: these stand behind the pose."""
+        """The weights (3,) of nu, and those (N,) of the rates of wheels that may slip, which stand behind the pose."""
         whole = np.zeros(6 + 2 * wheels)
         whole[: len(self.weights)] = self.weights
         return whole[:3], whole[6 + wheels :]
