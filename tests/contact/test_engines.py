@@ -80,7 +80,7 @@ def test_the_own_kernel_of_a_scene_gives_the_same(name, seed):
     assert_agreement(own, with_all_effects(vehicle, options), 1e-9)
 
 
-@pytest.mark.parametrize("wheels, rollers", [(1, 5), (2, 3), (4, 7)])
+@pytest.mark.parametrize("wheels, rollers", [(1, 5), (2, 4), (5, 7)])
 def test_any_number_of_wheels(wheels, rollers):
     """Wheels in other numbers than those whose loops are unrolled; a viscous ground asks for no loads."""
     vehicle = Vehicle.paper(wheels, rollers)
