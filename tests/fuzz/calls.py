@@ -87,6 +87,11 @@ def run() -> omniroll.Trajectory:
     return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.5)
 
 
+@cache
+def sensitive_run() -> omniroll.Trajectory:
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.2, sensitivities=["nu[0]"])
+
+
 def session(method: str, **arguments: Any) -> None:
     """A method of a session, and a step after it: what was refused has left no trace."""
     made = omniroll.Session(VEHICLE, nu=(1, 0, 1))
@@ -131,7 +136,7 @@ CALLS = (
     Call("Vehicle.replace", VEHICLE.replace, {"mass": 1.0, "wheel_angles": None}),
     Call("cylinder", omniroll.cylinder, {"mass": 1.0, "radius": 0.1, "length": 0.1}),
     Call("simulate", omniroll.simulate, {
-        "vehicle": VEHICLE, **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
+        "vehicle": VEHICLE, "sensitivities": (), **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
         "roller_model": "free", "switching": "impact", "accuracy": 1e-6, "engine": "compiled", "progress": None,
         "effects": (),
     }),
@@ -215,6 +220,9 @@ CALLS = (
     Call("view", lambda runs, **options: omniroll.view(runs, **options), {
         "runs": None, "labels": None, "reactions": None, "title": None}),
     Call("View.save", lambda path: page().save(path), {"path": "page.html"}),
+    Call("Trajectory.sensitivity", lambda name, t: sensitive_run().sensitivity(name, t), {"name": "nu[0]", "t": 0.1}),
+    Call("gradient", lambda trajectory, **loss: omniroll.gradient(trajectory, **loss), {
+        "trajectory": None, "names": ("nu[0]",), "t": (0.1, 0.2), "nu": np.ones((2, 3)), "chi": None, "pose": None}),
     Call("tau", omniroll.tau, {"t": 1.0, "h": 0.1}),
 )  # fmt: skip
 

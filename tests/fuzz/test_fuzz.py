@@ -18,7 +18,12 @@ from omniroll.effects import Effect
 COUNT = 2000
 
 
-METHODS_OF_ENGINES = ("Batch.bind", "Instruments.read", "Trajectory.state_at")  # which take numbers that are checked
+METHODS_OF_ENGINES = (
+    "Batch.bind",
+    "Instruments.read",
+    "Trajectory.state_and_row",
+    "Trajectory.state_at",
+)  # which take numbers that are checked
 OPENS_A_BROWSER = ("View.open",)
 ERRORS = {name for name in omniroll.__all__ if name.endswith(("Error", "Warning", "Stopped", "Interrupted"))}
 RESULTS = {
@@ -31,6 +36,7 @@ RESULTS = {
     "Reactions",
     "Results",
     "Samples",
+    "Sensitivity",
     "Scene",
     "Trajectory",
     "View",

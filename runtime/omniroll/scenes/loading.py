@@ -131,7 +131,7 @@ def run(scene: Scene, **changes: Any) -> Trajectory:
     scene    Scene, as load_scene gives it
     changes  arguments of omniroll.simulate that replace the scene's, all but the vehicle
 
-    Raises and warns as omniroll.simulate does.
+    Raises InvalidValueError for what is no scene and for other arguments; raises and warns as omniroll.simulate does.
     """
     if not isinstance(scene, Scene):
         raise InvalidValueError("scene", scene, "must be a Scene, as omniroll.load_scene gives it")
