@@ -149,3 +149,25 @@ def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():
         linearise(VEHICLE).discrete(0.1).discrete(0.1)
     with pytest.raises(InvalidValueError, match="step"):
         linearise(VEHICLE).discrete(-1)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
+def test_the_rates_beside_the_state_are_those_that_it_foretells(model, effects):
+    """Every row, those of the momenta too: rates of states a little to both sides, over how far these are apart."""
+    state, rng = point(model), np.random.default_rng(7)
+    names = ("nu", "chi", "pose") + (("spins",) if model == "free" else ())
+    for _ in range(4):
+        step = {name: 1e-5 * rng.normal(size=np.shape(state[name])) for name in names}
+        ends = [
+            linearise(VEHICLE, **(state | {name: state[name] + side * step[name] for name in names}), effects=effects)
+            for side in (-1, 1)
+        ]
+        foretold = linearise(VEHICLE, **state, effects=effects).A @ (ends[1].state - ends[0].state)
+        found = ends[1].rates - ends[0].rates
+        seen = linearise(VEHICLE, **state, effects=effects).C @ (ends[1].state - ends[0].state)
+        assert seen == pytest.approx(ends[1].outputs_at - ends[0].outputs_at, rel=1e-6, abs=1e-12)
+        for part in ("nu", "chi", "pose", "momenta"):
+            rows = [k for k, name in enumerate(ends[0].states) if name.startswith(part)]
+            size = np.abs(found[rows]).max(initial=0)
+            assert np.abs(foretold[rows] - found[rows]).max(initial=0) <= 1e-6 * size, part

@@ -1,0 +1,137 @@
+"""Derivatives of runs: over many switches, at ties, at a joint, of numbers that do nothing."""
+
+import math
+
+import numpy as np
+
+import omniroll
+from hard.case import Case, Measurement, Scale
+from hard.setting import JOINT, PAPER, Setting, settings, speeds_of_wheels
+from omniroll import NoDerivativeError, Trajectory
+from omniroll.engine.switching import tau
+
+SECTION = "Switches"
+SPEEDS = ("nu[0]", "nu[1]", "nu[2]")
+
+
+def followed(setting: Setting, names: tuple[str, ...], **task) -> Trajectory:
+    return omniroll.simulate(PAPER, **setting.options(**task), accuracy=1e-12, control=False, sensitivities=names)
+
+
+def faster(scale: Scale) -> list[Measurement]:
+    """A start k times as fast makes the same motion k times as fast: the derivatives by nu add up to t times the rates.
+
+    The error is over the growth, the largest of the derivatives.
+    """
+    found = []
+    for setting in settings(engines=("compiled",)):
+        duration = scale.of(20.0, 600.0)
+        run = followed(setting, SPEEDS, nu=(1.0, 0.3, 0.8), chi=(0.1, -0.2, 0.15), duration=duration)
+        nu, end = run.nu[0], {name: run.sensitivity(name, duration) for name in SPEEDS}
+        rates = {"pose": run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2]), "chi": run.kernel.wheel_speeds(run.nu[-1])}
+        growth = max(np.abs(getattr(end[name], part)).max() for name in SPEEDS for part in ("nu", "chi", "pose"))
+        error = 0.0
+        for part, rate in rates.items():
+            along = sum(nu[k] * getattr(end[name], part) for k, name in enumerate(SPEEDS))
+            error = max(error, float(np.abs(along - duration * rate).max()))
+        what = f"error over the growth, {len(run.switches)} switches"
+        found.append(setting.measurement(what, error / growth, 1e-9))
+        found.append(setting.measurement(what.replace("error over the growth", "growth"), growth, math.inf))
+    return found
+
+
+def refusal(setting: Setting, name: str, start: dict) -> tuple[tuple[int, ...], float] | None:
+    """The wheels and the time of the instant at which a run has no derivative by a number; None where it has one."""
+    try:
+        followed(setting, (name,), **start)
+    except NoDerivativeError as error:
+        return error.wheels, error.t
+    return None
+
+
+def ties(scale: Scale) -> list[Measurement]:
+    """Turning on the spot, wheel 1 behind by an ulp, tau/10, 10 tau: what parts the wheels, and what does not."""
+    found = []
+    for setting in settings(models=("locked", "free"), laws=("impact",), engines=("compiled",)):
+        random = np.random.default_rng(2)
+        wrong, count = 0, scale.of(2, 20)
+        for _ in range(count):
+            nu, chi = np.array([0, 0, random.uniform(0.3, 3)]), random.uniform(-0.5, 0.5)
+            rate = nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 0]
+            arrival = (JOINT - np.sign(rate) * chi) / abs(rate)
+            for gap in ("none", "ulp", 0.1, 10):
+                behind = {"none": 0.0, "ulp": np.spacing(chi)}.get(gap)
+                behind = gap * tau(arrival, arrival) * abs(rate) if behind is None else behind
+                start = {"nu": nu, "chi": (chi, chi - np.sign(rate) * behind, chi), "duration": 1.1 * arrival}
+                wrong += refusal(setting, "nu[2]", start) is not None
+                if gap != 10:  # else wheels 0 and 2 alone are together, and chi[0] parts these
+                    wrong += refusal(setting, "chi[0]", start) != ((0, 1, 2), setting.run(**start).switches.t[0])
+        found.append(setting.measurement(f"starts judged wrongly, of {7 * count}", wrong, 0))
+    return found
+
+
+def at_the_joint(scale: Scale) -> list[Measurement]:
+    """A start on the joint, outwards: the derivative is that of starts a little inside, as these come closer."""
+    found = []
+    for setting in settings(laws=("impact",), engines=("compiled",)):
+        nu = np.array([1.0, 0.3, 0.8])
+        side = np.sign(nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 1])
+
+        def end(inside: float, setting=setting, nu=nu, side=side) -> np.ndarray:
+            start = {"nu": nu, "chi": (0.1, side * (JOINT - inside), -0.1), "duration": 1.0}
+            run = followed(setting, ("chi[1]", "mass"), **start)
+            ends = [run.sensitivity(name, 1.0) for name in ("chi[1]", "mass")]
+            return np.concatenate([getattr(one, part) for one in ends for part in ("nu", "chi", "pose")])
+
+        near, nearer, there = end(2e-6), end(1e-6), end(0.0)
+        error = np.abs(2 * nearer - near - there).max() / np.abs(there).max()
+        found.append(setting.measurement("distance to the limit from inside", float(error), 1e-9))
+    return found
+
+
+def of_nothing(scale: Scale) -> list[Measurement]:
+    """Columns of numbers that do nothing, over a run with switches."""
+    found = []
+    for setting in settings(models=("massless",), engines=("compiled",)):
+        names = ("roller_inertia", "roller_axis_radius")
+        run = followed(setting, names, nu=(1.0, 0.3, 0.8), duration=scale.of(5.0, 100.0))
+        ends = (run.sensitivity(name) for name in names)
+        largest = max(np.abs(getattr(end, part)).max() for end in ends for part in ("nu", "chi", "pose"))
+        found.append(setting.measurement("largest derivative by a number that does nothing", float(largest), 0))
+    return found
+
+
+CASES = [
+    Case(
+        name="derivatives-over-switches",
+        section=SECTION,
+        title="Derivatives of a run by its start, over many switches",
+        naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
+        promise="a start k times as fast gives the derivatives of the same motion, k times as fast: 1e-9 of the growth",
+        run=faster,
+    ),
+    Case(
+        name="derivatives-at-ties",
+        section=SECTION,
+        title="Derivatives where two wheels are no time, 1 ulp, tau/10 and 10 tau apart",
+        naive="projects the wheels in the order of their numbers, and gives that map's derivative",
+        promise="a number that keeps the wheels together has a derivative; one that parts them is refused, by instant",
+        run=ties,
+    ),
+    Case(
+        name="derivatives-from-a-joint",
+        section=SECTION,
+        title="Derivatives of a run that starts on a joint",
+        naive="takes the switch for a part of the start, which no number moves",
+        promise="the limit of starts inside the roller",
+        run=at_the_joint,
+    ),
+    Case(
+        name="derivatives-by-nothing",
+        section=SECTION,
+        title="Derivatives by numbers that do nothing",
+        naive="gives the rounding of differences",
+        promise="exact zeros",
+        run=of_nothing,
+    ),
+]
