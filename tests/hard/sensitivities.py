@@ -3,10 +3,15 @@
 import numpy as np
 
 import omniroll
+from hard import rounding
 from hard.case import Case, Measurement, Scale
-from hard.setting import JOINT, PAPER, Setting, settings, speeds_of_wheels
+from hard.effect_kernels import with_effects
+from hard.kernel_errors import python_kernels
+from hard.sampling import Sample, sample
+from hard.setting import EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import NoDerivativeError, Trajectory
 from omniroll.engine.switching import tau
+from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS
 
 SECTION = "Switches"
 SPEEDS = ("nu[0]", "nu[1]", "nu[2]")
@@ -97,6 +102,36 @@ def of_nothing(scale: Scale) -> list[Measurement]:
     return found
 
 
+def near_sharp_tips(scale: Scale) -> list[Measurement]:
+    """A and B of linearise for vehicles with sharp tips, against the generated derivatives in balls."""
+    set_name, name = "locked_sharp+drive+derivatives", "forward_dynamics_derivatives"
+    part = sample(60, scale.of(40, 1000), 3, 5, closest_tip=1e-9)
+    part = with_effects(part.at(np.flatnonzero(part.sharpness() > SHARP)), set_name, 160)
+    outputs = [argument.name for argument in rounding.functions(set_name, part)[name].outputs]
+    found = np.array([linearised(part, row, outputs) for row in range(len(part))]).T
+    judge = rounding.judged_by(part, set_name, [name])[name]
+    naive = judge.units(python_kernels(part, set_name)[name], EPS)[0] if scale.compares else None
+    worst = float(np.nanmax(judge.units(found, EPS)[0]))
+    setting = Setting("locked", "sharp tips", "python")
+    return [setting.measurement("error / ulp cond", worst, 64, None if naive is None else float(np.nanmax(naive)))]
+
+
+def linearised(part: Sample, row: int, outputs: list[str]) -> np.ndarray:
+    """nu' and its derivatives of one state, as the generated function puts them."""
+    numbers = {name: part.vehicle[name][row] for name in VEHICLE_SCALARS} | {
+        "wheel_angles": part.vehicle["wheel_angles"][row]
+    }
+    vehicle = omniroll.Vehicle(wheels=part.wheels, rollers_per_wheel=part.rollers, **numbers)
+    state = {name: part.state[name][row] for name in ("nu", "chi")}
+    torque = omniroll.Torque(part.state["torque"][row])
+    model = omniroll.linearise(vehicle, **state, roller_model="locked", effects=(torque,))
+    parts = {
+        "nu_dot": model.rates[:3], "nu_dot_by_nu": model.A[:3, :3], "nu_dot_by_chi": model.A[:3, 3 : 3 + part.wheels].T,
+        "nu_dot_by_torque": model.B[:3].T,
+    }  # fmt: skip
+    return np.concatenate([parts[name].ravel() for name in outputs])
+
+
 CASES = [
     Case(
         name="derivatives-over-switches",
@@ -129,5 +164,13 @@ CASES = [
         naive="gives the rounding of differences",
         promise="exact zeros",
         run=of_nothing,
+    ),
+    Case(
+        name="derivatives-of-sharp-tips",
+        section=SECTION,
+        title="Linear models of vehicles whose rollers end in sharp tips",
+        naive="differentiates elimination in M*: the generated derivatives of the accelerations",
+        promise="64 ulp times the condition",
+        run=near_sharp_tips,
     ),
 ]
