@@ -36,8 +36,8 @@ GROUPS = {  # of the reference; what belongs to none is an error
     "Vehicles": ("Vehicle", "cylinder"),
     "Runs": ("simulate", "simulate_many", "Many", "Session", "Batch", "accelerations", "tau"),
     "What acts on a vehicle": (
-        "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "Bearings",
-        "Slope", "Contact", "register_effect",
+        "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "PathFollower",
+        "Bearings", "Slope", "Contact", "register_effect",
     ),
     "Results": (
         "Trajectory", "Samples", "Ledger", "Instruments", "reactions", "Reactions", "Doubt", "impulses", "Impulses",
