@@ -133,6 +133,7 @@ def made() -> dict[str, str]:
     """The pages that are made, by name."""
     return {
         "reference/python": "\n".join(python_reference()),
+        "reference/gymnasium": "\n".join(environments()),
         "reference/command-line": "\n".join(command_line()),
         "reference/c": "\n".join(c_headers()),
     }
@@ -156,6 +157,14 @@ def python_reference() -> Iterator[str]:
             kind = "exception" if name in errors else "class" if name in classes else "function"
             members = "\n   :members:" if kind == "class" else ""
             yield f"```{{eval-rst}}\n.. auto{kind}:: omniroll.{name}{members}\n```\n"
+
+
+def environments() -> Iterator[str]:
+    """The public names of omniroll.gym."""
+    yield "# Gymnasium\n"
+    yield "What `import omniroll.gym` brings. [How to train an agent](../gymnasium.md) is the guide.\n"
+    for name in ("TwistTask", "TwistEnv", "TwistVectorEnv"):
+        yield f"```{{eval-rst}}\n.. autoclass:: omniroll.gym.{name}\n   :members:\n```\n"
 
 
 def command_line() -> Iterator[str]:
