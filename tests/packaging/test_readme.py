@@ -18,6 +18,7 @@ TUTORIALS = ("first-vehicle", "motor-and-controller", "what-accuracy-costs", "on
 EXAMPLES = (
     "sessions",
     "linearising",
+    "sensitivities",
     "viewing",
     "tables",
     "path-following",
