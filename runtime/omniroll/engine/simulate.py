@@ -77,6 +77,7 @@ def simulate(
     validation.truth("control", control)
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
+    sensitivities = validation.sequence("sensitivities", sensitivities, "must be a sequence of names")
     if sensitivities:
         check_names(task, sensitivities)
     controlled = control and task.duration > 0
