@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from contact.test_engines import slipping_task
 
+from contact.test_engines import slipping_task
 from omniroll import Contact, Motor, Session, Vehicle, simulate, simulate_many
 from omniroll.viewer.pieces import pieces_of
 
@@ -17,7 +17,8 @@ def stepped(session, steps):
 
 
 def state(session):
-    contacts = session.wheel_speeds, session.contact_spin, session.slip, session.ground_force, session.outputs["ground_loss"]
+    lost = session.outputs["ground_loss"]
+    contacts = session.wheel_speeds, session.contact_spin, session.slip, session.ground_force, lost
     return [session.nu.copy(), session.pose.copy(), session.energy, *contacts]
 
 

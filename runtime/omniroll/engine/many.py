@@ -526,7 +526,7 @@ class _States:
         return _stacked(self.shape, values)
 
     def _contacts(self, effects: EffectSet, places: list[int], start: bool) -> Contacts:
-        """Those of some runs, whose spins and energies do not depend on the law of the ground: effects of the first."""
+        """Those of some runs. Their spins and energies do not depend on the law of the ground: the first one's serves."""
         run, name = self.runs[places[0]], "start_speeds" if start else "speeds"
         of_runs = [self.found[k][name] for k in places]
         speeds = {each: np.array([one[each] for one in of_runs]) for each in of_runs[0]}

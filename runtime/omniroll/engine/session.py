@@ -245,7 +245,9 @@ class Session:
     def contact_spin(self) -> np.ndarray:
         """(N,) in rad/s, the spins of the rollers in contact: (2.1), or where wheels may slip their own."""
         contacts = self._contacts
-        return self._task.kernel.wheel_rates(self._nu, self._chi)[1] if contacts is None else contacts.spins(*self._place)
+        if contacts is not None:
+            return contacts.spins(*self._place)
+        return self._task.kernel.wheel_rates(self._nu, self._chi)[1]
 
     @property
     def spins(self) -> np.ndarray | None:
