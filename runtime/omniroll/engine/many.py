@@ -514,8 +514,8 @@ class _States:
         self.shape, self.runs, self.found = shape, runs, found
 
     def of_vehicles(self, function: Callable, *, start: bool = False) -> np.ndarray | None:
-        """(..., ...) function(kernel, nu, chi, spins, contacts) of the states at the ends or starts, all of a vehicle at
-        once; contacts are Contacts where wheels may slip, else None."""
+        """(..., ...) function(kernel, nu, chi, spins, contacts) of the states at the ends or starts, all of a vehicle
+        at once; contacts are Contacts where wheels may slip, else None."""
         values: list[Any] = [None] * len(self.runs)
         for bound, effects, places in self._by_kernel():
             nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
@@ -526,7 +526,7 @@ class _States:
         return _stacked(self.shape, values)
 
     def _contacts(self, effects: EffectSet, places: list[int], start: bool) -> Contacts:
-        """Those of some runs. Their spins and energies do not depend on the law of the ground: the first one's serves."""
+        """Those of some runs. Their spins and energies do not depend on the law of the ground."""
         run, name = self.runs[places[0]], "start_speeds" if start else "speeds"
         of_runs = [self.found[k][name] for k in places]
         speeds = {each: np.array([one[each] for one in of_runs]) for each in of_runs[0]}
