@@ -1,11 +1,10 @@
-"""Sessions and sweeps of wheels that slip, and the page on which they move."""
+"""Sessions and sweeps of wheels that slip."""
 
 import numpy as np
 import pytest
 
 from contact.test_engines import slipping_task
 from omniroll import Contact, Motor, Session, Vehicle, simulate, simulate_many
-from omniroll.viewer.pieces import pieces_of
 
 PAPER = Vehicle.paper()
 MOTOR = Motor((1.0, -2.0, 0.5), 0.01, 1.5, gear_ratio=5, current_limit=0.9)
@@ -62,19 +61,3 @@ def test_a_sweep_ends_where_its_runs_end():
         np.testing.assert_allclose(many.end.contact_spin[k], run.contact_spin[-1], rtol=1e-12)
         np.testing.assert_allclose(many.end.spins[k], run.spins[-1], rtol=1e-12)
         np.testing.assert_allclose([many.energy_start[k], many.end.energy[k]], run.energy[[0, -1]], rtol=1e-12)
-
-
-def test_the_page_turns_the_roller_in_contact_as_it_turns():
-    """By the ground at first, and not as if it rolled: the angles add up to the integral of the run's own spins."""
-    vehicle, options = slipping_task("viscous", 0)
-    run = simulate(vehicle, **options, control=False)
-    pieces = pieces_of(run)
-    ends = np.cumsum(pieces.degree + 1) - 1
-    starts = np.append(0, ends[:-1] + 1)
-    turned = np.array([np.sum(pieces.coefficients[-3:, a : b + 1], axis=1) for a, b in zip(starts, ends, strict=True)])
-    nodes, weights = np.polynomial.legendre.leggauss(20)
-    for k in range(len(starts) - 1):
-        first, last = run.elapsed[pieces.rows[:, k]]
-        times = first + (last - first) * (nodes + 1) / 2
-        way = (last - first) / 2 * weights @ run.sample(times).contact_spin
-        np.testing.assert_allclose(turned[k], way, atol=3e-3)
