@@ -64,8 +64,8 @@ class Shown:
         axial         (N, n, 2, P) in rad/s, absolute axial speeds of the free rollers by physical number at the starts
                       and ends of the pieces; that of the roller in contact has no meaning. Only with free rollers
         forces        (2, P, N, 3) in N at the same places, as `forces` above. Only where they are known
-        slip          (2, P, N, 2) in m/s at the same places: along the axle, along the rolling direction. Only where wheels
-                      may slip
+        slip          (2, P, N, 2) in m/s at the same places: along the axle, along the rolling direction. Only where
+                      wheels may slip
         switch_time   (K,) in s since the start; switch_wheel (K,)
         row_time      (T,) in s since the start
         ledger        (A, T) in J, gained since the start, by entry of the ledger
