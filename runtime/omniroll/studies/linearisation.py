@@ -19,6 +19,7 @@ from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
 from omniroll.effects.linear_loop import held
+from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import AccuracyWarning, InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
@@ -151,7 +152,7 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
     """What acts, without controllers, and with torques where nothing drives."""
     if not isinstance(effects, Sequence):
         return effects  # refused where effects are checked
-    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController)]
+    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController | PathFollower)]
     return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
 
 
