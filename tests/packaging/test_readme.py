@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-EXAMPLES = ("sessions", "linearising", "viewing")
+EXAMPLES = ("sessions", "linearising", "viewing", "conventions")
 PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in EXAMPLES}
 
 

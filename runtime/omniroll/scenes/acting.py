@@ -31,7 +31,7 @@ def effects_of(tables: dict[str, dict[str, Any]], findings: Findings) -> dict[st
     if "drive" in tables:
         _say_what_does_not_fit(tables["drive"], findings)
         _check_gears(tables.get("vehicle", {}), tables["drive"], findings)
-    effects = {}
+    effects: dict[str, Effect] = {}
     for table, make in MAKERS.items():
         if table in tables and not findings.keys_in(table):
             try:
@@ -79,7 +79,7 @@ def _say_what_does_not_fit(drive: dict[str, Any], findings: Findings) -> None:
         for name in MOTOR_NEEDS if sheet else ():
             if name in drive:
                 findings.add("drive", name, f"cannot stand beside {min(sheet)}, from which it follows")
-    elif not already & {"torque", "voltage"}:
+    elif not already & {"torque", "voltage", "log"}:
         findings.add("drive", None, "needs torque or voltage")
     if "interpolation" in drive and "times" not in drive and "times" not in already:
         findings.add("drive", "interpolation", "needs times", shown(drive["interpolation"]))

@@ -6,7 +6,7 @@ from typing import Any
 from omniroll.kinds import Sizes
 from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
-from omniroll.scenes.schema import PRESET, SCENE, TABLES, Table, keys
+from omniroll.scenes.schema import OF_LOG, PRESET, SCENE, TABLES, Table, keys
 
 PRESET_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
@@ -69,7 +69,7 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
     good = {}
     for key in table.keys:
         if key.name not in content:
-            if key.needed:
+            if key.needed and not ("log" in content and key.name in OF_LOG.get(table.name, ())):
                 findings.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
             continue
         complaint = key.kind.complaint(content[key.name], known)

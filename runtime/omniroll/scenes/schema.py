@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from omniroll import vocabulary
-from omniroll.kinds import Choice, Whole
+from omniroll.kinds import Choice, Whole, Word
 from omniroll.vehicles.data_sheet import BODIES
 from omniroll.vocabulary import Entry
 
@@ -61,6 +61,15 @@ SHEET = vocabulary.DATA_SHEET
 
 # [drive] is one of two things; the first keys go with both.
 DRIVE = (vocabulary.ROW_TIMES, vocabulary.INTERPOLATION)
+# A log of commands stands for the rows of a table over time, and for their times.
+LOG = Entry(
+    "log",
+    Word(),
+    "",
+    "name of a CSV file beside the scene, with commands over time",
+    note="Its rows hold until the next unless interpolation says otherwise; docs/conventions.md has the columns",
+)
+OF_LOG = {"drive": ("times", "torque", "voltage"), "controller": ("times", "target")}
 TORQUE = (vocabulary.TORQUE,)
 MOTOR = tuple(
     replace(entry, needed=False, note="It, or the three numbers of a data sheet, is needed with voltage")
@@ -100,13 +109,13 @@ SCENE = (
         "positive torque raises `chi`. By (2.2) a wheel whose `chi` grows rolls against its direction of rolling, "
         "which is the axle's, pointing outwards, turned by a right angle against the clock seen from above; so equal "
         "positive torques on evenly spaced wheels turn the vehicle clockwise.",
-        DRIVE + TORQUE + MOTOR,
+        (*DRIVE, LOG, *TORQUE, *MOTOR),
     ),
     Table(
         "controller",
         "A sampled controller that tracks speeds, one proportional and integral loop for each wheel. Its output is "
         "held between samples.",
-        vocabulary.CONTROLLER,
+        (*vocabulary.CONTROLLER, LOG),
     ),
     Table(
         "function_controller",
