@@ -11,7 +11,7 @@ N is the number of wheels, n of rollers per wheel, K the number of rows of a tab
 import math
 import textwrap
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from omniroll import generated_data
@@ -312,7 +312,7 @@ CONTROLLER = (
         "times of the rows of target, on the clock of the run",
         optional=True,
     ),
-    replace(INTERPOLATION, meaning="what holds between the rows of target"),
+    INTERPOLATION,
 )
 FUNCTION_CONTROLLER = (
     Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
