@@ -56,7 +56,7 @@ def said_of(folder: Path, content: str | bytes) -> list[str]:
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("[vehicle]\npreset = 'papr'\n", [f"2: [vehicle] preset = 'papr': must be one of {', '.join(('paper', *ROBOTS))}",
+        ("[vehicle]\npreset = 'papr'\n", [f"2: [vehicle] preset = 'papr': must be one of paper, {', '.join(ROBOTS)}",
           " [start]: is missing; it needs nu", " [run]: is missing; it needs duration"]),
         ("[vehicle]\npreset='paper'\nwheels=true\n[start]\nnu=[1,nan,0]\n[run]\nduration=-1\nengine='x'\n"
          "[rollers]\nmodel='y'\n[switching]\nlaw=[1]\n",
