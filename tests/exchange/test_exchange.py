@@ -169,6 +169,7 @@ def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
     [
         (urdf(slant=math.pi / 4), "45 degrees with its plane: only 0 is modelled, no mecanum"),
         (urdf(rollers=2), "must have wheels"),
+        (urdf().replace('<axis xyz="1.0 0.0 0.0"', '<axis xyz="0.0 0.0 1.0"', 1), "not horizontal .*: wheel0"),
         (urdf(base=(2.0, 0.001, 0.001, 0.011)), "MuJoCo reads; it says: .*inertia"),
         ("<robot>", "MuJoCo reads"),
         ("not a file of the kind", "MuJoCo reads"),

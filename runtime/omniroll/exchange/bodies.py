@@ -15,7 +15,7 @@ from omniroll.vehicles.vehicle import Vehicle
 
 SAME = 1e-12  # relative difference below which parts add up to a vehicle
 SHARES = tuple(0.5**k for k in range(12))  # of the masses that solid rollers and hubs would have
-FLAT = 0.55  # inertia of a hub or platform across its axis over that about it; a disk's is 0.5
+FLAT = 0.5  # inertia of a hub or platform across its axis over that about it: that of a disk
 ADDED = ("mass", "yaw_inertia", "wheel_inertia", "roller_inertia")
 
 

@@ -14,7 +14,8 @@ from omniroll.vehicles.data_sheet import DERIVED, GIVEN, Origin
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import VEHICLE, by_name
 
-NEAR = 1e-6  # how far places may be off, over the sizes they belong to, and axes, in rad
+NEAR = 1e-3  # how far places may be off, over the sizes they belong to, and angles in rad: files have few digits
+ROUNDING = 1e-9  # what is no difference, over the sizes
 UP = np.array([0.0, 0.0, 1.0])
 REASONS = {
     "platform_radius": "places of the wheels' joints",
@@ -31,7 +32,6 @@ REASONS = {
 class Wheel:
     """A wheel as a file has it: its centre (3,), its axle (3,) outward, and numbers of it and its rollers."""
 
-    name: str
     centre: np.ndarray
     axle: np.ndarray
     rollers: int
@@ -82,9 +82,9 @@ def import_vehicle(path: str | PathLike, **numbers: Any) -> Imported:
     values["mass"] = mass_of(bodies)
     values["yaw_inertia"] = inertia_about(bodies, np.append(middle, 0.0), UP)
     center = moment_of(bodies)[:2] / values["mass"] - middle
-    if np.abs(center).max() > NEAR * values["platform_radius"]:
+    if np.abs(center).max() > ROUNDING * values["platform_radius"]:
         values["center_of_mass"] = tuple(center.tolist())
-    assumed += _assumptions(base, parts, wheels, bodies)
+    assumed += _assumptions(base, parts, wheels, bodies, values["platform_radius"])
     if values["wheel_radius"] is None and "wheel_radius" not in numbers:
         bound = "is not in the file, whose rollers have no sphere, capsule, cylinder or ellipsoid; give it"
         raise InvalidValueError("wheel_radius", None, bound)
@@ -101,9 +101,13 @@ def import_vehicle(path: str | PathLike, **numbers: Any) -> Imported:
 
 
 def _base_and_wheels(path: object, roots: Sequence[Rigid]) -> tuple[Rigid, list[Rigid]]:
-    """The body that carries wheels, and these."""
+    """The body that carries wheels, and these. Raises InvalidValueError where there are none, or some lie flat."""
     for rigid in (part for root in roots for part in root.everything()):
         wheels = [child for child in rigid.children if child.hinge is not None and len(_rollers(child)) >= 3]
+        standing = [wheel.name for wheel in wheels if abs(wheel.hinge.axis[2]) > NEAR]
+        if standing:
+            bound = f"has wheels whose axles are not horizontal in its reference position: {', '.join(standing)}"
+            raise InvalidValueError("path", str(path), bound)
         if wheels:
             return rigid, wheels
     found = ", ".join(part.name for root in roots for part in root.everything() if part.hinge is not None)
@@ -135,48 +139,46 @@ def _middle(centres: np.ndarray, axles: np.ndarray) -> np.ndarray:
 
 def _wheel(part: Rigid, middle: np.ndarray, path: object) -> Wheel:
     """What a wheel's bodies say. Raises InvalidValueError where they are no wheel of the kind that is modelled."""
-
-    def refused(bound: str) -> InvalidValueError:
-        return InvalidValueError("path", str(path), f"has a wheel {part.name} {bound}")
-
     rollers, axis, centre = _rollers(part), part.hinge.axis, _centre(part)
-    if abs(axis[2]) > NEAR:
-        raise refused("whose axle is not horizontal in the file's reference position")
     away = np.array([roller.hinge.place - centre for roller in rollers])
     along = away @ axis
     radial = away - np.outer(along, axis)
+    complaint = _complaint(axis, radial, np.array([roller.hinge.axis for roller in rollers]))
+    if complaint:
+        raise InvalidValueError("path", str(path), f"has a wheel {part.name} {complaint}")
+    inward = axis @ (centre - middle) < 0
+    radius = float(np.linalg.norm(radial, axis=1).mean())
+    reach = [radius_about(roller, roller.hinge.place, roller.hinge.axis) for roller in rollers]
+    spun = [inertia_about(roller.everything(), roller.hinge.place, roller.hinge.axis) for roller in rollers]
+    return Wheel(
+        centre=centre,
+        axle=-axis if inward else axis,
+        rollers=len(rollers),
+        roller_axis_radius=radius,
+        wheel_radius=None if None in reach else float(radius + np.mean(reach)),
+        wheel_inertia=inertia_about(part.everything(), centre, axis) + part.hinge.armature,
+        roller_inertia=float(np.mean(spun)),
+        row_offset=float(np.abs(along).max()),
+        is_inward=bool(inward),
+        friction=(part.hinge.damping, part.hinge.friction, rollers[0].hinge.damping, rollers[0].hinge.friction),
+    )
+
+
+def _complaint(axis: np.ndarray, radial: np.ndarray, axes: np.ndarray) -> str | None:
+    """Why a wheel cannot be modelled: its axle (3,), the places (n, 3) of its rollers from the axle, their axes."""
     radii = np.linalg.norm(radial, axis=1)
     if np.ptp(radii) > NEAR * radii.mean():
-        raise refused(f"with rollers' axes at {radii.min():.6g} to {radii.max():.6g} m: they must be equally far out")
-    axes = np.array([roller.hinge.axis for roller in rollers])
+        return f"with rollers' axes at {radii.min():.6g} to {radii.max():.6g} m: they must be equally far out"
     slant = np.abs(axes @ axis).max()
     if slant > NEAR:
         angle = math.degrees(math.asin(min(slant, 1.0)))
-        raise refused(f"whose rollers' axes make {angle:.3g} degrees with its plane: only 0 is modelled, no mecanum")
-    if (
-        max(abs(roller.hinge.axis @ out) / len_ for roller, out, len_ in zip(rollers, radial, radii, strict=True))
-        > NEAR
-    ):
-        raise refused("whose rollers' axes do not lie along the rim")
+        return f"whose rollers' axes make {angle:.3g} degrees with its plane: only 0 is modelled, no mecanum"
+    if (np.abs((axes * radial).sum(axis=1)) > NEAR * radii).any():
+        return "whose rollers' axes do not lie along the rim"
     first = radial[0] / radii[0]
     angles = np.sort(np.arctan2(np.cross(axis, first) @ radial.T, first @ radial.T) % (2 * math.pi))
     gaps = np.diff(np.append(angles, angles[0] + 2 * math.pi))
-    if np.ptp(gaps) > 1e-4:
-        raise refused("whose rollers are not evenly spaced")
-    reach = [radius_about(roller, roller.hinge.place, roller.hinge.axis) for roller in rollers]
-    everything = part.everything()
-    return Wheel(
-        part.name, centre, (outward := axis * _sign(axis @ (centre - middle))), len(rollers), float(radii.mean()),
-        None if None in reach else float(radii.mean() + np.mean(reach)),
-        inertia_about(everything, centre, axis) + part.hinge.armature,
-        float(np.mean([inertia_about(r.everything(), r.hinge.place, r.hinge.axis) for r in rollers])),
-        float(np.abs(along).max()), bool(outward @ axis < 0),
-        (part.hinge.damping, part.hinge.friction, rollers[0].hinge.damping, rollers[0].hinge.friction),
-    )  # fmt: skip
-
-
-def _sign(number: float) -> float:
-    return -1.0 if number < 0 else 1.0
+    return "whose rollers are not evenly spaced" if np.ptp(gaps) > NEAR else None
 
 
 def _numbers(wheels: Sequence[Wheel], path: object) -> dict[str, Any]:
@@ -188,7 +190,7 @@ def _numbers(wheels: Sequence[Wheel], path: object) -> dict[str, Any]:
         values = [getattr(wheel, name) for wheel in wheels]
         if None in values:
             found[name] = None
-        elif np.ptp(values) > 1e-4 * np.mean(values):
+        elif np.ptp(values) > NEAR * np.mean(values):
             shown = ", ".join(f"{value:.6g}" for value in values)
             raise InvalidValueError("path", str(path), f"must have wheels that are alike; {name} is {shown}")
         else:
@@ -208,15 +210,17 @@ def _layout(wheels: Sequence[Wheel], middle: np.ndarray) -> dict[str, Any]:
     return found
 
 
-def _assumptions(base: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel], bodies: Sequence[Rigid]) -> list[str]:
+def _assumptions(
+    base: Rigid, parts: Sequence[Rigid], wheels: Sequence[Wheel], bodies: Sequence[Rigid], platform_radius: float
+) -> list[str]:
     moving = {id(part) for wheel in parts for part in wheel.everything()}
     held = [part for part in bodies if part is not base and id(part) not in moving]
     found = ["x is forward, y to the left, z up, as in ROS (REP 103)"]
     found += [f"{part.name} is held where the file has it" for part in held if part.hinge or part.others]
     if any(wheel.is_inward for wheel in wheels):
         found.append("axles point inward in the file: a positive rate there is a negative one of chi")
-    if row := wheels[0].row_offset if wheels[0].row_offset > NEAR * wheels[0].roller_axis_radius else 0.0:
-        lever = 2 * row / np.mean([np.linalg.norm(wheel.centre[:2]) for wheel in wheels])
+    if wheels[0].row_offset > NEAR * wheels[0].roller_axis_radius:
+        row, lever = wheels[0].row_offset, 2 * wheels[0].row_offset / platform_radius
         found.append(
             f"two rows of rollers, {1e3 * row:.4g} mm to each side, count as one in the middle: the lever of yaw "
             f"alternates by {100 * lever:.3g} %, which is left out"

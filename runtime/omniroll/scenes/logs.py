@@ -13,7 +13,7 @@ from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import MOTOR, OF_LOG
 from omniroll.vehicles.vehicle import Vehicle
 
-MOTOR_NAMES = {key.name for key in MOTOR}
+MOTOR_NAMES = {"preset", *(key.name for key in MOTOR)}
 
 
 def replay_logs(tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, folder: Path, findings: Findings) -> None:
