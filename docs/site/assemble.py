@@ -33,7 +33,7 @@ LINK = re.compile(r"(?P<image>!?)\[(?P<text>[^\[\]]*)\]\((?P<target>[^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 HEADERS = (("free", ()), ("free", ("motor",)))  # sets whose C headers are shown
 GROUPS = {  # of the reference; what belongs to none is an error
-    "Vehicles": ("Vehicle", "cylinder"),
+    "Vehicles": ("Vehicle", "cylinder", "robot", "Robot", "import_vehicle", "Imported", "to_mjcf"),
     "Runs": ("simulate", "simulate_many", "Many", "Session", "Batch", "accelerations", "tau"),
     "What acts on a vehicle": (
         "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "Bearings",

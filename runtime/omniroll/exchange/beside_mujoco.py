@@ -82,8 +82,10 @@ def left_out(trajectory: Trajectory) -> list[str]:
     if trajectory.roller_model != "free":
         texts.append(f"the scene's rollers are {trajectory.roller_model}, MuJoCo's have mass and spin")
     for effect in trajectory.effects.effects:
-        if isinstance(effect, Bearings) and effect.roller_coulomb is not None:
-            texts.append("roller_coulomb is not in MuJoCo's model")
+        if isinstance(effect, Bearings):
+            smooth = {"wheel_coulomb": not effect.sticks, "roller_coulomb": True}
+            named = [name for name, absent in smooth.items() if absent and getattr(effect, name) is not None]
+            texts += [f"{name} is not in MuJoCo's model" for name in named]
     return texts
 
 
