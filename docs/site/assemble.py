@@ -65,7 +65,9 @@ def main(folder: Path) -> None:
     for picture in (ROOT / "docs").rglob("*.png"):
         shutil.copy(picture, folder / picture.relative_to(ROOT / "docs"))
     for name, text in made().items():
-        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+        place = folder / f"{name}.md"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8")
 
 
 def pages() -> dict[str, str]:
