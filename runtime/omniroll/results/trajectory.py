@@ -463,7 +463,7 @@ class Trajectory(MadeOnDemand):
             y = self._rows(np.arange(len(self)))
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
         else:
-            y, _ = self._state_and_row(times)
+            y, _ = self.state_and_row(times)
             found |= self._drives_at(times)
         found |= self._contributions_of(y)
         return found if instruments is None else found | self.measure(times, instruments)
