@@ -240,7 +240,8 @@ class Run:
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""
         where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
-        return blamed(self.task, where | {"axial": self.state.free_axial()})
+        speeds = self.task.effects.own_speeds(self.kernel, self.state)
+        return blamed(self.task, where | {"axial": self.state.free_axial(), "speeds": speeds})
 
     def _record(self, phase: Phase) -> None:
         """Rows and polynomials of a phase; the state and the time at its end."""
