@@ -18,7 +18,8 @@ INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in tim
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
-HELD = "held_dynamics"  # instead of forward_dynamics where axles stick, whose bearings' torques are this input:
+# Where axles stick, HELD is called in the place of forward_dynamics; the torques of the bearings are its BEARING_INPUT.
+HELD = "held_dynamics"
 BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 

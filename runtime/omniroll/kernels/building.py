@@ -66,13 +66,14 @@ def levels_here() -> list[str]:
 
 
 def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]]:
-    """The effects of the sets that run any scene of a roller model, where absent ones are at neutral values.
+    """The effects of the general sets of a roller model: those that a scene does not call for are at neutral values.
 
     registry  the effects of generated/data/effects.json
     base      the roller model
 
-    The last set has all effects. Where an effect changes what another one integrates, a set without it comes first. An
-    effect that excludes another is left out, and so is one that changes no motion.
+    The last set has every effect that has neutral values, changes the motion and excludes no other effect: all but
+    axles that stick and wheels that slip. Where an effect changes what another one integrates, a set without it comes
+    first.
     """
     names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
     cases = [
