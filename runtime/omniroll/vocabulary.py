@@ -108,7 +108,11 @@ ROLLERS_PER_WHEEL = derived(
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
     derived("wheel_radius", bounded("wheel_radius")),
-    derived("roller_axis_radius", bounded("roller_axis_radius"), default="wheel_radius less roller_radius, or that of truncated rollers, section 4"),
+    derived(
+        "roller_axis_radius",
+        bounded("roller_axis_radius"),
+        default="wheel_radius less roller_radius, or that of truncated rollers, section 4",
+    ),  # fmt: skip
 )
 WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
 INERTIAS = (
