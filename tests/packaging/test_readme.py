@@ -14,7 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-EXAMPLES = ("sessions", "linearising", "viewing", "tables")
+TUTORIALS = ("first-vehicle", "motor-and-controller", "what-accuracy-costs", "one-assumption")
+EXAMPLES = ("sessions", "linearising", "viewing", "tables", *(f"tutorials/{name}" for name in TUTORIALS))
 PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in EXAMPLES}
 
 
@@ -55,6 +56,13 @@ def test_commands_are_ones_that_the_command_line_takes(page):
     lines = [line.split("#")[0].strip() for block in blocks("sh", page) for line in block.splitlines()]
     for line in filter(lambda line: line.startswith("omniroll "), lines):
         assert cli.parser().parse_args(shlex.split(line)[1:]).run, line
+
+
+def test_the_commands_of_the_first_tutorial_do_what_it_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = [line for block in blocks("sh", PAGES["tutorials/first-vehicle"])[1:] for line in block.splitlines()]
+    assert [cli.main(shlex.split(line.removesuffix(" --open"))[1:]) for line in lines] == [0, 0, 0]
+    assert {"picture.png", "view.html"} <= {path.name for path in (tmp_path / "out/run/my-robot").iterdir()}
 
 
 def test_the_command_is_on_the_path_before_it_is_used():
