@@ -125,8 +125,7 @@ class SteppedRun(CompiledRun):
     def start(self, task: Task) -> None:
         """Put the state at the start of a task in the place of this one's."""
         self.nu[:], self.chi[:], self.pose[:] = task.state.nu, task.state.chi, task.state.pose
-        if self.kernel.has_spins:
-            self.axial[...] = task.state.free_axial()
+        self._put_free_speeds(task.state)
         self.run.speed = least_speed(task, self.run.tolerance)
 
     # What can be read

@@ -206,6 +206,11 @@ class Kernel:
         rows.flags.writeable = False
         return rows
 
+    @cached_property
+    def nu_dot_per_torque(self) -> np.ndarray:
+        """(3, N) nu' for each torque at the axles, of a vehicle at rest with chi = 0: their power is torque chi'."""
+        return np.linalg.solve(self.mass_matrix(np.zeros(self.wheels)), self.wheel_rows.T)
+
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
         return form(name, self.sharp)
@@ -696,7 +701,7 @@ def kept_kernel(
 def general_kernel(bound: Kernel) -> CompiledKernel | None:
     """The precompiled general kernel that runs take in the place of this one; effects not called for are neutral.
 
-    None where there is none: it was not built, or lacks an effect of this one (axles that stick, wheels that slip).
+    None where there is none: it was not built, or lacks an effect of this one (axles that stick).
     """
     for effects in sets.general_sets(bound.base):
         if set(bound.effects) <= set(effects) and sets.is_general(bound.base, effects):
