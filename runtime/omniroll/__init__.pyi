@@ -5,6 +5,7 @@ from .effects.function_controller import FunctionController as FunctionControlle
 from .effects.function_controller import register_controller as register_controller
 from .effects.motor import Motor as Motor
 from .effects.named import register_effect as register_effect
+from .effects.path_follower import PathFollower as PathFollower
 from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable

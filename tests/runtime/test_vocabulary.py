@@ -18,7 +18,7 @@ from omniroll.vocabulary import Entry
 ROOT = Path(__file__).parents[2]
 CLASSES = (
     omniroll.Vehicle, omniroll.Torque, omniroll.TorqueTable, omniroll.Motor, omniroll.Controller, omniroll.Bearings,
-    omniroll.Slope, omniroll.FunctionController,
+    omniroll.Slope, omniroll.FunctionController, omniroll.PathFollower,
 )  # fmt: skip
 FUNCTIONS = (omniroll.simulate, omniroll.simulate_many, omniroll.reactions, omniroll.Vehicle.from_parts)
 TABLES = {

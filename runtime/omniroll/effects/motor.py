@@ -48,7 +48,7 @@ class Motor(Drive):
         "torque_constant": "torque_constant", "resistance": "resistance", "gear_ratio": "motor_gear_ratio",
         "back_emf": "back_emf", "current_limit": "current_limit",
     }  # fmt: skip
-    signals: ClassVar[tuple[str, ...]] = ("voltage",)
+    signals: ClassVar[tuple[str, ...]] = ("voltage", "times")
 
     voltage: ArrayLike
     torque_constant: float

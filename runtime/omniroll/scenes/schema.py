@@ -115,6 +115,12 @@ SCENE = (
         vocabulary.FUNCTION_CONTROLLER,
     ),
     Table(
+        "path",
+        "A sampled controller that takes the vehicle along a path: inverse dynamics of the path's accelerations, and "
+        "feedback of the pose. Its output is held between samples, and is added to that of the other controllers.",
+        vocabulary.PATH,
+    ),
+    Table(
         "bearings",
         "Friction in the axles of wheels and rollers. Coulomb's friction of wheels sticks: an axle that turns takes "
         "`wheel_coulomb`, one at rest what holds it, up to `wheel_break_away`. With a named speed, as rollers need it, "
