@@ -34,7 +34,7 @@ CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 HEADERS = (("free", ()), ("free", ("motor",)))  # sets whose C headers are shown
 FURTHER = "FURTHER"  # stands in the contents for the pages that they do not name
 GROUPS = {  # of the reference; what belongs to none stands behind them
-    "Vehicles": ("Vehicle", "cylinder"),
+    "Vehicles": ("Vehicle", "cylinder", "robot", "Robot", "import_vehicle", "Imported", "to_mjcf"),
     "Runs": ("simulate", "simulate_many", "Many", "Session", "Batch", "accelerations", "tau"),
     "What acts on a vehicle": (
         "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "PathFollower",
@@ -66,7 +66,9 @@ def main(folder: Path) -> None:
     for picture in (ROOT / "docs").rglob("*.png"):
         shutil.copy(picture, folder / picture.relative_to(ROOT / "docs"))
     for name, text in made().items():
-        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+        place = folder / f"{name}.md"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8")
     contents = (folder / "index.md").read_text(encoding="utf-8")
     (folder / "index.md").write_text(with_further(contents, [*pages().values()]), encoding="utf-8")
 

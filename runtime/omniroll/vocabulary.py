@@ -311,8 +311,8 @@ CONTROLLER = (
         "s",
         "times of the rows of target, on the clock of the run",
         optional=True,
-        note="Between them target is linear",
     ),
+    INTERPOLATION,
 )
 FUNCTION_CONTROLLER = (
     Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),

@@ -17,11 +17,12 @@ PACKAGE = Path(omniroll.__file__).parent
 # the one place where the order is written down.
 ORDER = (
     "errors", "extras", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
-    "vocabulary", "vehicles", "codegen", "kernels", "effects", "results", "viewer", "engine", "scenes", "studies",
-    "gym", "omniroll", "commands", "cli", "__main__",
+    "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results", "conventions", "exchange", "viewer",
+    "engine", "scenes", "studies", "gym", "omniroll", "commands", "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
-    "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "pandas", "pyarrow", "tqdm", "xarray",
+    "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow", "tqdm",
+    "xarray",
 }  # fmt: skip
 LARGE = ("numpy", "scipy", "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))
 

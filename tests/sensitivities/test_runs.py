@@ -33,11 +33,19 @@ CONTROLLER = Controller(target=(1, 0, 0.5), proportional=1, integral=2, sample_t
 VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
 COULOMB = Bearings(roller_coulomb=1e-4, roller_speed=0.8)
 TABLE = TorqueTable((0, 0.4, 0.8), ((0, 0, 0), (0.02, 0.01, 0.03), (0.01, 0.05, -0.02)))
+HELD = replace(LIMITED, times=(0, 0.37, 0.7), voltage=((1, 2, 3), (3, 1, -1), (0, 0, 1)), interpolation="hold")
+BACKWARDS = replace(LIMITED, back_emf=0.0, gear_ratio=-4.0)
+FOLLOWING = replace(CONTROLLER, times=(0, 0.52), target=((0, 0, 0), (1, 0, 0.5)))
 WITH_EFFECTS = [
     (Case("free", effects=(VISCOUS,)), {"nu[0]": 1e-4, "wheel_viscous[1]": 1e-6, "roller_viscous": 1e-9}),
     (Case("free", effects=(COULOMB,)), {"nu[0]": 1e-4, "roller_coulomb": 1e-9, "roller_speed": 1e-4}),
     (Case("free", effects=(Slope(0.1, 0.4),)), {"pose[2]": 1e-4, "angle": 1e-4, "direction": 1e-4, "gravity": 1e-3}),
     (Case("free", effects=(TABLE,)), {"torque[1][2]": 1e-4, "chi[1]": 1e-4}),
+    (Case("free", effects=(TABLE,)), {"times[1]": 1e-4, "times[2]": 1e-4}),
+    (Case("free", effects=(replace(TABLE, interpolation="hold"),)), {"times[1]": 1e-4, "torque[1][0]": 1e-4}),
+    (Case("locked", effects=(HELD,)), {"times[1]": 1e-4, "voltage[1][2]": 1e-3, "current_limit": 1e-4}),
+    (Case("locked", effects=(BACKWARDS,)), {"current_limit": 1e-4, "voltage[0]": 1e-4}),
+    (Case("free", effects=(replace(MOTOR, voltage=0), FOLLOWING)), {"times[1]": 1e-4, "target[1][0]": 1e-3}),
     (Case("free", effects=(Torque((0.01, 0.02, -0.01)),)), {"torque[1]": 1e-5}),
     (Case("free", effects=(MOTOR,)), {"voltage[1]": 1e-4, "gear_ratio": 1e-4, "back_emf": 1e-6, "resistance": 1e-4}),
     (Case("free", effects=(LIMITED,)), {"torque_constant": 1e-6, "current_limit": 1e-4, "nu[0]": 1e-4}),

@@ -6,8 +6,9 @@ time at which it happens is in it: with the map g of the switch and the rates f,
 
     d+ = g' (d- + f- dt) - f+ dt,   dt = -dchi_i / chi_i'
 
-(the saltation matrix). Rows show the motion at a fixed time, and so do their deviations. At a known time, and where a
-current reaches or leaves its limit, the rates jump by nothing or the time is fixed, so that d+ = d-.
+(the saltation matrix). Rows show the motion at a fixed time, and so do their deviations. Where a current reaches or
+leaves its limit the rates do not jump, and a sample comes at a fixed time: d+ = d-. Where a held value of a table
+changes at a time that deviates, d+ = d- + (f- - f+) dt.
 """
 
 import warnings
@@ -275,6 +276,8 @@ class Sweep:
                 moved = moved + applied(next(maps), moved, self.inputs[step])
             elif motion.directions[row + 1].any():
                 moved = self._begin(row + 1, self._switched(row, moved))
+            elif (times := self.drives.jump(trajectory.elapsed[row + 1])) is not None:
+                moved = moved + (motion.rates[row] - motion.rates[row + 1])[:, None] * times
             self.rows[row + 1] = moved
 
     def _maps(self) -> Iterator[np.ndarray]:

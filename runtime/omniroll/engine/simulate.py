@@ -60,7 +60,7 @@ def simulate(
                   further runs measure it when it is first read. The estimate is never below eps times that.
                   False: both are None
     sensitivities  names of numbers by which the motion is to be differentiated, see docs/sensitivities.md:
-                   "nu[0]", "mass", "wheel_viscous[1]", ...; Trajectory.sensitivity gives the derivatives
+                  "nu[0]", "mass", "wheel_viscous[1]", ...; Trajectory.sensitivity gives the derivatives
 
     The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
