@@ -179,6 +179,11 @@ CALLS = (
         "wheel_rates": None, "contact_spins": None}),
     Call("Contact, regularised", partial(acting, omniroll.Contact), {
         "law": "regularised", "friction": (0.5, 0.4), "speed": 0.01, "load": None, "normal_gravity": None}),
+    Call("PathFollower", partial(acting, omniroll.PathFollower), {
+        "times": (0, 1), "poses": ((0, 0, 0), (1, 0, 0)), "sample_time": 0.01, "bandwidth": 1.0, "output": "torque",
+        "limit": None}),
+    Call("robot", omniroll.robot, {"name": "robot-soccer-kit"}),
+    Call("import_vehicle", omniroll.import_vehicle, {"path": "robot.urdf"}),
     Call("register_effect", lambda name, kind: omniroll.register_effect(name)(kind), {"name": "fuzzed", "kind": Odd}),
     Call("Instruments", omniroll.Instruments, {
         "counts_per_turn": 4096.0, "place": (0.0, 0.0), "seed": 0, "resolution": {"gyro": 0.1}, "noise": {},
