@@ -162,7 +162,7 @@ class Process:
         """What can be read of it beside the state, by name.
 
         nu       (3,) in 1/s
-        signals  the inputs of all processes at this instant, (N,) by name
+        signals  the inputs of all processes at this instant, (N,) by name, and what the effects integrate
         """
         return {}
 

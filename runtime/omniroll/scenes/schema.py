@@ -157,7 +157,7 @@ SCENE = (
         "contact",
         "Wheels that may slip on the ground. Without this table they roll. A switch then changes no speed, and "
         "`[switching]` has no part: the roller that comes into contact has the spin that it has, and the ground spins "
-        "it up. Rollers cannot be `locked`. Such a scene runs on the Python engine.",
+        "it up. Rollers cannot be `locked`.",
         vocabulary.CONTACT,
     ),
     Table(
