@@ -17,11 +17,16 @@ from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
+from .errors import LogError as LogError
 from .errors import OmnirollError as OmnirollError
 from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
 from .errors import SweepInterrupted as SweepInterrupted
 from .errors import UnstableControllerWarning as UnstableControllerWarning
+from .identification.answer import Fit as Fit
+from .identification.fitting import fit as fit
+from .identification.log import Log as Log
+from .identification.model import Number as Number
 from .kernels.dynamics import accelerations as accelerations
 from .kernels.kernel import Kernel as Kernel
 from .kernels.kernel import kernel as kernel

@@ -17,7 +17,8 @@ PACKAGE = Path(omniroll.__file__).parent
 # the one place where the order is written down.
 ORDER = (
     "errors", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
-    "vocabulary", "vehicles", "codegen", "kernels", "effects", "results", "viewer", "engine", "scenes", "studies",
+    "vocabulary", "vehicles", "codegen", "kernels", "effects", "results", "viewer", "engine", "scenes",
+    "identification", "studies",
     "omniroll", "commands", "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {"dask", "distributed", "flint", "heyoka", "matplotlib", "tqdm"}  # what the extras of pyproject.toml bring

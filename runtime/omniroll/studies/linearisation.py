@@ -20,7 +20,7 @@ from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import AccuracyWarning, InvalidValueError
-from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.accelerations import call_named
 from omniroll.scenes.loading import Scene
 from omniroll.validation import choice, positive, trailing
@@ -145,7 +145,7 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    bound = _kernel(acting, vehicle, roller_model)
+    bound = acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
     if bound.sharp:
         warnings.warn(AccuracyWarning(SHARP_TIPS), stacklevel=2)
     points = _points(bound, given)
@@ -172,13 +172,6 @@ def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None
     if roller_model == "free" and "roller_coulomb" in by_name:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
-
-
-def _kernel(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> Kernel:
-    """The kernel of what acts, with the functions of the derivatives."""
-    plain = acting.kernel(vehicle, roller_model, best_backend())
-    names, constants = (*plain.effects, DERIVATIVES), tuple(acting.constants(vehicle).items())
-    return kernel(plain.vehicle, roller_model, best_backend(), effects=names, constants=constants)
 
 
 def _points(bound: Kernel, given: Mapping) -> np.ndarray:
