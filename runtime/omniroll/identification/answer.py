@@ -1,25 +1,26 @@
 """What a fit has found."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
 from omniroll.identification.determination import in_words, vague_directions
 from omniroll.identification.log import Log
-from omniroll.identification.model import Free, Model
+from omniroll.identification.model import Model
+from omniroll.identification.pictures import draw_residuals
 from omniroll.identification.prediction import Readings
+from omniroll.identification.written import scene_text
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
 ODD = 4.0  # deviations from which on a residual's size or correlation is no chance
-LOOSE = 10.0
+LOOSE = 10.0  # sizes of a number that the fit may leave its guess for nothing: what no log determines stays there
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,26 +49,6 @@ class Fit:
     residuals: tuple[Readings, ...]
     noise: tuple[dict[str, float], ...]
     estimated: tuple[str, ...]
-
-    @classmethod
-    def made(
-        cls,
-        what: Scene | Vehicle,
-        model: Model,
-        numbers: Sequence[Free],
-        logs: Sequence[Log],
-        noise: Sequence[dict[str, float]],
-        jacobian: np.ndarray,
-        read: Sequence[Readings],
-        estimated: tuple[str, ...],
-    ) -> "Fit":
-        """From the model that was found and its readings."""
-        names = tuple(number.name for number in numbers)
-        left = [{k: log.data[k] - value for k, value in of_log.items()} for log, of_log in zip(logs, read, strict=True)]
-        values, sizes = (np.array([function(name) for name in names]) for function in (model.value, model.size))
-        return cls(
-            what, model, names, values, sizes, jacobian, tuple(logs), tuple(left), tuple(map(dict, noise)), estimated
-        )
 
     def __getitem__(self, name: str) -> float:
         """The value of a number by its name."""
@@ -103,12 +84,14 @@ class Fit:
         """The ends of the interval that holds a number with the probability `level`, between 0 and 1.
 
         name  of the number
+
+        Raises InvalidValueError for a name that was not fitted, and for other levels.
         """
         if not 0 < level < 1:
             raise InvalidValueError("level", level, "must lie between 0 and 1")
         place = self._place(name)
         freedom = max(1, len(self.jacobian) - len(self.names))
-        half = stats.t.ppf((1 + level) / 2, freedom) * self.deviations[place]
+        half = stdtrit(freedom, (1 + level) / 2) * self.deviations[place]
         return float(self.values[place] - half), float(self.values[place] + half)
 
     @cached_property
@@ -128,19 +111,16 @@ class Fit:
 
     def save(self, path: str | PathLike) -> Path:
         """Write the scene with the fitted numbers as a TOML file; its path. Raises InvalidValueError of a Vehicle."""
-        from omniroll.identification.written import scene_text
-
         if not isinstance(self.what, Scene):
             raise InvalidValueError("what", self.what, "must be a Scene, for a scene file to be written")
+        notes = [f"Numbers fitted to {', '.join(log.name for log in self.logs)}:", *str(self).splitlines()]
         path = Path(path)
-        path.write_text(scene_text(self), encoding="utf-8")
+        path.write_text(scene_text(self.what.tables, self.model, self.names, notes), encoding="utf-8")
         return path
 
     def picture(self, path: str | PathLike) -> Path:
         """Draw the residuals of every reading as PNG; its path. Needs matplotlib."""
-        from omniroll.identification.pictures import draw
-
-        return draw(self, Path(path))
+        return draw_residuals(self.logs, self.residuals, self.noise, Path(path))
 
     def __str__(self) -> str:
         width = max(map(len, self.names))

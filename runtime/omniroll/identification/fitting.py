@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError, LogError, SimulationStopped
-from omniroll.identification.answer import Fit
+from omniroll.identification.answer import LOOSE, Fit
 from omniroll.identification.first_guess import first_guess
 from omniroll.identification.log import ENTRIES, Log, suspected_unit
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
@@ -19,9 +19,11 @@ from omniroll.vehicles.vehicle import Vehicle
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")  # of scipy.optimize.least_squares
 HALF_STEP = 12**-0.5  # standard deviation of what rounding to whole steps leaves out, in steps
-LOOSE = 10.0  # sizes of a number that the fit may leave its guess for nothing: what no log determines stays there
 ROUNDS = 3  # of fits, each with the noise that the one before it has left over
-TOLERANCE = 1e-8
+NEAR = 1e-3  # relative change of the sum of squares after which full steps go on
+CONVERGED = 1e-6  # the same of a robust loss, where nothing goes on
+MOST_STEPS = 10
+SETTLED = 0.1  # length of a step in deviations
 REFUSED = 1e8  # residual of numbers that no vehicle can have
 
 
@@ -73,12 +75,15 @@ def fit(
     for _ in range(ROUNDS if estimated else 1):
         problem = _Problem(model, numbers, logs, noise)
         model = problem.solved(loss)
-        left = sweep([model], logs)[0]
-        for log, sizes, values in zip(logs, noise, left, strict=True):
+        for log, sizes, read in zip(logs, noise, sweep([model], logs)[0], strict=True):
             for name in set(estimated) & set(log.fitted):
-                sizes[name] = _rough(log.data[name] - values[name])
+                sizes[name] = _rough(log.data[name] - read.values[name])
     problem = _Problem(model, numbers, logs, noise)
-    return Fit.made(what, model, numbers, logs, noise, *problem.linear(), estimated=tuple(dict.fromkeys(estimated)))
+    jacobian, read = problem.linear()
+    left = [{k: log.data[k] - value for k, value in of_log.items()} for log, of_log in zip(logs, read, strict=True)]
+    values, names = problem.values, tuple(problem.names)
+    noise, estimated = tuple(map(dict, noise)), tuple(dict.fromkeys(estimated))
+    return Fit(what, model, names, values, problem.sizes, jacobian, logs, tuple(left), noise, estimated)
 
 
 def _model(what: Scene | Vehicle, instruments: Instruments | None, options: Mapping[str, Any]) -> Model:
@@ -114,7 +119,8 @@ def _first_readings(model: Model, logs: Sequence[Log]) -> list[Readings]:
             raise LogError(
                 log.name, log.line(0), "t", float(log.t[0]), f"lies before the start of the run, {start:g} s"
             )
-    (read,) = sweep([model], logs)
+    (found,) = sweep([model], logs)
+    read = [of_log.values for of_log in found]
     for log, values in zip(logs, read, strict=True):
         for name, wanted in values.items():
             _compare(log, name, wanted)
@@ -179,29 +185,48 @@ class _Problem:
     def residuals(self, z: np.ndarray) -> np.ndarray:
         """Of all readings, then of the priors."""
         try:
-            (read,) = sweep([self.at(z)], self.logs)
+            (found,) = sweep([self.at(z)], self.logs)
         except (InvalidValueError, SimulationStopped):
             return np.full(self._rows(), REFUSED)
-        return np.concatenate([self._of_logs(read), self._of_priors(z)])
+        return np.concatenate([self._of_logs([read.values for read in found]), self._of_priors(z)])
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
-        _, found = slopes(self.at(z), self.names, self.logs)
+        found = slopes(self.at(z), self.names, self.logs)
         columns = [self._weighted(of_number) * size for of_number, size in zip(found, self.sizes, strict=True)]
         return np.concatenate([np.stack(columns, axis=1), self._of_priors_by_z()])
 
     def solved(self, loss: str) -> Model:
         """The model whose residuals are small."""
-        inside = np.clip(np.zeros(len(self.names)), self.least, self.most)
+        start = np.clip(np.zeros(len(self.names)), self.least, self.most)
         found = least_squares(
-            self._held(self.residuals), inside, self._held(self.jacobian, True), (self.least, self.most), loss=loss,
-            xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, args=(),
-        )  # fmt: skip
-        return self.at(found.x)
+            lambda z: np.concatenate([self.residuals(z), z / LOOSE]),
+            start,
+            lambda z: np.concatenate([self.jacobian(z), np.eye(len(z)) / LOOSE]),
+            (self.least, self.most),
+            loss=loss,
+            ftol=NEAR if loss == "linear" else CONVERGED,
+        )
+        return self.at(self._settled(found.x) if loss == "linear" else found.x)
+
+    def _settled(self, z: np.ndarray) -> np.ndarray:
+        """Where the residuals no longer go with the derivatives, by Gauss's and Newton's full steps.
+
+        Under impact the motion jumps where two wheels change the order of their switches, or where one turns back at
+        its joint. The jumps are small beside the noise and hardly go with the derivatives, but the sum of squares has
+        many small minima between them, in any of which a search that only descends may end.
+        """
+        for _ in range(MOST_STEPS):
+            jacobian = np.concatenate([self.jacobian(z), np.eye(len(z)) / LOOSE])
+            step = np.linalg.lstsq(jacobian, -np.concatenate([self.residuals(z), z / LOOSE]))[0]
+            z = np.clip(z + step, self.least, self.most)
+            if np.linalg.norm(jacobian @ step) < SETTLED:
+                break
+        return z
 
     def linear(self) -> tuple[np.ndarray, list[Readings]]:
         """The Jacobian at the model's numbers, in their sizes, with the priors' rows; and the readings."""
         zero = np.zeros(len(self.names))
-        return self.jacobian(zero), sweep([self.model], self.logs)[0]
+        return self.jacobian(zero), [read.values for read in sweep([self.model], self.logs)[0]]
 
     def _held(self, function: Any, is_jacobian: bool = False) -> Any:
         """With rows that hold each number loosely where it is."""

@@ -48,6 +48,7 @@ class Log:
     drive    reading that drives the model in the place of the scene's drive, and that is not fitted: "motor_voltage" of
              a scene with a Motor, or "net_torque", which stands for drive and bearings together; or None
     name     for messages
+    first_line  of a file, in which the first row stands; None of arrays
     gap      times of the usual step that may lie between two rows
 
     Raises LogError, an InvalidValueError with row and column: for names that are not known, times that do not

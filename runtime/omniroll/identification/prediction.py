@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,16 +17,11 @@ from omniroll.identification.model import LONGEST_DELAY, NEUTRAL, Model
 from omniroll.results.measurements import Instruments
 from omniroll.results.trajectory import Trajectory
 
-ACCURACY = 1e-10
-STEP = 1e-5  # of the central differences, in sizes of a number: truncation and the runs' errors are both 1e-5 of it
+ACCURACY = 1e-11
+STEP = 1e-6  # of the central differences, in sizes of a number: the errors of runs are 1e-5 of the differences
 HALF_A_COUNT = 0.5  # whole counts are rounded down
 
 Readings = dict[str, np.ndarray]
-
-
-def readings(model: Model, log: Log) -> Readings:
-    """(T, ...) what the log should read, by name."""
-    return _read(model, log, run_of(model, log))
 
 
 def run_of(model: Model, log: Log) -> Trajectory:
@@ -38,8 +33,22 @@ def run_of(model: Model, log: Log) -> Trajectory:
     return simulate(model.vehicle, **options | {"effects": _driven(options.get("effects", ()), log)})
 
 
-def sweep(models: Sequence[Model], logs: Sequence[Log]) -> list[list[Readings]]:
-    """The readings of each log by each model. Models that differ in their instruments alone share a run.
+@dataclass(frozen=True)
+class Read:
+    """What a model reads at the times of a log.
+
+    values    (T, ...) by name
+    contacts  (T, N) the rollers in contact when each was read, by name
+    order     (K, 2) wheels and directions of the switches
+    """
+
+    values: Readings
+    contacts: Readings
+    order: np.ndarray
+
+
+def sweep(models: Sequence[Model], logs: Sequence[Log]) -> list[list[Read]]:
+    """What each model reads at the times of each log. Models that differ in their instruments alone share a run.
 
     Runs take place in C, in a thread for each core.
     """
@@ -53,19 +62,47 @@ def sweep(models: Sequence[Model], logs: Sequence[Log]) -> list[list[Readings]]:
     return [[_read(model, log, run) for log, run in zip(logs, runs[_motion(model)], strict=True)] for model in models]
 
 
-def slopes(model: Model, names: Sequence[str], logs: Sequence[Log]) -> tuple[list[Readings], list[list[Readings]]]:
-    """The readings of each log, and for each number their derivatives by it, by central differences."""
-    steps = {name: STEP * model.size(name) for name in names}
-    ahead_and_behind = [
-        model.with_values({name: model.value(name) + side * step}) for name, step in steps.items() for side in (1, -1)
+def slopes(model: Model, names: Sequence[str], logs: Sequence[Log]) -> list[list[Readings]]:
+    """For each number the derivatives of the readings of each log by it, by differences of runs."""
+    steps = [STEP * model.size(name) for name in names]
+    beside = [
+        model.with_values({name: model.value(name) + side * step})
+        for name, step in zip(names, steps, strict=True)
+        for side in (1, -1)
     ]
-    base, *others = sweep([model, *ahead_and_behind], logs)
-    found = []
-    for (_, step), ahead, behind in zip(steps.items(), others[::2], others[1::2], strict=True):
-        found.append([
-            {name: (a[name] - b[name]) / (2 * step) for name in a} for a, b in zip(ahead, behind, strict=True)
-        ])  # fmt: skip
-    return base, found
+    base, *others = sweep([model, *beside], logs)
+    return [
+        [_slopes(*of_log, step) for of_log in zip(behind, base, ahead, strict=True)]
+        for step, ahead, behind in zip(steps, others[::2], others[1::2], strict=True)
+    ]
+
+
+def _slopes(behind: Read, base: Read, ahead: Read, step: float) -> Readings:
+    """Central differences; from one side where two wheels change the order of their switches on the other.
+
+    Under impact the motion jumps there and has no derivative: a difference over the jump would be none.
+    """
+    same = [np.array_equal(read.order, base.order) for read in (behind, ahead)]
+    low, high, width = behind, ahead, 2 * step
+    if same == [True, False]:
+        high, width = base, step
+    elif same == [False, True]:
+        low, width = base, step
+    return {
+        name: _between_switches((high.values[name] - value) / width, low.contacts[name] == high.contacts[name])
+        for name, value in low.values.items()
+    }
+
+
+def _between_switches(slope: np.ndarray, alike: np.ndarray) -> np.ndarray:
+    """Derivatives (T, ...) where the contacts (T, N) of two runs are alike; the last such row in the place of others.
+
+    A reading between the two times of one switch has the switch's jump in its difference.
+    """
+    rows = np.flatnonzero(alike.all(axis=1))
+    if len(rows) in (0, len(slope)):
+        return slope
+    return slope[rows[np.maximum(np.searchsorted(rows, np.arange(len(slope)), side="right") - 1, 0)]]
 
 
 def _driven(effects: Sequence[Effect], log: Log) -> tuple[Effect, ...]:
@@ -88,13 +125,15 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _read(model: Model, log: Log, run: Trajectory) -> Readings:
-    found = {}
+def _read(model: Model, log: Log, run: Trajectory) -> Read:
+    values, contacts = {}, {}
     for names, delay in _by_delay(model, log).items():
         times, back = np.unique(np.clip(log.t - delay, run.t[0], run.t[-1]), return_inverse=True)
         true = _true(run, times, model.instruments, names)
-        found |= {name: _corrected(model, name, value[back]) for name, value in true.items()}
-    return {name: found[name] for name in log.fitted}
+        for name in names:
+            values[name], contacts[name] = _corrected(model, name, true[name][back]), true["contact_roller"][back]
+    order = np.stack([run.switches["wheel"], run.switches["direction"]], axis=1)
+    return Read({name: values[name] for name in log.fitted}, contacts, order)
 
 
 def _by_delay(model: Model, log: Log) -> Mapping[tuple[str, ...], float]:
@@ -104,14 +143,14 @@ def _by_delay(model: Model, log: Log) -> Mapping[tuple[str, ...], float]:
 
 
 def _true(run: Trajectory, times: np.ndarray, instruments: Instruments, names: Sequence[str]) -> Readings:
-    """What ideal instruments read; counts of encoders before they are made whole."""
+    """What ideal instruments read, and the rollers in contact; counts of encoders before they are made whole."""
     asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
-    found = run.measure(times, instruments, tuple(asked)) if asked else {}
+    found = run.measure(times, Instruments(place=instruments.place), (*asked, "contact_roller"))
     if "encoder_count" in names:
         found["encoder_count"] = found["wheel_angle"] * (instruments.counts_per_turn / (2 * np.pi)) - HALF_A_COUNT
     if "pose" in names:
         found["pose"] = run.sample(times).pose
-    return {name: found[name] for name in names}
+    return found
 
 
 def _corrected(model: Model, name: str, true: np.ndarray) -> np.ndarray:
