@@ -22,8 +22,8 @@ HALF_STEP = 12**-0.5  # standard deviation of what rounding to whole steps leave
 ROUNDS = 3  # of fits, each with the noise that the one before it has left over
 NEAR = 1e-3  # relative change of the sum of squares after which full steps go on
 CONVERGED = 1e-6  # the same of a robust loss, where nothing goes on
-MOST_STEPS = 10
-SETTLED = 0.1  # length of a step in deviations
+MOST_STEPS = 4
+SETTLED = 0.3  # length of a step in deviations; the jumps make the last ones some 0.2 long
 REFUSED = 1e8  # residual of numbers that no vehicle can have
 
 

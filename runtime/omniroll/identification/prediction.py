@@ -39,7 +39,7 @@ class Read:
 
     values    (T, ...) by name
     contacts  (T, N) the rollers in contact when each was read, by name
-    order     (K, 2) wheels and directions of the switches
+    order     (K, N) the rollers in contact after each switch
     """
 
     values: Readings
@@ -132,7 +132,7 @@ def _read(model: Model, log: Log, run: Trajectory) -> Read:
         true = _true(run, times, model.instruments, names)
         for name in names:
             values[name], contacts[name] = _corrected(model, name, true[name][back]), true["contact_roller"][back]
-    order = np.stack([run.switches["wheel"], run.switches["direction"]], axis=1)
+    order = run.contact[1:][(run.contact[1:] != run.contact[:-1]).any(axis=1)]
     return Read({name: values[name] for name in log.fitted}, contacts, order)
 
 
