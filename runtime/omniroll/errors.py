@@ -1,5 +1,6 @@
 """The errors that omniroll raises by name."""
 
+from functools import partial
 from typing import Any
 
 LONGEST = 400  # characters of a value that are shown
@@ -59,6 +60,22 @@ class KernelsMissingError(OmnirollError, RuntimeError):
     """The compiled kernels were asked for and are not there."""
 
 
+class MissingPackageError(OmnirollError, ImportError):
+    """A package is missing that only some users need.
+
+    package  its name
+    extra    of omniroll that installs it
+    purpose  what needs it, the subject of a sentence
+    """
+
+    def __init__(self, package: str, extra: str, purpose: str):
+        super().__init__(f"{purpose} needs {package}, which is missing: pip install 'omniroll[{extra}]'")
+        self.package, self.extra, self.purpose = package, extra, purpose
+
+    def __reduce__(self):
+        return type(self), (self.package, self.extra, self.purpose)
+
+
 class SimulationStopped(OmnirollError, RuntimeError):
     """A run that cannot go on: switches without progress in time, or a step that cannot be made.
 
@@ -74,6 +91,22 @@ class SimulationStopped(OmnirollError, RuntimeError):
         shown = ", ".join(f"{name} = {value!r}" for name, value in state.items())
         super().__init__(f"stopped at {at}: {reason} ({shown})")
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
+
+
+class NoDerivativeError(OmnirollError, ValueError):
+    """An instant at which a run has no derivative: the motion beside it differs by more than a little.
+
+    reason  in words
+    t       time
+    wheels  numbers of the wheels that it is about
+    """
+
+    def __init__(self, reason: str, *, t: float, wheels: tuple[int, ...]):
+        super().__init__(f"no derivative at t = {t!r}, wheels {', '.join(map(str, wheels))}: {reason}")
+        self.reason, self.t, self.wheels = reason, t, wheels
+
+    def __reduce__(self):
+        return partial(type(self), self.reason, t=self.t, wheels=self.wheels), ()
 
 
 class SweepInterrupted(OmnirollError, KeyboardInterrupt):
@@ -94,6 +127,10 @@ class RollingWarning(UserWarning):
 
 class UnstableControllerWarning(UserWarning):
     """A sampled controller whose errors grow from sample to sample."""
+
+
+class OneSidedWarning(UserWarning):
+    """A derivative that holds for changes of one sign alone."""
 
 
 class AccuracyWarning(UserWarning):

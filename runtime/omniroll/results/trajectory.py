@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
-from omniroll.results import trajectory_files
+from omniroll.results import tables, trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
@@ -24,7 +25,12 @@ from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
+if TYPE_CHECKING:  # only an extra brings them
+    import pandas
+    import xarray
+
 FEW = 3  # an array that has less than so many times the rows that are wanted is computed as a whole
+SHOWN = ("nu", "chi", "contact", "contact_spin", "spins", "energy", "slip", "ground_force")  # in tables
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
@@ -61,6 +67,28 @@ class Samples(MadeOnDemand):
     ground_force = OnDemand()
 
 
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """The derivative of a motion by a number, in the number's unit, at times of any shape (...) that stay fixed.
+
+    name   of the number
+    t      (...) in s
+    nu     (..., 3)
+    chi    (..., N)
+    pose   (..., 3)
+    spins  (..., N, n-1) of the free rollers j = 2..n; None but for the roller model "free"
+
+    At a switch the motion jumps, and so does its derivative.
+    """
+
+    name: str
+    t: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    pose: np.ndarray
+    spins: np.ndarray | None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(MadeOnDemand):
     """A motion of a vehicle with N wheels of n rollers; T rows.
@@ -88,6 +116,7 @@ class Trajectory(MadeOnDemand):
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
     in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
+    followed      the derivatives that were asked for, see `sensitivity`; None where none were
     """
 
     vehicle: Vehicle
@@ -100,6 +129,7 @@ class Trajectory(MadeOnDemand):
     stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
     in_part: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
+    followed: Any = None
 
     t = OnDemand()
     elapsed = OnDemand()
@@ -166,10 +196,32 @@ class Trajectory(MadeOnDemand):
         that row. Raises InvalidValueError for times outside the run, or where the dense output was not saved.
         """
         times = validation.real_array("t", t)
-        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
-            raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
-        y, row = self._state_and_row(times)
+        self._check_times(times)
+        y, row = self.state_and_row(times)
         return self._complete(times, y, row)
+
+    def sensitivity(self, name: str, t: ArrayLike | None = None) -> Sensitivity:
+        """The derivative of the motion by a number that `sensitivities` of simulate named.
+
+        name  as it was named
+        t     times of any shape within the run, at a switch that after it; None: the rows
+
+        Raises InvalidValueError for another name and for times outside the run.
+        """
+        if self.followed is None:
+            raise InvalidValueError("name", name, "simulate was not asked for it; name it in sensitivities=(...)")
+        if t is not None:
+            self._check_times(validation.real_array("t", t))
+        return self.followed.at(self, name, t)
+
+    def state_rows(self) -> np.ndarray:
+        """(T, 6 + N + E) nu, chi, pose and what the effects integrate, row by row."""
+        return self._rows(np.arange(len(self)))
+
+    def _check_times(self, times: np.ndarray) -> None:
+        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
+            bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
+            raise InvalidValueError("t", times.tolist(), bound)
 
     def measure(
         self, t: ArrayLike, instruments: Instruments | None = None, names: Sequence[str] = NAMES
@@ -219,10 +271,10 @@ class Trajectory(MadeOnDemand):
 
     def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
-        y, row = self._state_and_row(times)
+        y, row = self.state_and_row(times)
         return y[..., : 6 + self.vehicle.wheels], self.contact[row]
 
-    def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
         # Where t is large, several elapsed times round to one t. A time that equals a row's t is taken as that row.
         row = np.searchsorted(self.t, times, side="right") - 1
@@ -354,14 +406,20 @@ class Trajectory(MadeOnDemand):
 
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
+        return self._contributions_of(self._rows(np.arange(len(self))))
+
+    def _contributions_of(self, y: np.ndarray) -> dict[str, np.ndarray]:
+        """The same in states (K, 6 + N + E)."""
         accounts = {
-            quantity.name: quantity.account * self.quantity(quantity.name).reshape(len(self), -1).sum(axis=1)
+            quantity.name: quantity.account * self._state_vector.view(y, quantity.name).reshape(len(y), -1).sum(axis=1)
             for quantity in self.effects.quantities(self.roller_model)
             if quantity.account
         }
         for entry, name in self.effects.potentials().items():
-            potential = self._effect_kernel.call(name, self.pose)
-            accounts[entry] = potential[0] - potential
+            at_start, potential = (
+                self._effect_kernel.call(name, pose) for pose in (self.pose[0], self._state_vector.view(y, "pose"))
+            )
+            accounts[entry] = at_start - potential
         return accounts
 
     def gained(self) -> np.ndarray:
@@ -374,6 +432,68 @@ class Trajectory(MadeOnDemand):
         sums = {name: float(values[-1]) for name, values in self.contributions().items()}
         sums["switches"] = float(self.switches["energy_jump"].sum())
         return Ledger(float(self.energy[0]), float(self.energy[-1]), sums, float(self.energy.max()))
+
+    # Tables
+
+    def arrays(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+        """The motion as arrays by name, whose first axis is time: what the tables below hold.
+
+        t            (T,) increasing times within the run, in s; None: the run's own rows, two at a switch
+        instruments  Instruments, whose readings are added; they need times. None: no readings
+
+        t, x, y, theta, nu, chi, contact, contact_spin, spins of free rollers, energy, slip and ground_force of wheels
+        that may slip, what the drives give, and the energy that each effect has brought since the start.
+
+        Raises InvalidValueError as `sample` and `measure` do, and for instruments without times.
+        """
+        if t is None and instruments is not None:
+            raise InvalidValueError("t", t, "must be increasing times where instruments are read")
+        times = self.t if t is None else np.array(vocabulary.TIMES.checked("t", t))
+        moments = self if t is None else self.sample(times)
+        found = {"t": times} | dict(zip(tables.POSE, moments.pose.T, strict=True))
+        found |= {name: getattr(moments, name) for name in SHOWN if getattr(moments, name) is not None}
+        if t is None:
+            y = self._rows(np.arange(len(self)))
+            found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
+        else:
+            y, _ = self._state_and_row(times)
+            found |= self._drives_at(times)
+        found |= self._contributions_of(y)
+        return found if instruments is None else found | self.measure(times, instruments)
+
+    def to_pandas(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> "pandas.DataFrame":
+        """The motion as a table of pandas over t, with a column for each number: x, nu_1, chi_3, spins_1_2, ...
+
+        t, instruments  as in `arrays`
+
+        frame.attrs["units"] has the columns' units. Raises MissingPackageError without the extra `tables`,
+        InvalidValueError as `arrays` does.
+        """
+        return tables.to_pandas(self.arrays(t, instruments))
+
+    def to_xarray(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> "xarray.Dataset":
+        """The motion as a Dataset of xarray over t.
+
+        t, instruments  as in `arrays`
+
+        The other dimensions are component (of nu, from 1), wheel (from 1), place (j = 2..n of the free rollers),
+        direction (along_axle, along_rolling), and of readings axis and coordinate. Each variable has its unit in
+        attrs["units"], the whole what was asked for. Raises as `to_pandas` does.
+        """
+        described = {name: getattr(self, name) for name in DESCRIPTION if name != "stats"}
+        return tables.to_xarray(self.arrays(t, instruments), described | {"vehicle": repr(self.vehicle)})
+
+    def to_parquet(
+        self, path: str | PathLike, t: ArrayLike | None = None, instruments: Instruments | None = None
+    ) -> None:
+        """Write the table of `to_pandas` to a Parquet file, with the units.
+
+        path            str or path
+        t, instruments  as in `arrays`
+
+        Raises as `to_pandas` does, and OSError where the file cannot be written: the file before is left then.
+        """
+        tables.to_parquet(self.arrays(t, instruments), validation.file_path("path", path))
 
     # Files
 
