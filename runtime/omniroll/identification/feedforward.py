@@ -128,13 +128,13 @@ def along_path(
     vehicle       Vehicle with N wheels
     times         (T,) in s, increasing, 6 or more
     pose          (T, 3) in m, m, rad: a path that is smooth, and so densely given that splines of degree 5 follow it
-    effects       what acts besides the drive: a Motor for voltages, Bearings, a Slope; voltages of their own are left out
+    effects       what acts besides the drive: a Motor for voltages, which are not its own; Bearings, a Slope
     roller_model  "free", "locked" or "massless"; the spins of free rollers are those of a run with the torques that
                   rollers without spin would take
     chi           (N,) in rad at the start, or one angle for all wheels
 
-    What an impact at a switch takes is not in it. Raises InvalidValueError for arrays that do not fit, and for axles
-    that stick at rest only where a path begins with a jerk: their friction is that of turning axles.
+    What an impact at a switch takes is not in it; the friction of axles that stick is that of turning ones. Raises
+    InvalidValueError for arrays that do not fit.
     """
     times = validation.real_array("times", times)
     pose = validation.real_array("pose", pose, (len(times), 3))
