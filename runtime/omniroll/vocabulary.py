@@ -108,7 +108,11 @@ ROLLERS_PER_WHEEL = derived(
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
     derived("wheel_radius", bounded("wheel_radius")),
-    derived("roller_axis_radius", bounded("roller_axis_radius"), default="that of truncated rollers, section 4"),
+    derived(
+        "roller_axis_radius",
+        bounded("roller_axis_radius"),
+        default="wheel_radius less roller_radius, or that of truncated rollers, section 4",
+    ),  # fmt: skip
 )
 WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
 INERTIAS = (
@@ -311,13 +315,37 @@ CONTROLLER = (
         "s",
         "times of the rows of target, on the clock of the run",
         optional=True,
-        note="Between them target is linear",
     ),
+    INTERPOLATION,
 )
 FUNCTION_CONTROLLER = (
     Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
     by_name(CONTROLLER)["sample_time"],
     by_name(CONTROLLER)["output"],
+)
+PATH = (
+    Entry("times", TIMES, "s", "times of the rows of poses, on the clock of the run", needed=True),
+    Entry(
+        "poses",
+        Numbers(shapes=(("K", 3),)),
+        "m, m, rad",
+        "x, y, theta that are wanted",
+        needed=True,
+        note="Between the times they lie on a cubic spline, which begins and ends at rest; before the first and after "
+        "the last time the nearest row holds. theta counts turns: it goes on beyond pi",
+    ),
+    by_name(CONTROLLER)["sample_time"],
+    Entry(
+        "bandwidth",
+        POSITIVE,
+        "rad/s",
+        "how fast errors of the pose fade",
+        needed=True,
+        note="Each error fades as if its equation had the root -bandwidth three times: 3 bandwidth times its rate, "
+        "3 bandwidth^2 times itself and bandwidth^3 times its integral are added to the path's acceleration",
+    ),
+    by_name(CONTROLLER)["output"],
+    by_name(CONTROLLER)["limit"],
 )
 BEARINGS = (
     derived("wheel_viscous", bounded("axle_damping", EACH), argument="axle_damping", default="none", optional=True),
@@ -472,15 +500,16 @@ INSTRUMENTS = (
     Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
 )
 
+KINDS_OF_ERROR = {
+    "resolution": (NOT_NEGATIVE, "step of the readings of"),
+    "noise": (NOT_NEGATIVE, "standard deviation of the noise of"),
+    "bias": (NUMBER, "what is added to"),
+}
 ERRORS = tuple(  # of readings, by their names
     Entry(f"{entry.name}_{error}", kind, entry.unit, f"{meaning} {entry.name}", "0")
     for entry in MEASUREMENTS
     if entry.name in WITH_ERRORS
-    for error, kind, meaning in (
-        ("resolution", NOT_NEGATIVE, "step of the readings of"),
-        ("noise", NOT_NEGATIVE, "standard deviation of the noise of"),
-        ("bias", NUMBER, "what is added to"),
-    )
+    for error, (kind, meaning) in KINDS_OF_ERROR.items()
 )
 
 # What the methods of a kernel take; a leading ... stands for any axes, which broadcast.

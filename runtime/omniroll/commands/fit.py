@@ -1,18 +1,26 @@
 """omniroll fit SCENE LOG: the numbers of a scene from what a robot has recorded."""
 
 import argparse
-import importlib.util
 from pathlib import Path
 
-from omniroll.errors import InvalidValueError, OmnirollError
+from shtab import DIRECTORY, FILE
+
+from omniroll import extras
+from omniroll.errors import InvalidValueError
 from omniroll.scenes import load_scene
 
 SUMMARY = "fit numbers of a scene to logs; write the scene with the fitted numbers, and pictures of what is left over"
 
+EXAMPLES = (
+    ("omniroll fit scenes/robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
-    parser.add_argument("logs", type=Path, nargs="+", metavar="LOG", help="a CSV file, see docs/fitting.md")
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
+    parser.add_argument(
+        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV file, see docs/fitting.md"
+    ).complete = FILE
     parser.add_argument(
         "--free", required=True, metavar="NAMES", help="the numbers that are sought: mass,wheel_viscous,gyro_bias"
     )
@@ -24,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drive", choices=("motor_voltage", "net_torque"), help="what the log says drives the model, not the scene"
     )
     parser.add_argument("--loss", default="linear", help="for logs with outliers: soft_l1, huber, cauchy or arctan")
-    parser.add_argument("--output", type=Path, metavar="DIR", help="default: out/fit/ and the scene's name")
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help="default: out/fit/ and the scene's name"
+    ).complete = DIRECTORY
     parser.add_argument("--plot", action="store_true", help="draw what the fit leaves over into residuals.png")
 
 
@@ -33,8 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     from omniroll.identification.fitting import fit
     from omniroll.identification.log import Log
 
-    if arguments.plot and importlib.util.find_spec("matplotlib") is None:
-        raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
+    if arguments.plot:
+        extras.needed("matplotlib", "plots", "--plot")
     scene = load_scene(arguments.scene)
     noise = dict(map(_named, arguments.noise))
     logs = [Log.read(path, noise=noise, drive=arguments.drive) for path in arguments.logs]

@@ -1,4 +1,4 @@
-"""What a wanted motion takes: the constants of feedforwards, and torques and voltages along a path.
+"""What a wanted motion takes: the constants of feedforwards.
 
 The generated inverse dynamics gives the force that a motion takes, M* nu' - f (3.4), with all that the effects do; the
 generated fit gives the torques of least norm that make it, and the motors' laws the voltages.
@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.interpolate import make_interp_spline
 
 from omniroll import validation
 from omniroll.effects.bearings import Bearings
@@ -17,8 +15,6 @@ from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
 from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import spread
-from omniroll.effects.torque import Drive, TorqueTable
-from omniroll.engine.simulate import simulate
 from omniroll.errors import InvalidValueError
 from omniroll.identification.answer import Fit
 from omniroll.kernels.kernel import Kernel
@@ -30,7 +26,6 @@ DIRECTIONS = {"forward": "m", "sideways": "m", "turning": "rad"}  # and the unit
 PHASES = 64  # of the rollers, over which constants are means
 GOLDEN = (5**0.5 - 1) / 2
 STEP = 1e-4  # of the differences by fitted numbers, in sizes
-SMOOTH = 5  # degree of the splines through a path
 
 
 @dataclass(frozen=True)
@@ -96,66 +91,6 @@ def strafe_factor(constants: dict[str, Feedforward]) -> float:
     return constants["forward"].kV / constants["sideways"].kV
 
 
-@dataclass(frozen=True)
-class PathFeedforward:
-    """What a path takes at its T times.
-
-    times    (T,) in s
-    nu       (T, 3) in 1/s
-    chi      (T, N) in rad
-    torque   (T, N) in N m, of least norm
-    voltage  (T, N) in V; None without a Motor
-    """
-
-    times: np.ndarray
-    nu: np.ndarray
-    chi: np.ndarray
-    torque: np.ndarray
-    voltage: np.ndarray | None
-
-
-def along_path(
-    vehicle: Vehicle,
-    times: ArrayLike,
-    pose: ArrayLike,
-    *,
-    effects: Sequence[Effect] = (),
-    roller_model: str = "free",
-    chi: ArrayLike = 0,
-) -> PathFeedforward:
-    """The torques and voltages that a path takes, with what the rollers do.
-
-    vehicle       Vehicle with N wheels
-    times         (T,) in s, increasing, 6 or more
-    pose          (T, 3) in m, m, rad: a path that is smooth, and so densely given that splines of degree 5 follow it
-    effects       what acts besides the drive: a Motor for voltages, which are not its own; Bearings, a Slope
-    roller_model  "free", "locked" or "massless"; the spins of free rollers are those of a run with the torques that
-                  rollers without spin would take
-    chi           (N,) in rad at the start, or one angle for all wheels
-
-    What an impact at a switch takes is not in it; the friction of axles that stick is that of turning ones. Raises
-    InvalidValueError for arrays that do not fit.
-    """
-    times = validation.real_array("times", times)
-    pose = validation.real_array("pose", pose, (len(times), 3))
-    acting = EffectSet.checked(tuple(effects), vehicle)
-    bound = acting.kernel(vehicle, ROLLER_MODEL.checked(roller_model), "python")
-    rates = make_interp_spline(times, pose, SMOOTH).derivative()(times)
-    nu = np.stack([_nu_of(bound, rate, theta) for rate, theta in zip(rates, pose[:, 2], strict=True)])
-    nu_dot = make_interp_spline(times, nu, SMOOTH).derivative()(times)
-    turned = make_interp_spline(times, bound.wheel_speeds(nu), SMOOTH).antiderivative()(times)
-    joint = np.pi / vehicle.rollers_per_wheel
-    angles = (turned - turned[0] + np.asarray(chi, float) + joint) % (2 * joint) - joint
-    values = {"nu": nu, "nu_dot": nu_dot, "chi": angles, "heading": pose[:, 2]}
-    torque = _torques(bound, acting, values)
-    if bound.has_spins:
-        values["momenta"] = _momenta(bound, vehicle, acting, times, pose, values, torque)
-        torque = _torques(bound, acting, values)
-    motor = _motor(acting)
-    voltage = None if motor is None else _voltages(motor, vehicle, torque, bound.wheel_speeds(nu))
-    return PathFeedforward(times, nu, angles, torque, voltage)
-
-
 def _constants(vehicle: Vehicle, effects: Sequence[Effect], roller_model: str, speed: float) -> dict[str, Feedforward]:
     acting = EffectSet.checked(tuple(effects), vehicle)
     motor = _motor(acting)
@@ -209,22 +144,3 @@ def _voltages(motor: Motor, vehicle: Vehicle, torque: np.ndarray, rates: np.ndar
 
 def _motor(acting: EffectSet) -> Motor | None:
     return next((effect for effect in acting.effects if isinstance(effect, Motor)), None)
-
-
-def _momenta(
-    bound: Kernel,
-    vehicle: Vehicle,
-    acting: EffectSet,
-    times: np.ndarray,
-    pose: np.ndarray,
-    values: dict[str, np.ndarray],
-    torque: np.ndarray,
-) -> np.ndarray:
-    """(T, N, 2) of free rollers in a run with these torques."""
-    effects = [TorqueTable(times, torque), *(e for e in acting.effects if not isinstance(e, Drive))]
-    run = simulate(
-        bound.vehicle, nu=values["nu"][0], chi=values["chi"][0], pose=pose[0], start_time=float(times[0]),
-        duration=float(times[-1] - times[0]), effects=effects, control=False,
-    )  # fmt: skip
-    samples = run.sample(np.minimum(times, run.t[-1]))
-    return bound.momenta(bound.axial_speeds(samples.nu, samples.chi, samples.spins))

@@ -16,12 +16,13 @@ from omniroll.results.reactions import Reactions, judged_reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.acting import check_together, effects_of, with_layout
 from omniroll.scenes.checking import Findings, checked_tables, sizes
+from omniroll.scenes.logs import replay_logs
 from omniroll.scenes.problems import SceneError, shown
 from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
 from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import INSTRUMENTS, WITH_ERRORS
+from omniroll.vocabulary import INSTRUMENTS, KINDS_OF_ERROR, WITH_ERRORS
 
 OPTIONS = {  # argument of simulate: the table and key that it comes from
     "nu": ("start", "nu"),
@@ -54,6 +55,11 @@ class Scene:
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
 
+    @property
+    def slips(self) -> bool:
+        """Whether its wheels may slip."""
+        return "contact" in self.tables
+
     def doubts(self) -> tuple[UserWarning, ...]:
         """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
         return EffectSet.checked(self.options.get("effects", ()), self.vehicle).doubts(self.vehicle)
@@ -66,7 +72,7 @@ class Scene:
         plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
         errors = {
             error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
-            for error in ("resolution", "noise", "bias")
+            for error in KINDS_OF_ERROR
         }
         return Instruments(**plain, **errors)
 
@@ -102,6 +108,7 @@ def load_scene(path: str | PathLike) -> Scene:
     _check_samples(tables.get("run", {}), findings)
     if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
         findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
+    replay_logs(tables, vehicle, path.parent, findings)
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)

@@ -21,12 +21,18 @@ POINTS = 500  # samples of the energy among the rows
 class Shown:
     """A run, its name on the page, and the forces of the ground in its T rows.
 
-    forces  (T, N, 3) in N: along the axle, along the rolling direction, upwards; None where they are not known
+    forces  (T, N, 3) in N: along the axle, along the rolling direction, upwards; None where they are not known. Of
+            wheels that may slip the run has them, without the loads
     """
 
     run: Trajectory
     label: str
     forces: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        along = self.run.ground_force
+        if self.forces is None and along is not None:
+            object.__setattr__(self, "forces", np.concatenate([along, np.zeros_like(along[..., :1])], axis=-1))
 
     def description(self) -> dict[str, Any]:
         """What is not an array, as JSON can hold it; units SI."""
@@ -42,7 +48,7 @@ class Shown:
                 "wheels": vehicle.wheels,
                 "rollers": vehicle.rollers_per_wheel,
                 "angles": vehicle.wheel_angles,
-                "places": _places(run),
+                "places": run.vehicle.places().tolist(),
                 "platform_radius": vehicle.platform_radius,
                 "wheel_radius": vehicle.wheel_radius,
                 "roller_axis_radius": vehicle.roller_axis_radius,
@@ -58,6 +64,8 @@ class Shown:
         axial         (N, n, 2, P) in rad/s, absolute axial speeds of the free rollers by physical number at the starts
                       and ends of the pieces; that of the roller in contact has no meaning. Only with free rollers
         forces        (2, P, N, 3) in N at the same places, as `forces` above. Only where they are known
+        slip          (2, P, N, 2) in m/s at the same places: along the axle, along the rolling direction. Only where
+                      wheels may slip
         switch_time   (K,) in s since the start; switch_wheel (K,)
         row_time      (T,) in s since the start
         ledger        (A, T) in J, gained since the start, by entry of the ledger
@@ -82,6 +90,8 @@ class Shown:
             arrays["axial"] = _axial(run, pieces)
         if self.forces is not None:
             arrays["forces"] = self.forces[pieces.rows].astype("f4")
+        if run.slip is not None:
+            arrays["slip"] = run.slip[pieces.rows].astype("f4")
         return arrays
 
     def _gains(self) -> Mapping[str, np.ndarray]:
@@ -90,15 +100,6 @@ class Shown:
         switched = (run.contact[1:] != run.contact[:-1]).any(axis=1)
         jumps = np.append(0.0, np.where(switched, np.diff(run.energy), 0.0))
         return run.contributions() | {"switches": np.cumsum(jumps)}
-
-
-def _places(run: Trajectory) -> list[list[float]]:
-    """(N, 2) places of the wheels' centres in the platform's frame, in m."""
-    vehicle = run.vehicle
-    if vehicle.wheel_places is not None:
-        return [list(place) for place in vehicle.wheel_places]
-    angles = np.array(vehicle.wheel_angles)
-    return (vehicle.platform_radius * np.column_stack([np.cos(angles), np.sin(angles)])).tolist()
 
 
 def _axial(run: Trajectory, pieces: Pieces) -> np.ndarray:
