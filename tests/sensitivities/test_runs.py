@@ -205,3 +205,14 @@ def test_a_scaled_motion_over_many_switches():
     along = sum(np.array(run.sensitivity(f"nu[{k}]").pose[-1]) * run.nu[0, k] for k in range(3))
     rates = run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2])
     assert along == pytest.approx(rates * case.duration, rel=1e-11)
+
+
+@pytest.mark.parametrize("effects", [(), (VISCOUS,)], ids=["none", "viscous"])
+def test_along_the_python_engine_they_are_the_same(effects):
+    """Its polynomials and steps are others; its motion is good to 1e-12, times what the motion makes of that."""
+    case, names = Case("free", effects=effects), ("nu[0]", "mass")
+    runs = [case.run(engine=engine, sensitivities=names, accuracy=1e-12) for engine in ("compiled", "python")]
+    for name in names:
+        for t in (0.37, None):
+            one, other = (derivative(run, name, t) for run in runs)
+            assert np.abs(one - other).max() <= 1e-10 * np.abs(one).max()

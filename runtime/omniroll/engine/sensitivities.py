@@ -291,6 +291,8 @@ class Sweep:
         """(m, P) the deviations of a phase that starts in this row."""
         self.phase = phase
         self.phases.append(row)
+        if "momenta" in self.deviations.inputs:
+            self.momenta = tangent_of(self.kernel.momenta(phase.free()))
         if phase.axial is not None:
             self.axial.append(tangent_of(phase.axial))
         return self._deviations(phase.y)
@@ -355,8 +357,7 @@ class Sweep:
             slopes = dict(zip(names, (trajectory.drive[row + 1] - trajectory.drive[row]) / length, strict=True))
             found = self.drives.after(elapsed, drive, slopes)
         if "momenta" in shapes:
-            momenta = tangent_of(self.kernel.momenta(self.phase.free()))
-            found["momenta"] = momenta, np.zeros_like(momenta)
+            found["momenta"] = self.momenta, np.zeros_like(self.momenta)
         values, slopes = ({name: found[name][k] for name in shapes} for k in (0, 1))
         return np.concatenate([self.deviations.joined(values), self.deviations.joined(slopes)], axis=-1).T
 
