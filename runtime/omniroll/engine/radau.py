@@ -43,7 +43,7 @@ AT_START = np.linalg.solve(np.vander(NODES, increasing=True).T, np.eye(STAGES)[0
 
 @dataclass
 class Slopes:
-    """The slopes (d, d) of the rates in y, by differences."""
+    """The slopes (d, d) of the rates in y: those of the flow's own method `slopes`, else by differences."""
 
     time: float
     y: np.ndarray
@@ -51,6 +51,8 @@ class Slopes:
 
     @classmethod
     def at(cls, flow: Callable, time: float, y: np.ndarray, rates: np.ndarray) -> "Slopes":
+        if hasattr(flow, "slopes"):
+            return cls(time, y, flow.slopes(time, y, rates))
         matrix = np.empty((len(y), len(y)))
         for k, value in enumerate(y):
             moved = y.copy()

@@ -134,7 +134,7 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
     if "layout" in effects:
-        own |= {"wheel_places": _wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
+        own |= {"wheel_places": wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
     return own | dict(constants)
 
 
@@ -159,7 +159,8 @@ def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     return array if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
 
 
-def _wheel_places(vehicle: Vehicle) -> ArrayLike:
+def wheel_places(vehicle: Vehicle) -> ArrayLike:
+    """(N, 2) in m, places of the wheels' centres in the platform's axes: those that are given, or on rays from S."""
     if vehicle.wheel_places is not None:
         return vehicle.wheel_places
     counts = vehicle.wheels, vehicle.rollers_per_wheel
