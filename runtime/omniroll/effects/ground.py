@@ -33,7 +33,7 @@ AT_REST = 1000  # a slip is zero within this many roundings of the velocities th
 MOVES = 1e-10  # a contact begins to slip that gets more than this part of what the forces could give it
 AT_EDGE = 1e-9  # friction is used up that is nearer to its bound than this part of it
 HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other forces
-SETTLES = 1e-9  # of the rates that friction gives: a slip falls that falls faster
+SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
 PART_OF_WAY = 0.8  # to rest, at most, in one step
 
 # From sticks (N,) and the forces (N, 2) of slipping contacts: forces (N, 2) and rates of the slip (N, 2) of all.
@@ -66,6 +66,7 @@ class Ground:
         self.sticks, self.resting, self.released = (np.zeros(count, bool) for _ in range(3))
         self.towards = np.tile([0.0, 1.0], (count, 1))
         vehicle = kernel.vehicle
+        self.settles = SETTLES * float((grip.loads[:, None] * grip.sliding).max()) / vehicle.mass
         self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius,
                               vehicle.wheel_radius - vehicle.roller_axis_radius])  # fmt: skip
 
@@ -114,12 +115,11 @@ class Ground:
     # What follows
 
     def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N, 2) along the slip (N, 2), or where the contact has just begun to: its own, as long as the rounding."""
+        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
         if self.directions.start:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
-        least = np.maximum(rounding, np.finfo(float).tiny)
-        return np.where(begun[:, None], slip, least[:, None] * self.towards)
+        return np.where(begun[:, None], slip, self.towards)
 
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) how much of its static friction a force (N, 2) takes, squared, less 1; and the rounding of that."""

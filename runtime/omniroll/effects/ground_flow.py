@@ -24,9 +24,11 @@ class GroundFlow:
                 buffers.setdefault(argument.name, np.zeros(argument.shape))
         buffers["load"][:], buffers["friction"][:] = ground.grip.loads, ground.grip.sliding
         self.buffers, self.y = buffers, rates.y
-        self._slip = kernel.bind("slip_forces", buffers)
+        aside = {"ground_force": np.zeros_like(buffers["ground_force"])}  # what slips takes no part in what holds
+        self._slip = kernel.bind("slip_forces", buffers | aside)
         self._slide = kernel.bind("sliding_forces", buffers)
         self.slides = ~ground.sticks & ~ground.off
+        self.turning = np.flatnonzero(self.slides) if ground.directions.start == 0 else np.zeros(0, int)
         self.force, self.slip_dot = buffers["ground_force"], buffers["slip_dot"]
 
     def slip(self, y: np.ndarray) -> np.ndarray:
@@ -49,25 +51,43 @@ class GroundFlow:
         self._slide()
         self.buffers["ground_push"][:] = np.where(self.slides[:, None], self.buffers["sliding_force"], 0.0)
 
-    def slopes(self, time: float, y: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """(d, d) of the rates in y. Near rest the forces turn over a slip that no difference of rates could resolve:
-        the rates by the state and by the forces, the slip by the state, and the forces by the slip are taken one by one.
-        """
-        slip = self.slip(y)
-        self._push(y)
-        turns, push = self.buffers["sliding_slope"].reshape(-1, 2, 2).copy(), self.buffers["ground_push"].copy()
-        by_state, slip_by_state = np.empty((len(y), len(y))), np.empty((*slip.shape, len(y)))
+    # The polar form: the directions of the forces are unknowns of their own, which the slips must follow
+
+    def angles(self, y: np.ndarray) -> np.ndarray:
+        """(m,) in rad, the directions in which the contacts `turning` slip."""
+        towards = self.ground.direction(self.slip(y), self.rounding())[self.turning]
+        return np.arctan2(towards[:, 1], towards[:, 0])
+
+    def directed(self, time: float, y: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """y' where the forces are those of slips in these directions (m,), whatever the slips are."""
+        self._aim(angles)
+        return self.plain(time, y)
+
+    def _aim(self, angles: np.ndarray) -> None:
+        self.buffers["slip_direction"][self.turning] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        self._slide()
+        self.buffers["ground_push"][self.turning] = self.buffers["sliding_force"][self.turning]
+
+    def along_and_across(self, y: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m,) in m/s, the parts of the slips along these directions, and across them."""
+        slip, cos, sin = self.slip(y)[self.turning], np.cos(angles), np.sin(angles)
+        return slip[:, 0] * cos + slip[:, 1] * sin, slip[:, 1] * cos - slip[:, 0] * sin
+
+    def slopes(self, time: float, y: np.ndarray, angles: np.ndarray) -> "tuple[np.ndarray, ...]":
+        """(d, d) of y' in y, (d, m) of y' in the directions, (m, d) of the slips across them in y; by differences, but
+        how the forces turn."""
+        rates, (_, across) = self.directed(time, y, angles), self.along_and_across(y, angles)
+        by_state, across_by_state = np.empty((len(y), len(y))), np.empty((len(angles), len(y)))
         for k, value in enumerate(y):
             moved = y.copy()
             moved[k] += MOVED * max(1.0, abs(value))
             step = moved[k] - value
-            slip_by_state[..., k] = (self.slip(moved) - slip) / step
             by_state[:, k] = (self.plain(time, moved) - rates) / step
-        for contact in np.flatnonzero(self.slides) if self.ground.directions.start == 0 else ():
-            for c in range(2):
-                unit = float(self.ground.grip.loads[contact] * self.ground.grip.sliding[contact, c])
-                self.buffers["ground_push"][contact, c] = push[contact, c] + unit
-                by_force = (self.plain(time, y) - rates) / unit
-                self.buffers["ground_push"][:] = push
-                by_state += np.outer(by_force, turns[contact, c] @ slip_by_state[contact])
-        return by_state
+            across_by_state[:, k] = (self.along_and_across(moved, angles)[1] - across) / step
+        by_angle = np.empty((len(y), len(angles)))
+        push, slope = self.buffers["ground_push"].copy(), self.buffers["sliding_slope"].reshape(-1, 2, 2)
+        for k, contact in enumerate(self.turning):
+            self.buffers["ground_push"][contact] += slope[contact] @ [-np.sin(angles[k]), np.cos(angles[k])]
+            by_angle[:, k] = self.plain(time, y) - rates  # linear in the forces
+            self.buffers["ground_push"][:] = push
+        return by_state, by_angle, across_by_state

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from omniroll.effects.ground import PART_OF_WAY, SETTLES
+from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.engine.holding import MotionGuards
@@ -32,7 +32,7 @@ class GroundGuards(MotionGuards):
         left, falls, rounding = self._approach(time, y)
         excess, of_excess = self.ground.used_up(self.flow.force)
         if self.has_direction:  # a slip never comes to zero itself, but to its rounding
-            left = left - np.where(falls > SETTLES * np.abs(self.flow.slip_dot).max(), 2 * rounding, 0.0)
+            left = left - np.where(falls > self.ground.settles, 2 * rounding, 0.0)
         values = np.where(self.ground.sticks, excess, -left)
         return np.where(self.ground.off, -1.0, values), np.where(self.ground.sticks, of_excess, rounding / PASSED)
 
@@ -45,5 +45,5 @@ class GroundGuards(MotionGuards):
         if not self.has_direction:
             return np.inf
         left, falls, _ = self._approach(time, y)
-        ends = self.flow.slides & (falls > SETTLES * np.abs(self.flow.slip_dot).max()) & (left > 0)
+        ends = self.flow.slides & (falls > self.ground.settles) & (left > 0)
         return float((PART_OF_WAY * left[ends] / falls[ends]).min(initial=np.inf))

@@ -8,7 +8,7 @@ from omniroll.effects.ground import Grip
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 
-BEGUN = 1e-12  # m/s: a slower slip has a direction of rounding, and takes the one with which it began
+BEGUN = 1e-14  # m/s: a slower slip has a direction of rounding, and takes the one with which it began
 
 
 class Contacts:
