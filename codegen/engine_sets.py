@@ -5,6 +5,7 @@ the pose) and accounts (integrals that feed nothing back); this file says which 
 functions give their rates, and the template writes the calls. No other file calls a generated function for the engine.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .filling import template
@@ -18,6 +19,8 @@ INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in tim
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
+RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 HELD = "held_dynamics"  # instead of forward_dynamics where axles stick, whose bearings' torques are this input:
 BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
@@ -43,11 +46,16 @@ class EngineSet:
     def __init__(self, effects: EffectSet, registry: Registry):
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
-        present = [state for state in registry.states if state.rate in rates]
-        self.core = [state for state in present if state.kind == CORE]
+        present = registry.integrated(effects)
+        self.slips = effects.function(SLIP) is not None
+        self.dynamics = SLIP if self.slips else "forward_dynamics"
+        dynamics = self.function(self.dynamics)
+        own = {array.name for array in dynamics.outputs}
+        # First what is coupled with nu: the speeds whose rates the dynamics gives.
+        self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
+        self.coupled = sum(state.rate in own for state in self.core)
         self.accounts = [state for state in present if state.kind == ACCOUNT]
-        self.arrays = {state.name: rates[state.rate] for state in self.core}
-        dynamics = self.function("forward_dynamics")
+        self.arrays = {state.name: rates[state.rate] for state in present}
         asked = [array.name for array in dynamics.inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
@@ -74,9 +82,13 @@ class EngineSet:
         return found
 
     def offset(self, state: str) -> str:
-        """Where a state begins in the core."""
-        before = [size_of(self.arrays[s.name]) for s in self.core[: [s.name for s in self.core].index(state)]]
+        """Where a state begins in the core, or among the accounts."""
+        kind = self.core if any(s.name == state for s in self.core) else self.accounts
+        before = [size_of(self.arrays[s.name]) for s in kind[: [s.name for s in kind].index(state)]]
         return " + ".join(before)
+
+    def has(self, state: str) -> bool:
+        return any(s.name == state for s in self.core)
 
     def place(self, base: str, state: str) -> str:
         offset = self.offset(state)
@@ -85,6 +97,10 @@ class EngineSet:
     @property
     def core_size(self) -> str:
         return " + ".join(size_of(self.arrays[state.name]) for state in self.core) or "0"
+
+    @property
+    def account_size(self) -> str:
+        return " + ".join(size_of(self.arrays[state.name]) for state in self.accounts) or "0"
 
     @property
     def parts(self) -> list[str]:
@@ -103,10 +119,10 @@ class EngineSet:
         """The place of the bearings' torques among the inputs."""
         return self.inputs.index(BEARING_INPUT)
 
-    def core_calls(self, dynamics: str = "forward_dynamics") -> list[Call]:
-        """What gives the rates of the core, in order; the last is `dynamics`."""
-        solving = self.function(dynamics)
-        states = self._giving([state.rate for state in self.core])
+    def core_calls(self, dynamics: str = "") -> list[Call]:
+        """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
+        solving = self.function(dynamics or self.dynamics)
+        states = [f for f in self._giving(self.core) if f is not solving]
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
@@ -118,8 +134,8 @@ class EngineSet:
 
     def account_calls(self) -> list[Call]:
         """What gives the rates of the accounts."""
-        rates = {state.rate: f"account_dot + {k}" for k, state in enumerate(self.accounts)}
-        return self._calls(self._giving(list(rates)), rates)
+        rates = {state.rate: self.place("account_dot", state.name) for state in self.accounts}
+        return self._calls(self._giving(self.accounts), rates)
 
     def start_calls(self) -> list[Call]:
         """What gives the core from the axial speeds of the free rollers."""
@@ -146,8 +162,10 @@ class EngineSet:
         }
         return Call(function, (*(places[array.name] for array in function.inputs), "later"))
 
-    def _giving(self, rates: list[str]) -> list[Function]:
-        return [f for f in self.set.functions if any(a.name in rates for a in f.outputs)]
+    def _giving(self, states: Sequence[State]) -> list[Function]:
+        """The functions that give the rates of these states, each once."""
+        names = {state.function for state in states}
+        return [f for f in self.set.functions if f.name in names]
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
@@ -177,9 +195,6 @@ MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a se
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
-    """The text of the header; a set that the engine cannot run has none.
-
-    Where wheels may slip, their rates do not follow from nu, as the engine takes it.
-    """
-    runs = all(map(effects.function, MOTION)) and effects.function("slip_dynamics") is None
+    """The text of the header; a set that the engine cannot run has none."""
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

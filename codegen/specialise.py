@@ -29,15 +29,20 @@ Body = tuple[Step | Loop, ...]
 class State:
     """A quantity that an effect integrates.
 
-    rate  the output of a generated function that is its rate; a set without such a function has no such state
-    kind  core, where it feeds back, or account
-    size  what it is measured in: energy, momentum or speed
+    function  generated function whose output `rate` is its rate
+    kind      core, where it feeds back, or account
+    size      what it is measured in: energy, momentum or speed
+    models    roller models that have it
+    case      effects beside which it is there; "-x" stands for x absent
     """
 
     name: str
+    function: str
     rate: str
     kind: str
     size: str
+    models: tuple[str, ...]
+    case: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class Registry:
 
     neutral  {name: {symbol: neutral value}}
     needs    {name: effects without which it does nothing}
-    states   what effects integrate beside nu, chi and the pose, each once, in the registry's order
+    states   what effects integrate beside nu, chi and the pose, in the registry's order
     """
 
     neutral: Mapping[str, Mapping[str, Expression]]
@@ -62,8 +67,18 @@ class Registry:
         return cls(
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
             {e["name"]: e.get("needs", ()) for e in chosen},
-            tuple(dict.fromkeys(State(s["name"], s["rate"], s["kind"], s["size"]) for s in states)),
+            tuple(
+                State(
+                    *(s[k] for k in ("name", "function", "rate", "kind", "size")), tuple(s["models"]), tuple(s["case"])
+                )
+                for s in states
+            ),
         )
+
+    def integrated(self, effects: "EffectSet") -> list[State]:
+        """What a set integrates beside nu, chi and the pose."""
+        states = [s for s in self.states if effects.base in s.models and is_there(s.case, effects.effects)]
+        return list({state.name: state for state in reversed(states)}.values())[::-1]
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
@@ -135,12 +150,13 @@ def _without_puts(body: Body, names: set[str]) -> Body:
 
 
 def is_called_for(function: Function, present: Sequence[str]) -> bool:
-    """Whether one of the function's cases holds; "-x" stands for x absent."""
+    """Whether one of the function's cases holds."""
+    return any(is_there(case, present) for case in function.cases)
 
-    def holds(effect: str) -> bool:
-        return effect[1:] not in present if effect.startswith("-") else effect in present
 
-    return any(all(map(holds, case)) for case in function.cases)
+def is_there(case: Sequence[str], present: Sequence[str]) -> bool:
+    """Whether a case holds; "-x" stands for x absent."""
+    return all(effect[1:] not in present if effect.startswith("-") else effect in present for effect in case)
 
 
 def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]:
