@@ -1,4 +1,4 @@
-"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, and its smooth relative."""
+"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,9 @@ def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
     assert [*instants(run, 0, True), *instants(run, 1, True)] == pytest.approx([rolls, rolls], rel=INSTANT)
     after = run.slip[run.t > rolls * (1 + INSTANT)]
     assert after.size and not after.any()
-    assert start - PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(2 * friction * load * rolls / PAIR.mass, rel=1e-9)
+    assert start - PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(
+        2 * friction * load * rolls / PAIR.mass, rel=1e-9
+    )
     assert -run.contributions()["ground_loss"][-1] == pytest.approx(friction * load * start * rolls, rel=1e-9)
     assert run.ledger.residual == pytest.approx(0, abs=1e-9 * run.energy[0])
 
@@ -65,7 +67,9 @@ def test_a_vehicle_on_a_ramp_slides_or_rolls(model):
         assert (run.sticks == held).all()
         taken = inertia * rolling / radius**2 if held else part * needed * load
         wanted = GRAVITY * np.sin(angle) - 2 * taken / mass
-        assert PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(wanted * run.t[-1] * np.sign(run.nu[-1, 1]), rel=1e-10)
+        assert PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(
+            wanted * run.t[-1] * np.sign(run.nu[-1, 1]), rel=1e-10
+        )
         assert run.energy[-1] == pytest.approx(run.gained()[-1], rel=1e-10)
 
 
@@ -76,7 +80,9 @@ def test_static_friction_holds_and_sliding_friction_does_not():
     torque = 10.0 * radius * (1 + 2 * inertia / (mass * radius**2))  # asks for the whole load
     for part, sticks in ((0.49, True), (0.51, False)):
         drive = Torque((part * torque, -part * torque))
-        run = simulate(PAIR, nu=(0, 0, 0), duration=0.01, roller_model="massless", effects=[Contact(**law), drive], control=False)
+        run = simulate(
+            PAIR, nu=(0, 0, 0), duration=0.01, roller_model="massless", effects=[Contact(**law), drive], control=False
+        )
         assert (run.sticks == sticks).all()
         force = 10 * part if sticks else 3.0
         assert np.abs(run.ground_force[:, :, 1]) == pytest.approx(np.full((len(run), 2), force), rel=1e-12)
@@ -92,12 +98,14 @@ def test_with_a_faster_and_slower_named_speed_it_tends_to_the_set_valued_law(fri
     """Two contacts come to rest on curved ways; what is left falls at first order of the speed, from 1e-3 m/s on."""
     wanted = skidding("coulomb", friction=friction)
     assert wanted.sticks[-1].sum() == 2 and np.abs(wanted.ledger.residual) <= 1e-9 * wanted.energy[0]
-    left = [np.abs(skidding("regularised", friction=friction, speed=v).nu[-1] - wanted.nu[-1]).max() for v in (1e-4, 1e-6)]
+    left = [
+        np.abs(skidding("regularised", friction=friction, speed=v).nu[-1] - wanted.nu[-1]).max() for v in (1e-4, 1e-6)
+    ]
     assert left[1] < 3e-2 * left[0] and left[0] < 1e-4
 
 
 def test_forces_are_those_of_the_law():
-    """In every row and between: on the ellipse against the slip where contacts slip, within the static one elsewhere."""
+    """In rows and between: on the ellipse against the slip where contacts slip, within the static one elsewhere."""
     run = skidding("coulomb", friction=(0.3, 0.6), static_friction=(0.4, 0.7))
     load = PAPER.mass * GRAVITY / 3
     between = run.sample((run.t[1:] + run.t[:-1]) / 2)

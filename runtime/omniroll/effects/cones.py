@@ -134,7 +134,7 @@ def _polished(matrix: np.ndarray, wanted: np.ndarray, place: np.ndarray, shape: 
 def _with_slipping(
     matrix: np.ndarray, wanted: np.ndarray, place: np.ndarray, slipping: np.ndarray, shape: tuple[int, int]
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Newton's rule on the conditions where `slipping` are on their circles: the forces, the pulls, whether it ended."""
+    """Newton's rule on the conditions where `slipping` are on their circles: forces, pulls, whether it ended."""
     (count, width), size = shape, len(place)
     disc, pull = place.reshape(shape), np.zeros(count)
     pull[slipping] = -(disc * (matrix @ place + wanted).reshape(shape)).sum(axis=1)[slipping]

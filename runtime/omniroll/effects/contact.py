@@ -86,7 +86,9 @@ class Contact(Effect):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _along_and_across(name, getattr(self, name)))
         if self.static_friction is not None and (np.subtract(self.static_friction, self.friction) < 0).any():
-            raise InvalidValueError("static_friction", self.static_friction, f"must be at least friction, {self.friction}")
+            raise InvalidValueError(
+                "static_friction", self.static_friction, f"must be at least friction, {self.friction}"
+            )
         for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
