@@ -9,6 +9,7 @@ from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
 from .engine.batch import Batch as Batch
+from .engine.gradients import gradient as gradient
 from .engine.many import Many as Many
 from .engine.many import simulate_many as simulate_many
 from .engine.session import Session as Session
@@ -18,7 +19,9 @@ from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
 from .errors import MissingPackageError as MissingPackageError
+from .errors import NoDerivativeError as NoDerivativeError
 from .errors import OmnirollError as OmnirollError
+from .errors import OneSidedWarning as OneSidedWarning
 from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
 from .errors import SweepInterrupted as SweepInterrupted
@@ -34,6 +37,7 @@ from .results.reactions import Doubt as Doubt
 from .results.reactions import Reactions as Reactions
 from .results.reactions import reactions as reactions
 from .results.trajectory import Samples as Samples
+from .results.trajectory import Sensitivity as Sensitivity
 from .results.trajectory import Trajectory as Trajectory
 from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene

@@ -11,8 +11,9 @@ into a few numbers a wheel, which are states then: two momenta and the energy of
 speeds of the single rollers follow from them (axial_after). With Coulomb friction each axial speed is a state.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -52,6 +53,8 @@ class Bearings(Effect):
     or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
     simulate raises it for a number of coefficients that is not N, and a wheel_break_away below wheel_coulomb.
     """
+
+    numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
 
     wheel_viscous: ArrayLike | None = None
     wheel_coulomb: ArrayLike | None = None

@@ -40,6 +40,8 @@ class Controller(Drive):
     voltages without a Motor.
     """
 
+    signals: ClassVar[tuple[str, ...]] = ("target", "proportional", "integral")
+
     target: ArrayLike
     proportional: ArrayLike
     sample_time: float
@@ -84,6 +86,10 @@ class Controller(Drive):
                 damping = damping + lost
                 per_output = per_volt if self.output == "voltage" else per_output
         return per_output, damping
+
+    def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
+        """As of an Effect; `name` may be the target, which has no wheels: its shape does not depend on `wheels`."""
+        return np.shape(self.target) if name == "target" else (wheels,)
 
     def events(self) -> tuple[str, ...]:
         return (f"samples of the controller, every {self.sample_time:g} s",)

@@ -188,6 +188,8 @@ class Effect:
 
     needs: ClassVar[tuple[str, ...]] = ()
     potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
+    numbers: ClassVar[Mapping[str, str]] = {}  # field: argument of `prepare` that it is; one number is for all wheels
+    signals: ClassVar[tuple[str, ...]] = ()  # fields by which its process acts that are no arguments of `prepare`
 
     def _keep_checked(self, entries: Iterable[Entry]) -> None:
         """Put the fields of these names, checked, in place of what was given. Raises InvalidValueError."""
@@ -265,6 +267,11 @@ class Effect:
         elapsed  (...,) in s, the time between
         """
         return None
+
+    def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
+        """The shape of one of `signals` for a vehicle of so many wheels, one number spread over all of them."""
+        array = np.asarray(getattr(self, name))
+        return array.shape if array.ndim > 1 else (wheels,)
 
     def axles(self, kernel: Kernel) -> Axles | None:
         """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.

@@ -44,6 +44,11 @@ class Motor(Drive):
     """
 
     needs: ClassVar[tuple[str, ...]] = ("voltage",)
+    numbers: ClassVar[Mapping[str, str]] = {
+        "torque_constant": "torque_constant", "resistance": "resistance", "gear_ratio": "motor_gear_ratio",
+        "back_emf": "back_emf", "current_limit": "current_limit",
+    }  # fmt: skip
+    signals: ClassVar[tuple[str, ...]] = ("voltage",)
 
     voltage: ArrayLike
     torque_constant: float

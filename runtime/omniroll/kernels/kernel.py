@@ -216,6 +216,11 @@ class Kernel:
         rows.flags.writeable = False
         return rows
 
+    @cached_property
+    def nu_dot_per_torque(self) -> np.ndarray:
+        """(3, N) nu' for each torque at the axles, of a vehicle at rest with chi = 0: their power is torque chi'."""
+        return np.linalg.solve(self.mass_matrix(np.zeros(self.wheels)), self.wheel_rows.T)
+
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
         return form(name, self.sharp)

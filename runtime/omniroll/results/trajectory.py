@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,6 +67,28 @@ class Samples(MadeOnDemand):
     ground_force = OnDemand()
 
 
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """The derivative of a motion by a number, in the number's unit, at times of any shape (...) that stay fixed.
+
+    name   of the number
+    t      (...) in s
+    nu     (..., 3)
+    chi    (..., N)
+    pose   (..., 3)
+    spins  (..., N, n-1) of the free rollers j = 2..n; None but for the roller model "free"
+
+    At a switch the motion jumps, and so does its derivative.
+    """
+
+    name: str
+    t: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    pose: np.ndarray
+    spins: np.ndarray | None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(MadeOnDemand):
     """A motion of a vehicle with N wheels of n rollers; T rows.
@@ -96,6 +118,7 @@ class Trajectory(MadeOnDemand):
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
     in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
+    followed      the derivatives that were asked for, see `sensitivity`; None where none were
     """
 
     vehicle: Vehicle
@@ -108,6 +131,7 @@ class Trajectory(MadeOnDemand):
     stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
     in_part: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
+    followed: Any = None
 
     t = OnDemand()
     elapsed = OnDemand()
@@ -174,10 +198,32 @@ class Trajectory(MadeOnDemand):
         that row. Raises InvalidValueError for times outside the run, or where the dense output was not saved.
         """
         times = validation.real_array("t", t)
-        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
-            raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
-        y, row = self._state_and_row(times)
+        self._check_times(times)
+        y, row = self.state_and_row(times)
         return self._complete(times, y, row)
+
+    def sensitivity(self, name: str, t: ArrayLike | None = None) -> Sensitivity:
+        """The derivative of the motion by a number that `sensitivities` of simulate named.
+
+        name  as it was named
+        t     times of any shape within the run, at a switch that after it; None: the rows
+
+        Raises InvalidValueError for another name and for times outside the run.
+        """
+        if self.followed is None:
+            raise InvalidValueError("name", name, "simulate was not asked for it; name it in sensitivities=(...)")
+        if t is not None:
+            self._check_times(validation.real_array("t", t))
+        return self.followed.at(self, name, t)
+
+    def state_rows(self) -> np.ndarray:
+        """(T, 6 + N + E) nu, chi, pose and what the effects integrate, row by row."""
+        return self._rows(np.arange(len(self)))
+
+    def _check_times(self, times: np.ndarray) -> None:
+        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
+            bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
+            raise InvalidValueError("t", times.tolist(), bound)
 
     def measure(self, t: ArrayLike, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
@@ -221,10 +267,10 @@ class Trajectory(MadeOnDemand):
 
     def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
-        y, row = self._state_and_row(times)
+        y, row = self.state_and_row(times)
         return y[..., : 6 + self.vehicle.wheels], self.contact[row]
 
-    def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
         # Where t is large, several elapsed times round to one t. A time that equals a row's t is taken as that row.
         row = np.searchsorted(self.t, times, side="right") - 1

@@ -18,6 +18,7 @@ from omniroll.effects.effect import Effect, Modal
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
+from omniroll.effects.linear_loop import held
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import AccuracyWarning, InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
@@ -67,18 +68,11 @@ class LinearModel:
 
         step  in s, positive. Raises InvalidValueError for other steps, and for a model that is discrete already.
         """
-        from scipy.linalg import expm
-
         if self.step is not None:
             raise InvalidValueError("step", step, f"the model is discrete already, with a step of {self.step} s")
         step = positive("step", step)
-        size, inputs = self.A.shape[-1], self.B.shape[-1]
-        whole = np.zeros((*self.A.shape[:-2], size + inputs + 1, size + inputs + 1))
-        whole[..., :size, :size], whole[..., :size, size:-1], whole[..., :size, -1] = self.A, self.B, self.rates
-        passed = expm(whole * step)
-        return replace(
-            self, A=passed[..., :size, :size], B=passed[..., :size, size:-1], rates=passed[..., :size, -1], step=step
-        )
+        free, forced = held(self.A, np.concatenate([self.B, self.rates[..., None]], axis=-1), step)
+        return replace(self, A=free, B=forced[..., :-1], rates=forced[..., -1], step=step)
 
     def to_scipy(self):
         """The same as scipy.signal.StateSpace, for deviations from the state; of one state alone."""
