@@ -5,6 +5,7 @@ from .effects.function_controller import FunctionController as FunctionControlle
 from .effects.function_controller import register_controller as register_controller
 from .effects.motor import Motor as Motor
 from .effects.named import register_effect as register_effect
+from .effects.path_follower import PathFollower as PathFollower
 from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
@@ -26,6 +27,9 @@ from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped
 from .errors import SweepInterrupted as SweepInterrupted
 from .errors import UnstableControllerWarning as UnstableControllerWarning
+from .exchange.importing import Imported as Imported
+from .exchange.importing import import_vehicle as import_vehicle
+from .exchange.mjcf import to_mjcf as to_mjcf
 from .kernels.dynamics import accelerations as accelerations
 from .kernels.kernel import Kernel as Kernel
 from .kernels.kernel import kernel as kernel
@@ -39,6 +43,8 @@ from .results.reactions import reactions as reactions
 from .results.trajectory import Samples as Samples
 from .results.trajectory import Sensitivity as Sensitivity
 from .results.trajectory import Trajectory as Trajectory
+from .robots.catalogue import robot as robot
+from .robots.robot import Robot as Robot
 from .scenes.loading import Scene as Scene
 from .scenes.loading import load_scene as load_scene
 from .scenes.loading import run as run

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Contact, InvalidValueError, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
+from omniroll import Contact, InvalidValueError, Session, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
 from omniroll.effects import cones
 
 PAPER = Vehicle.paper()
@@ -38,12 +38,13 @@ def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
     assert run.ledger.residual == pytest.approx(0, abs=1e-9 * run.energy[0])
 
 
-def test_a_growing_torque_breaks_wheels_away():
+@pytest.mark.parametrize("model", MODELS)
+def test_a_growing_torque_breaks_wheels_away(model):
     """Opposite torques T t drive the pair along; each wheel asks the ground for T t/l/(1 + 2 J/(M l^2))."""
     load, friction, growth = 10.0, 0.4, 2.0
     ground = Contact(law="coulomb", friction=friction, load=load)
     ramp = TorqueTable((0.0, 1.0), ((0, 0), (growth, -growth)))
-    run = simulate(PAIR, nu=(0, 0, 0), duration=0.2, roller_model="massless", effects=[ground, ramp], control=False)
+    run = simulate(PAIR, nu=(0, 0, 0), duration=0.2, roller_model=model, effects=[ground, ramp], control=False)
     radius, inertia, mass = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
     expected = friction * load * radius * (1 + 2 * inertia / (mass * radius**2)) / growth
     assert expected < 0.19
@@ -119,6 +120,26 @@ def test_forces_are_those_of_the_law():
         assert force[~sticks] == pytest.approx(wanted, abs=1e-10 * load)
 
 
+def test_contacts_of_heavy_rollers_let_go_along_curved_ways():
+    """On a slope under growing torques, at static = sliding friction: a slip begins without an acceleration, and turns.
+
+    The force at that instant is the whole friction; its direction is continuous, and so is the slip's from there on.
+    """
+    ramp = TorqueTable((0.0, 1.0), ((0, 0, 0), (1.0, -0.6, 0.4)))
+    effects = [Contact(law="coulomb", friction=0.3, load=PAPER.mass * GRAVITY / 3), Slope(0.15, 0.4), ramp]
+    run = simulate(PAPER, nu=(0, 0, 0), chi=(0.1, 0.2, -0.3), duration=0.2, effects=effects, control=False)
+    (instant,) = instants(run, 0, False)
+    before, after = np.flatnonzero(run.t == instant)
+    assert np.linalg.norm(run.ground_force[before, 0]) == pytest.approx(0.3 * PAPER.mass * GRAVITY / 3, rel=1e-9)
+    assert run.ground_force[after] == pytest.approx(run.ground_force[before], abs=1e-6)
+    soon = run.sample(instant + np.array([1e-4, 1e-3]))
+    cosines = -(soon.slip[:, 0] * run.ground_force[before, 0]).sum(axis=-1)
+    cosines /= np.linalg.norm(soon.slip[:, 0], axis=-1) * np.linalg.norm(run.ground_force[before, 0])
+    assert (1 - cosines < [1e-6, 1e-4]).all()
+    assert np.linalg.norm(soon.slip[1, 0]) / np.linalg.norm(soon.slip[0, 0]) == pytest.approx(100, rel=0.05)  # s ~ t^2
+    assert run.ledger.residual == pytest.approx(0, abs=1e-12)
+
+
 def test_which_contacts_give_way_is_solved_exactly():
     """Cone, complementarity and most power, of random problems; also badly scaled ones."""
     rng = np.random.default_rng(5)
@@ -150,5 +171,7 @@ def test_what_makes_no_sense_is_refused():
         with pytest.raises(InvalidValueError) as caught:
             Contact(**{"law": "coulomb", "friction": 0.3} | changes)
         assert caught.value.field == field
+    with pytest.raises(InvalidValueError, match="law coulomb"):
+        Session(PAPER, effects=[Contact(law="coulomb", friction=0.3)])
     with pytest.raises(InvalidValueError, match="law regularised"):
         Contact(law="regularised", friction=0.3, speed=1e-3, static_friction=0.4)

@@ -21,6 +21,8 @@ EXAMPLES = (
     "sensitivities",
     "viewing",
     "tables",
+    "path-following",
+    "gymnasium",
     *(f"tutorials/{name}" for name in TUTORIALS),
 )
 PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in EXAMPLES}

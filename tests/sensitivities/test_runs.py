@@ -33,11 +33,19 @@ CONTROLLER = Controller(target=(1, 0, 0.5), proportional=1, integral=2, sample_t
 VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
 COULOMB = Bearings(roller_coulomb=1e-4, roller_speed=0.8)
 TABLE = TorqueTable((0, 0.4, 0.8), ((0, 0, 0), (0.02, 0.01, 0.03), (0.01, 0.05, -0.02)))
+HELD = replace(LIMITED, times=(0, 0.37, 0.7), voltage=((1, 2, 3), (3, 1, -1), (0, 0, 1)), interpolation="hold")
+BACKWARDS = replace(LIMITED, back_emf=0.0, gear_ratio=-4.0)
+FOLLOWING = replace(CONTROLLER, times=(0, 0.52), target=((0, 0, 0), (1, 0, 0.5)))
 WITH_EFFECTS = [
     (Case("free", effects=(VISCOUS,)), {"nu[0]": 1e-4, "wheel_viscous[1]": 1e-6, "roller_viscous": 1e-9}),
     (Case("free", effects=(COULOMB,)), {"nu[0]": 1e-4, "roller_coulomb": 1e-9, "roller_speed": 1e-4}),
     (Case("free", effects=(Slope(0.1, 0.4),)), {"pose[2]": 1e-4, "angle": 1e-4, "direction": 1e-4, "gravity": 1e-3}),
     (Case("free", effects=(TABLE,)), {"torque[1][2]": 1e-4, "chi[1]": 1e-4}),
+    (Case("free", effects=(TABLE,)), {"times[1]": 1e-4, "times[2]": 1e-4}),
+    (Case("free", effects=(replace(TABLE, interpolation="hold"),)), {"times[1]": 1e-4, "torque[1][0]": 1e-4}),
+    (Case("locked", effects=(HELD,)), {"times[1]": 1e-4, "voltage[1][2]": 1e-3, "current_limit": 1e-4}),
+    (Case("locked", effects=(BACKWARDS,)), {"current_limit": 1e-4, "voltage[0]": 1e-4}),
+    (Case("free", effects=(replace(MOTOR, voltage=0), FOLLOWING)), {"times[1]": 1e-4, "target[1][0]": 1e-3}),
     (Case("free", effects=(Torque((0.01, 0.02, -0.01)),)), {"torque[1]": 1e-5}),
     (Case("free", effects=(MOTOR,)), {"voltage[1]": 1e-4, "gear_ratio": 1e-4, "back_emf": 1e-6, "resistance": 1e-4}),
     (Case("free", effects=(LIMITED,)), {"torque_constant": 1e-6, "current_limit": 1e-4, "nu[0]": 1e-4}),
@@ -197,3 +205,14 @@ def test_a_scaled_motion_over_many_switches():
     along = sum(np.array(run.sensitivity(f"nu[{k}]").pose[-1]) * run.nu[0, k] for k in range(3))
     rates = run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2])
     assert along == pytest.approx(rates * case.duration, rel=1e-11)
+
+
+@pytest.mark.parametrize("effects", [(), (VISCOUS,)], ids=["none", "viscous"])
+def test_along_the_python_engine_they_are_the_same(effects):
+    """Its polynomials and steps are others; its motion is good to 1e-12, times what the motion makes of that."""
+    case, names = Case("free", effects=effects), ("nu[0]", "mass")
+    runs = [case.run(engine=engine, sensitivities=names, accuracy=1e-12) for engine in ("compiled", "python")]
+    for name in names:
+        for t in (0.37, None):
+            one, other = (derivative(run, name, t) for run in runs)
+            assert np.abs(one - other).max() <= 1e-10 * np.abs(one).max()

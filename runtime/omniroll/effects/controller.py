@@ -40,7 +40,7 @@ class Controller(Drive):
     voltages without a Motor.
     """
 
-    signals: ClassVar[tuple[str, ...]] = ("target", "proportional", "integral")
+    signals: ClassVar[tuple[str, ...]] = ("target", "proportional", "integral", "times")
 
     target: ArrayLike
     proportional: ArrayLike
@@ -49,6 +49,7 @@ class Controller(Drive):
     output: str = "torque"
     limit: float | None = None
     times: ArrayLike | None = None
+    interpolation: str = "linear"
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -58,7 +59,7 @@ class Controller(Drive):
         if self.times is None:
             put("target", tuple(validation.real_array("target", self.target, (3,)).tolist()))
         else:
-            times, target = table("target", self.times, self.target, "linear", width=3)
+            times, target = table("target", self.times, self.target, self.interpolation, width=3)
             put("times", times)
             put("target", target)
 
@@ -87,10 +88,6 @@ class Controller(Drive):
                 per_output = per_volt if self.output == "voltage" else per_output
         return per_output, damping
 
-    def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
-        """As of an Effect; `name` may be the target, which has no wheels: its shape does not depend on `wheels`."""
-        return np.shape(self.target) if name == "target" else (wheels,)
-
     def events(self) -> tuple[str, ...]:
         return (f"samples of the controller, every {self.sample_time:g} s",)
 
@@ -98,7 +95,7 @@ class Controller(Drive):
         curve = (
             Curve.constant(np.array(self.target))
             if self.times is None
-            else Curve(np.array(self.times) - start_time, np.array(self.target))
+            else Curve(np.array(self.times) - start_time, np.array(self.target), self.interpolation)
         )
         return Sampling(self, kernel, curve)
 

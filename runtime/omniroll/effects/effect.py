@@ -163,7 +163,7 @@ class Process:
         """What can be read of it beside the state, by name.
 
         nu       (3,) in 1/s
-        signals  the inputs of all processes at this instant, (N,) by name
+        signals  the inputs of all processes at this instant, (N,) by name, and what the effects integrate
         """
         return {}
 
@@ -269,9 +269,9 @@ class Effect:
         return None
 
     def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
-        """The shape of one of `signals` for a vehicle of so many wheels, one number spread over all of them."""
+        """The shape of one of `signals`, by its name, for a vehicle of so many wheels; one number is for all wheels."""
         array = np.asarray(getattr(self, name))
-        return array.shape if array.ndim > 1 else (wheels,)
+        return array.shape if array.ndim > 1 or name in ("times", "target") else (wheels,)
 
     def axles(self, kernel: Kernel) -> Axles | None:
         """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.

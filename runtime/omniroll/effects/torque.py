@@ -90,7 +90,7 @@ class TorqueTable(Drive):
     increase and rows that do not fit them; simulate raises it for rows of a length that is not N.
     """
 
-    signals: ClassVar[tuple[str, ...]] = ("torque",)
+    signals: ClassVar[tuple[str, ...]] = ("torque", "times")
 
     times: ArrayLike
     torque: ArrayLike

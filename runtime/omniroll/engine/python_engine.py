@@ -199,7 +199,10 @@ class Run:
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
             where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
-            self._stop(str(error) + blamed(self.task, where | {"axial": self.state.free_axial()}), None)
+            speeds = self.task.effects.own_speeds(self.kernel, self.state)
+            self._stop(
+                str(error) + blamed(self.task, where | {"axial": self.state.free_axial(), "speeds": speeds}), None
+            )
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums

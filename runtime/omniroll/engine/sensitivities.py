@@ -6,8 +6,9 @@ time at which it happens is in it: with the map g of the switch and the rates f,
 
     d+ = g' (d- + f- dt) - f+ dt,   dt = -dchi_i / chi_i'
 
-(the saltation matrix). Rows show the motion at a fixed time, and so do their deviations. At a known time, and where a
-current reaches or leaves its limit, the rates jump by nothing or the time is fixed, so that d+ = d-.
+(the saltation matrix). Rows show the motion at a fixed time, and so do their deviations. Where a current reaches or
+leaves its limit the rates do not jump, and a sample comes at a fixed time: d+ = d-. Where a held value of a table
+changes at a time that deviates, d+ = d- + (f- - f+) dt.
 """
 
 import warnings
@@ -275,6 +276,8 @@ class Sweep:
                 moved = moved + applied(next(maps), moved, self.inputs[step])
             elif motion.directions[row + 1].any():
                 moved = self._begin(row + 1, self._switched(row, moved))
+            elif (times := self.drives.jump(trajectory.elapsed[row + 1])) is not None:
+                moved = moved + (motion.rates[row] - motion.rates[row + 1])[:, None] * times
             self.rows[row + 1] = moved
 
     def _maps(self) -> Iterator[np.ndarray]:
@@ -288,6 +291,8 @@ class Sweep:
         """(m, P) the deviations of a phase that starts in this row."""
         self.phase = phase
         self.phases.append(row)
+        if "momenta" in self.deviations.inputs:
+            self.momenta = tangent_of(self.kernel.momenta(phase.free()))
         if phase.axial is not None:
             self.axial.append(tangent_of(phase.axial))
         return self._deviations(phase.y)
@@ -352,8 +357,7 @@ class Sweep:
             slopes = dict(zip(names, (trajectory.drive[row + 1] - trajectory.drive[row]) / length, strict=True))
             found = self.drives.after(elapsed, drive, slopes)
         if "momenta" in shapes:
-            momenta = tangent_of(self.kernel.momenta(self.phase.free()))
-            found["momenta"] = momenta, np.zeros_like(momenta)
+            found["momenta"] = self.momenta, np.zeros_like(self.momenta)
         values, slopes = ({name: found[name][k] for name in shapes} for k in (0, 1))
         return np.concatenate([self.deviations.joined(values), self.deviations.joined(slopes)], axis=-1).T
 

@@ -51,7 +51,7 @@ def simulate(
 
     vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
     effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
-                  Controller, FunctionController, Bearings, Slope, Contact
+                  Controller, FunctionController, PathFollower, Bearings, Slope, Contact
     {entries}
     progress      function that is called as progress(time done, duration) now and then, or None
     control       True: compare with a second, coarser run from a start moved by 1e-12; its distance is the measure
@@ -59,7 +59,7 @@ def simulate(
                   tighter tolerance. stats["sensitivity"] is how much larger a small error of the start becomes; two
                   further runs measure it when it is first read. The estimate is never below eps times that.
                   False: both are None
-    sensitivities names of numbers by which the motion is to be differentiated, see docs/sensitivities.md:
+    sensitivities  names of numbers by which the motion is to be differentiated, see docs/sensitivities.md:
                   "nu[0]", "mass", "wheel_viscous[1]", ...; Trajectory.sensitivity gives the derivatives
 
     The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.

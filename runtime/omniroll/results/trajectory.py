@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -315,7 +315,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
-        slipping = self._contacts_in(y, partial(self._beside, times, y, row)) if self.effects.slips else None
+        slipping = self._contacts_in(y, partial(self._beside, times, y, row))
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -334,14 +334,12 @@ class Trajectory(MadeOnDemand):
             return with_rows("energy", bound.energy(nu, chi, *bound.spins_or_nothing(samples.spins)))
 
         def contact_spin() -> np.ndarray:
-            own = self.kernel.wheel_rates(nu, chi)[1] if slipping is None else slipping.spins(nu, chi)
-            return with_rows("contact_spin", own)
+            inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
+            return with_rows("contact_spin", self.contact_spins_in(inside))
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
-        made |= {
-            name: (lambda k=k: None if slipping is None else slipping.forces(nu, chi)[k])
-            for k, name in enumerate(("slip", "ground_force"))
-        }
+        on_ground = cache(lambda: (None, None) if slipping is None else slipping.forces(nu, chi))
+        made |= {"slip": lambda: on_ground()[0], "ground_force": lambda: on_ground()[1]}
         samples = Samples(times, nu, chi, self.contact[row], pose, made)
         return samples
 
@@ -372,19 +370,28 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
+    def contact_spins_in(self, y: np.ndarray) -> np.ndarray:
+        """(..., N) in rad/s, of the rollers in contact relative to their disks.
+
+        y  (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
+        """
+        nu, chi = y[..., :3], y[..., 3 : 3 + self.vehicle.wheels]
+        contacts = self._contacts_in(y)
+        return self.kernel.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
+
     # Contacts that slip
+
+    def _contacts_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict) -> "Contacts | None":
+        """Those in states y (..., 6 + N + E), where wheels may slip; beside: see omniroll.results.slipping."""
+        if not self.effects.slips:
+            return None
+        return Contacts(self._effect_kernel, self._state_vector.views(y), self.effects.grip(self.vehicle), beside)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
         """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
-        if not self.effects.slips:
-            return None
         rows = np.arange(len(self))
         return self._contacts_in(self._rows(rows), partial(self._beside, None, self._rows(rows), rows))
-
-    def _contacts_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]]) -> Contacts:
-        """The contacts in states y (..., 6 + N + E); beside: see omniroll.results.slipping."""
-        return Contacts(self._effect_kernel, self._state_vector.views(y), self.effects.grip(self.vehicle), beside)
 
     def _beside(self, times: np.ndarray | None, y: np.ndarray, row: np.ndarray) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state, at times (...), or in the rows (None)."""
@@ -407,15 +414,19 @@ class Trajectory(MadeOnDemand):
         return self.drive[:, names.index("sticks")] > 0.5 if "sticks" in names else None
 
     @cached_property
+    def _on_ground(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.contacts.forces(self.nu, self.chi)
+
+    @property
     def slip(self) -> np.ndarray | None:
         """(T, N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling direction
         e_z x n; None where wheels cannot slip."""
-        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[0]
+        return None if self.contacts is None else self._on_ground[0]
 
-    @cached_property
+    @property
     def ground_force(self) -> np.ndarray | None:
         """(T, N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
-        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[1]
+        return None if self.contacts is None else self._on_ground[1]
 
     # Energy
 
@@ -477,7 +488,7 @@ class Trajectory(MadeOnDemand):
             y = self._rows(np.arange(len(self)))
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
         else:
-            y, _ = self._state_and_row(times)
+            y, _ = self.state_and_row(times)
             found |= self._drives_at(times)
         found |= self._contributions_of(y)
         return found if instruments is None else found | self.measure(times, instruments)
