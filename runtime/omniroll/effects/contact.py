@@ -16,7 +16,7 @@ from omniroll.effects.ground import Grip
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel, wheel_places
+from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles import parts
 from omniroll.vehicles.loads import contact_loads, refuse_collinear
 from omniroll.vehicles.state import State
@@ -152,7 +152,7 @@ class Contact(Effect):
         """
         if self.load is not None:
             return self._given("load", vehicle.wheels)
-        places = np.array(wheel_places(vehicle))
+        places = vehicle.places()
         refuse_collinear(places)
         standing = {
             "mass": vehicle.mass,

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from omniroll.kernels.kernel import wheel_places
 from omniroll.results import pictures
 from omniroll.results.trajectory import Trajectory
 
@@ -28,7 +27,7 @@ def tracks(run: Trajectory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     samples = run.sample(times)
     cos, sin = np.cos(samples.pose[:, 2]), np.sin(samples.pose[:, 2])
-    places = np.array(wheel_places(run.vehicle))
+    places = run.vehicle.places()
     turned = np.stack([cos[:, None] * places[:, 0] - sin[:, None] * places[:, 1],
                        sin[:, None] * places[:, 0] + cos[:, None] * places[:, 1]], axis=-1)  # fmt: skip
     assert samples.slip is not None
