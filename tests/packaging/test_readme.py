@@ -19,6 +19,7 @@ EXAMPLES = (
     "sessions",
     "linearising",
     "sensitivities",
+    "fitting",
     "viewing",
     "tables",
     "path-following",

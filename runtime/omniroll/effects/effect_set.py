@@ -72,15 +72,15 @@ class EffectSet:
             constants |= own
         return constants
 
-    def kernel(self, vehicle: Vehicle, roller_model: str, backend: str) -> Kernel:
-        """The kernel with these effects, and no others."""
+    def kernel(self, vehicle: Vehicle, roller_model: str, backend: str, also: tuple[str, ...] = ()) -> Kernel:
+        """The kernel with these effects, and no others but `also`: effects of the registry that only have functions."""
         if not self.effects:
-            return kernel(vehicle, roller_model, backend)
+            return kernel(vehicle, roller_model, backend, effects=also)
         for effect in self.effects:
             effect.check_model(roller_model)
         vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
-        return kernel(vehicle, roller_model, backend, effects=self._kernel_effects, constants=constants)
+        return kernel(vehicle, roller_model, backend, effects=(*self._kernel_effects, *also), constants=constants)
 
     @cached_property
     def _kernel_effects(self) -> tuple[str, ...]:

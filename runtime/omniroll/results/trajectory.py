@@ -18,7 +18,7 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import tables, trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
-from omniroll.results.measurements import Instruments, Moments, checked_instruments, reckoned, true_values
+from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory_content import ARRAYS, Stored
@@ -225,11 +225,14 @@ class Trajectory(MadeOnDemand):
             bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
             raise InvalidValueError("t", times.tolist(), bound)
 
-    def measure(self, t: ArrayLike, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+    def measure(
+        self, t: ArrayLike, instruments: Instruments | None = None, names: Sequence[str] = NAMES
+    ) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
 
         t            (T,) increasing times within the run, in s; at each of them the odometry goes on
         instruments  Instruments; None: without errors
+        names        of the readings that are wanted; the others are not computed
 
         Arrays (T, N), (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
         """
@@ -237,12 +240,15 @@ class Trajectory(MadeOnDemand):
         times = np.array(vocabulary.TIMES.checked("t", t))
         samples = self.sample(times)
         moments = Moments(
-            samples.nu, samples.chi, samples.pose, samples.contact, samples.spins,
-            self._drives_at(times), self._passes(times),
+            samples.nu, samples.chi, samples.pose, samples.contact,
+            samples.spins if "accelerometer" in names else None, self._drives_at(times), self._passes(times),
         )  # fmt: skip
-        true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments)
-        odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
-        true |= {} if odometry is None else {"odometry": odometry}
+        needed = ("encoder_count", *names) if "odometry" in names else names
+        true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments, needed)
+        if "odometry" in names:
+            odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
+            true |= {} if odometry is None else {"odometry": odometry}
+            true = {name: value for name, value in true.items() if name in names}
         return instruments.read(true, np.random.default_rng(instruments.seed))
 
     def _drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
