@@ -53,7 +53,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    bound = None if task.kernel.wheels > MOST_WHEELS else kernel_of(task)
+    bound = None if task.kernel.wheels > MOST_WHEELS or task.kernel.grips else kernel_of(task)
     if bound is None:
         return False
     if not task.effects:

@@ -7,6 +7,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.ground_guards import GroundGuards
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, Outlook
@@ -135,13 +136,19 @@ class Run:
             self._add_row()
 
     def _ask(self) -> None:
-        """What acts from now on, and which axles stick: the rates and what ends the phase."""
+        """What acts from now on, which axles and which contacts stick: the rates and what ends the phase."""
         axles = self.acting.axles
         if axles is not None:
             self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
+        ground = self.acting.ground
+        if ground is not None:
+            self.state = ground.at_rest(self.state)
+            self._start_added()
         self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
         if axles is not None and len(axles.sticking):
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
+        if ground is not None:
+            self.guards = GroundGuards(self.guards, self.flow)
         self.phase_start = self.elapsed
 
     def _y(self) -> np.ndarray:
@@ -201,8 +208,9 @@ class Run:
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
-        if phase.times and self.acting.axles is not None:
-            self.acting.axles.moved()
+        for what_sticks in (self.acting.axles, self.acting.ground):
+            if phase.times and what_sticks is not None:
+                what_sticks.moved()
         if phase.passed.any():
             self._watch(None)
             self.acting.pass_guards(phase.passed)
@@ -253,6 +261,9 @@ class Run:
         self._start_added()
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
+            self._ask()
+        if self.acting.ground is not None:
+            self.acting.ground.switched(directions)
             self._ask()
         self.rows.switch_rows.append(len(self.rows.y))
         self.rows.directions.append(directions)

@@ -80,6 +80,11 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
+        if self._task.kernel.grips:
+            bound = (
+                "must not hold a Contact of the law coulomb: sessions run on the compiled engine, which has no modes "
+            )
+            raise InvalidValueError("effects", options.get("effects"), bound + "of contacts; regularised comes near it")
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "

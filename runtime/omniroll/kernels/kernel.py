@@ -191,6 +191,7 @@ class Kernel:
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, self.effects, constants))
         self.has_spins = roller_model == "free"
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
+        self.grips = "ground_dynamics" in self.signatures  # whether they may stick on the ground, too
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     @cached_property

@@ -110,7 +110,9 @@ class Trajectory(MadeOnDemand):
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
-                  takes damping * chi' from it; last, where axles may stick, the torque in N m of their bearings.
+                  takes damping * chi' from it; then, where axles may stick, the torque in N m of their bearings; last,
+                  where contacts may stick, whether each does (1) or slips (0), and the angle in rad from its axle in
+                  which its slip began.
                   effects.drives() names them; None where there are none. A row that ends a phase has the values of
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
@@ -250,15 +252,15 @@ class Trajectory(MadeOnDemand):
         return instruments.read(true, np.random.default_rng(instruments.seed))
 
     def _drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """(T, N) the inputs of the drives, which are linear between rows, by name."""
+        """(..., N) the inputs of the drives at times (...), which are linear between rows, by name."""
         if self.drive is None:
             return {}
         row = np.searchsorted(self.t, times, side="right") - 1
         after = np.minimum(row + 1, len(self.t) - 1)
         length = self.t[after] - self.t[row]
         part = np.divide(times - self.t[row], length, out=np.zeros_like(length), where=length > 0)
-        drive = self.drive[row] + part[:, None, None] * (self.drive[after] - self.drive[row])
-        return {name: drive[:, k] for k, name in enumerate(self.effects.drives())}
+        drive = self.drive[row] + part[..., None, None] * (self.drive[after] - self.drive[row])
+        return {name: drive[..., k, :] for k, name in enumerate(self.effects.drives())}
 
     def _passes(self, times: np.ndarray) -> np.ndarray:
         """(T, N) joints that each wheel has passed forwards, less those backwards, up to the times."""
@@ -319,7 +321,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
-        slipping = self._contacts_in(y)
+        slipping = self._contacts_in(y, partial(self._beside, times, y, row))
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -385,14 +387,37 @@ class Trajectory(MadeOnDemand):
 
     # Contacts that slip
 
-    def _contacts_in(self, y: np.ndarray) -> "Contacts | None":
-        """Those in states y (..., 6 + N + E), where wheels may slip."""
-        return Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
+    def _contacts_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict) -> "Contacts | None":
+        """Those in states y (..., 6 + N + E), where wheels may slip; beside: see omniroll.results.slipping."""
+        if not self.effects.slips:
+            return None
+        return Contacts(self._effect_kernel, self._state_vector.views(y), self.effects.grip(self.vehicle), beside)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
         """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
-        return self._contacts_in(self._rows(np.arange(len(self)))) if self.effects.slips else None
+        rows = np.arange(len(self))
+        return self._contacts_in(self._rows(rows), partial(self._beside, None, self._rows(rows), rows))
+
+    def _beside(self, times: np.ndarray | None, y: np.ndarray, row: np.ndarray) -> dict[str, np.ndarray]:
+        """What the forces of contacts that stick ask for beside the state, at times (...), or in the rows (None)."""
+        place = 3 + self.vehicle.wheels
+        found = {"heading": y[..., place + 2]}
+        if times is None:
+            found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
+            times = self.t
+        else:
+            found |= self._drives_at(times)
+        if self.roller_model == "free":
+            found["axial"] = self._axial(times, y, row)
+        return found
+
+    @property
+    def sticks(self) -> np.ndarray | None:
+        """(T, N) bool: contacts that stick on the ground, under the law coulomb; None under others. A row that ends a
+        phase has the modes of that phase."""
+        names = self.effects.drives()
+        return self.drive[:, names.index("sticks")] > 0.5 if "sticks" in names else None
 
     @cached_property
     def _on_ground(self) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from omniroll.engine.runs import Interrupted, Keep
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report
-from omniroll.results import tables
+from omniroll.results import slip_map, tables
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions
@@ -36,6 +36,7 @@ FILES = (
     "reactions.csv",
     "summary.json",
     "picture.png",
+    "slip.png",
     VIEW,
 )
 
@@ -150,6 +151,8 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View |
             _write_reactions(outcome.reactions, place / "reactions.csv")
         if picture:
             draw(trajectory, outcome.scene.name, place / "picture.png", stopped=outcome.stopped is not None)
+            if trajectory.effects.slips:
+                slip_map.draw(trajectory, f"{outcome.scene.name}: where and when wheels slip", place / "slip.png")
         if page is not None:
             page.save(place / VIEW)
 
