@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.ground import Grip
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
@@ -92,6 +93,7 @@ class Contact(Effect):
         for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
+                validation.magnitude(name, np.atleast_1d(getattr(self, name)), axes=1)
         if self.load is not None and np.min(self.load) < 0:
             raise InvalidValueError("load", self.load, "must not be negative")
 

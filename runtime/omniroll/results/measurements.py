@@ -68,8 +68,11 @@ class Instruments:
         """Whole counts of the encoders, int64 of the same shape.
 
         wheel_angle  (...) in rad
+
+        Raises InvalidValueError for what is no such array.
         """
-        return np.floor(wheel_angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
+        angle = validation.real_array("wheel_angle", wheel_angle)
+        return np.floor(angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
 
 
 def checked_instruments(given: Any) -> Instruments:

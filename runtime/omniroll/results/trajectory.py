@@ -545,6 +545,7 @@ class Trajectory(MadeOnDemand):
         Raises InvalidValueError for another ending, and for an effect that has no registered name
         (omniroll.register_effect); OSError where the file cannot be written: the file before is left then.
         """
+        dense = validation.truth("dense", dense)
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
             "stats": self.stats.complete(),
             "vehicle": self.vehicle.as_dict(),
@@ -556,7 +557,14 @@ class Trajectory(MadeOnDemand):
 
     @classmethod
     def joined(cls, parts: "Sequence[Trajectory]") -> "Trajectory":
-        """One trajectory of parts that follow each other: the first row of each is the last one of that before it."""
+        """One trajectory of parts that follow each other: the first row of each is the last one of that before it.
+
+        Raises InvalidValueError for what is no sequence of trajectories, or an empty one.
+        """
+        bound = "must be trajectories that follow each other, at least one"
+        parts = validation.sequence("parts", parts, bound)
+        if not parts or not all(isinstance(part, Trajectory) for part in parts):
+            raise InvalidValueError("parts", parts, bound)
         last = parts[-1]
         arrays: dict[str, np.ndarray | None] = {}
         for name in ARRAYS:
