@@ -39,5 +39,5 @@ def test_the_oracle_is_that_of_all_bodies():
 def test_what_a_motion_does_not_show_is_said(name, words):
     fit = fit_of(name, SHORT, 0)
     assert {next((w for w in words if said.startswith(w)), said) for said in fit.undetermined} == words
-    low, high = fit.interval("wheel_viscous")
-    assert low < FRICTION < high and high - low < 0.1 * FRICTION
+    low, high = fit.interval("wheel_viscous", 0.999)  # one of 95 % misses once in 20 logs
+    assert low < FRICTION < high and high - low < 0.17 * FRICTION
