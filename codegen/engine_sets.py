@@ -21,7 +21,8 @@ CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
-HELD = "held_dynamics"  # instead of forward_dynamics where axles stick, whose bearings' torques are this input:
+# Where axles stick, HELD is called in the place of forward_dynamics; the torques of the bearings are its BEARING_INPUT.
+HELD = "held_dynamics"
 BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
