@@ -1,5 +1,7 @@
 """The controller of the pose: exact where its model is, errors that fade as they should, the same by motors."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -63,7 +65,16 @@ def test_voltages_do_what_torques_do():
     assert np.abs(ends[0] - ends[1]).max() < 2e-4
 
 
-def test_a_limit_cuts_outputs_off_and_lets_the_sums_wait():
+@pytest.mark.parametrize("limit, waits", [(None, False), (1e-3, True)])
+def test_a_sample_that_is_cut_off_leaves_the_sums(limit, waits):
+    follower = omniroll.PathFollower([0.0], [[0.1, 0.2, 0.3]], 0.01, 6.0, limit=limit)
+    process = follower.process(omniroll.kernel(VEHICLE), 0.0)
+    process.pass_time(SimpleNamespace(nu=np.zeros(3), chi=np.zeros(3), pose=np.zeros(3)))
+    assert process.sum == pytest.approx(np.zeros(3) if waits else 0.01 * np.array([0.1, 0.2, 0.3]))
+    assert (np.abs(process.output) <= 1e-3).all() == waits
+
+
+def test_a_limit_holds_and_the_vehicle_arrives():
     times, poses = path()
     free = omniroll.simulate(VEHICLE, duration=3, effects=[omniroll.PathFollower(times, poses, 0.01, 6.0)], **AT_REST)
     limit = 0.7 * np.abs(free.drive[:, 0]).max()
