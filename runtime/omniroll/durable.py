@@ -20,10 +20,16 @@ def whole_file(path: str | os.PathLike, mode: str = "w") -> Iterator[IO]:
     """A file to write, for `with`. It gets its name when the block has ended without an error, and is gone otherwise.
 
     mode  "w" for text in UTF-8, whose line ends stay as they are written, or "wb"
+
+    A device or a pipe is written to as it is, since a file must not take its place.
     """
+    kind = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    if os.path.exists(path) and not os.path.isfile(path) and not os.path.isdir(path):
+        with open(path, mode, **kind) as file:
+            yield file
+        return
     target = Path(os.path.realpath(path))  # a link stays a link
     beside = target.with_name(f".{target.name}.{os.getpid()}.{next(_NUMBER)}.part")
-    kind = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
     try:
         with open(beside, mode, **kind) as file:
             yield file
