@@ -13,12 +13,15 @@ from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
 INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in time between two events
-# How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
-# wheel, or are each a part of the core.
+# How rollers that spin freely are known: their axial speeds are constant in a phase, or follow from two momenta of their
+# wheel; or the spin of each is a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
-HELD = "held_dynamics"  # instead of forward_dynamics where axles stick, whose bearings' torques are this input:
+# What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
+# torques are an input.
+DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
+HELD = {False: "held_dynamics", True: "held_accelerations"}
 BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
@@ -43,18 +46,17 @@ class EngineSet:
     def __init__(self, effects: EffectSet, registry: Registry):
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
-        present = [state for state in registry.states if state.rate in rates]
+        present = registry.states_of(effects.base, effects.effects)
         self.core = [state for state in present if state.kind == CORE]
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in self.core}
-        dynamics = self.function("forward_dynamics")
-        asked = [array.name for array in dynamics.inputs]
+        names = [state.name for state in self.core]
+        self.rollers = SINGLE if "spins" in names else COLLAPSED if "momenta" in names else CONSTANT
+        asked = [array.name for array in self.function(DYNAMICS[self.rollers == SINGLE]).inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
-        names = [state.name for state in self.core]
-        self.rollers = SINGLE if "axial" in names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.holds = effects.function(HELD) is not None
+        self.holds = effects.function(HELD[self.rollers == SINGLE]) is not None
         plain = (*PLAIN, "mass_matrix") if self.holds else PLAIN
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -103,32 +105,41 @@ class EngineSet:
         """The place of the bearings' torques among the inputs."""
         return self.inputs.index(BEARING_INPUT)
 
-    def core_calls(self, dynamics: str = "forward_dynamics") -> list[Call]:
-        """What gives the rates of the core, in order; the last is `dynamics`."""
-        solving = self.function(dynamics)
-        states = self._giving([state.rate for state in self.core])
-        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
-        functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
+    def core_calls(self) -> list[Call]:
+        """What gives the rates of the core, in order; the last gives nu'."""
+        dynamics = DYNAMICS[self.rollers == SINGLE]
+        others = dict.fromkeys(state.function for state in self.core if state.function != dynamics)
+        return self._rate_calls([*others, dynamics])
+
+    def _rate_calls(self, names: list[str]) -> list[Call]:
         rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
-        return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
+        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates
+        return self._calls([self.function(name) for name in names], targets)
 
     def held_call(self) -> Call:
         """The dynamics where axles stick."""
-        return self.core_calls(HELD)[-1]
+        return self._rate_calls([HELD[self.rollers == SINGLE]])[0]
+
+    def slope_calls(self) -> list[Call]:
+        """What gives the slopes of the core's rates, each in its own number: by friction."""
+        slopes = {f"{s.name}_{kind}": self.place(kind, s.name) for s in self.core for kind in ("slope", "chord")}
+        functions = [f for f in self.set.functions if any(array.name in slopes for array in f.outputs)]
+        return self._calls(functions, slopes)
 
     def account_calls(self) -> list[Call]:
         """What gives the rates of the accounts."""
         rates = {state.rate: f"account_dot + {k}" for k, state in enumerate(self.accounts)}
-        return self._calls(self._giving(list(rates)), rates)
+        names = dict.fromkeys(state.function for state in self.accounts)
+        return self._calls([self.function(name) for name in names], rates)
 
     def start_calls(self) -> list[Call]:
-        """What gives the core from the axial speeds of the free rollers."""
-        calls = []
-        for state in self.core:
-            function = self.set.function(state.name)  # the axial speeds themselves need none
-            if function is not None:
-                calls.append(Call(function, ("axial", self.place("core", state.name))))
-        return calls
+        """What gives the core from the axial speeds of the free rollers, nu and chi."""
+        names = {state.name: state.name for state in self.core} | {"spins": "spins_from_axial"}
+        functions = {state.name: self.function(names[state.name]) for state in self.core}
+        return [
+            Call(function, (*(array.name for array in function.inputs), self.place("core", name)))
+            for name, function in functions.items()
+        ]
 
     @staticmethod
     def power(state: State) -> int:
@@ -136,18 +147,17 @@ class EngineSet:
         return 2 if state.size == "energy" else 1
 
     def later_call(self) -> Call:
-        """What gives the axial speeds later in a phase, where they follow from the core."""
-        function = self.function("axial_after")
-        places = {
-            "axial": "axial",
+        """What gives the axial speeds later in a phase."""
+        function = self.function("axial_speeds" if self.rollers == SINGLE else "axial_after")
+        places = {name: name for name in ("nu", "chi", "axial")}
+        if self.rollers == SINGLE:
+            return Call(function, ("nu", "chi", self.place("core", "spins"), "later"))
+        places |= {
             "momenta_before": self.place("before", "momenta"),
             "momenta_after": self.place("core", "momenta"),
             "elapsed": "elapsed",
         }
         return Call(function, (*(places[array.name] for array in function.inputs), "later"))
-
-    def _giving(self, rates: list[str]) -> list[Function]:
-        return [f for f in self.set.functions if any(a.name in rates for a in f.outputs)]
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
@@ -163,9 +173,6 @@ class EngineSet:
                     arguments.append(targets[array.name])
                     continue
                 size = size_of(array).replace("wheels", "MOST_WHEELS")
-                if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
-                    arguments.append("at->scratch")
-                    continue
                 own.append(f"{array.name}[{size}]")
                 arguments.append(array.name)
                 known[array.name] = array.name

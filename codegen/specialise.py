@@ -29,15 +29,21 @@ Body = tuple[Step | Loop, ...]
 class State:
     """A quantity that an effect integrates.
 
-    rate  the output of a generated function that is its rate; a set without such a function has no such state
-    kind  core, where it feeds back, or account
-    size  what it is measured in: energy, momentum or speed
+    rate      the output of a generated function that is its rate
+    kind      core, where it feeds back, or account
+    size      what it is measured in: energy, momentum or speed
+    function  that gives the rate
+    models    the roller models whose sets may have it
+    case      effects that such a set has, and "-x" for those that it has not
     """
 
     name: str
     rate: str
     kind: str
     size: str
+    function: str
+    models: tuple[str, ...]
+    case: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class Registry:
 
     neutral  {name: {symbol: neutral value}}
     needs    {name: effects without which it does nothing}
-    states   what effects integrate beside nu, chi and the pose, each once, in the registry's order
+    states   what effects integrate beside nu, chi and the pose, in the registry's order
     """
 
     neutral: Mapping[str, Mapping[str, Expression]]
@@ -62,8 +68,16 @@ class Registry:
         return cls(
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
             {e["name"]: e.get("needs", ()) for e in chosen},
-            tuple(dict.fromkeys(State(s["name"], s["rate"], s["kind"], s["size"]) for s in states)),
+            tuple(
+                State(*(s[key] for key in ("name", "rate", "kind", "size", "function")), *map(tuple, (s["models"], s["case"])))
+                for s in states
+            ),
         )
+
+    def states_of(self, base: str, effects: Sequence[str]) -> list[State]:
+        """What is integrated for a set of the roller model `base`, each quantity once."""
+        there = (s for s in self.states if base in s.models and holds(s.case, effects))
+        return list({state.name: state for state in there}.values())
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
@@ -135,12 +149,13 @@ def _without_puts(body: Body, names: set[str]) -> Body:
 
 
 def is_called_for(function: Function, present: Sequence[str]) -> bool:
-    """Whether one of the function's cases holds; "-x" stands for x absent."""
+    """Whether one of the function's cases holds."""
+    return any(holds(case, present) for case in function.cases)
 
-    def holds(effect: str) -> bool:
-        return effect[1:] not in present if effect.startswith("-") else effect in present
 
-    return any(all(map(holds, case)) for case in function.cases)
+def holds(case: Sequence[str], present: Sequence[str]) -> bool:
+    """Whether the effects of a case are there; "-x" stands for x absent."""
+    return all(term[1:] not in present if term.startswith("-") else term in present for term in case)
 
 
 def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]:

@@ -8,7 +8,9 @@ small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
-speeds of the single rollers follow from them (axial_after). With Coulomb friction each axial speed is a state.
+speeds of the single rollers follow from them (axial_after). With Coulomb friction the spin of each is a state, relative
+to its disk, where the friction acts: next to rest an axial speed would round it away. Where wheels may slip, it is the
+axial speed.
 """
 
 from collections.abc import Sequence
@@ -121,6 +123,8 @@ class Bearings(Effect):
         names, axial = self._names(kernel), state.free_axial()
         if "momenta" in names:
             return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
+        if "spins" in names:
+            return {"spins": kernel.spins_from_axial(state.nu, state.chi, axial)}
         return {"axial": axial} if "axial" in names else {}
 
     def axial_later(
@@ -129,6 +133,8 @@ class Bearings(Effect):
         names = self._names(kernel)
         if "momenta" in names:
             return kernel.call("axial_after", axial, before["momenta"], after["momenta"], elapsed)
+        if "spins" in names:
+            return kernel.axial_speeds(after["nu"], after["chi"], after["spins"])
         return after["axial"] if "axial" in names else None
 
     def _names(self, kernel: Kernel) -> set[str]:

@@ -212,7 +212,7 @@ class EffectRun:
     def held_rates(self) -> BoundRates:
         """The rates where axles stick."""
         functions = self.effects.functions(self.kernel.roller_model)
-        return BoundRates(self.kernel, self.state_vector, functions, "held_dynamics")
+        return BoundRates(self.kernel, self.state_vector, functions, held=True)
 
     @property
     def held_force(self) -> np.ndarray:
