@@ -6,7 +6,6 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
-#define STIFF_LONG 4                /* by Newton's rule too, after which a step that is too long shows it   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that                                           */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
@@ -163,9 +162,6 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
-#if SET_CORE_PARTS
-    long_at = s->stiff ? STIFF_LONG : long_at;
-#endif
 #endif
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));

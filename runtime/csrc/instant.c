@@ -29,7 +29,6 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     for (int c = 0; c < work->core; c++)
         work->core_here[c] = lanes_of(run->core[c]);
     now->point.core = work->core_here;
-    now->point.scratch = work->core_dot;
 #endif
 #if SET_HOLDS
     for (int k = 0; k < 9; k++)
@@ -75,8 +74,10 @@ static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
 /* The rest of the core begins anew with the rollers that are free now. */
 static void begin_core(omniroll_run_t *run, const work_t *work)
 {
+    instant_t now;
+    at_this_instant(run, work, run->wheels, &now);
     axial_in_lanes(run, work->axial);
-    start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
+    start_core(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_here);
     for (int c = 0; c < work->core; c++)
         run->core[c] = run->core_before[c] = work->core_here[c][0];
     run->axial_elapsed = run->elapsed;
@@ -86,13 +87,13 @@ static void begin_core(omniroll_run_t *run, const work_t *work)
 static void update_axial(omniroll_run_t *run, const work_t *work)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
+    instant_t now;
+    at_this_instant(run, work, run->wheels, &now);
     axial_in_lanes(run, work->axial);
-    for (int c = 0; c < work->core; c++) {
-        work->core_here[c] = lanes_of(run->core[c]);
+    for (int c = 0; c < work->core; c++)
         work->core_dot[c] = lanes_of(run->core_before[c]);
-    }
-    axial_later(run->wheels, &work->vehicle, work->axial, work->core_dot, work->core_here,
-                lanes_of(run->elapsed - run->axial_elapsed), work->later);
+    axial_later(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_dot,
+                work->core_here, lanes_of(run->elapsed - run->axial_elapsed), work->later);
     for (int k = 0; k < size; k++)
         run->axial[k] = work->later[k][0];
 }

@@ -237,7 +237,8 @@ class EffectRun:
         if not self.effects:
             return self.kernel.flow(momenta), NO_GUARDS
         guards = self.begin_phase(elapsed, carry)
-        constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
+        feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
+        constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if self.axles is None:
             return self.bound_rates.flow(constants, self.signals), Guards(guards, self.state_vector.size)
         self._decide(constants, y)
