@@ -69,7 +69,10 @@ class Registry:
             {e["name"]: {symbol: read(value) for symbol, value in e["neutral"].items()} for e in chosen},
             {e["name"]: e.get("needs", ()) for e in chosen},
             tuple(
-                State(*(s[key] for key in ("name", "rate", "kind", "size", "function")), *map(tuple, (s["models"], s["case"])))
+                State(
+                    *(s[key] for key in ("name", "rate", "kind", "size", "function")),
+                    *map(tuple, (s["models"], s["case"])),
+                )
                 for s in states
             ),
         )
