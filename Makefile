@@ -21,7 +21,7 @@ say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
 .PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard \
-	viewer check-viewer test-viewer clean help
+	viewer check-viewer test-viewer docs test-docs clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -76,21 +76,51 @@ formulas: ## derive again, then print the comparison with the paper's formulas
 	@$(MAKE) --no-print-directory regenerate
 	@$(MAKE) --no-print-directory show-formulas
 
+# A program for an environment beside .venv, whose name is its argument: it sees what .venv has, omniroll among it.
+SEES_VENV := import pathlib, sys, sysconfig as s; own = s.get_path('purelib'); pathlib.Path(own, 'omniroll-environment.pth').write_text('import site; site.addsitedir(' + repr(own.replace(sys.argv[1], '$(VENV)')) + ')\n')
+
 BENCH_VENV := .venv-bench
 BENCH_STAMP := $(BENCH_VENV)/.peers-$(call key,cat tests/benchmarks/requirements.txt; echo $(DEPS_STAMP))
 
-# The peers have an environment of their own, which sees what .venv has, omniroll among it.
+# The peers have an environment of their own.
 $(BENCH_STAMP): tests/benchmarks/requirements.txt
 	$(call say,peers to compare with: $(BENCH_VENV))
 	@$(PYTHON) -m venv --clear $(BENCH_VENV)
 	@$(BENCH_VENV)/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes --requirement $<
-	@$(BENCH_VENV)/bin/python -c "import pathlib, sysconfig as s; own = s.get_path('purelib'); pathlib.Path(own, 'omniroll-environment.pth').write_text('import site; site.addsitedir(' + repr(own.replace('$(BENCH_VENV)', '$(VENV)')) + ')\n')"
+	@$(BENCH_VENV)/bin/python -c "$(SEES_VENV)" $(BENCH_VENV)
 	@touch $@
 
 bench: build ## compare with peers (CasADi, SymPy, heyoka, SciPy, MuJoCo), results into docs/benchmarks.md
 	@$(MAKE) --no-print-directory $(BENCH_STAMP)
 	$(call say,benchmarks -> docs/benchmarks.md)
 	@cd tests && ../$(BENCH_VENV)/bin/python -m benchmarks $(QUESTIONS)
+
+DOCS_VENV := .venv-docs
+DOCS_STAMP := $(DOCS_VENV)/.tools-$(call key,cat docs/site/requirements.txt; echo $(DEPS_STAMP))
+
+$(DOCS_STAMP): docs/site/requirements.txt
+	$(call say,tools of the documentation: $(DOCS_VENV))
+	@$(PYTHON) -m venv --clear $(DOCS_VENV)
+	@$(DOCS_VENV)/bin/python -m pip --disable-pip-version-check --quiet install --require-hashes --requirement $<
+	@$(DOCS_VENV)/bin/python -c "$(SEES_VENV)" $(DOCS_VENV)
+	@touch $@
+
+MATHJAX_STAMP := docs/site/node_modules/.packages-$(call key,cat docs/site/package-lock.json)
+
+$(MATHJAX_STAMP):
+	@cd docs/site && npm ci --ignore-scripts --loglevel=error
+	@touch $@
+
+docs: build $(MATHJAX_STAMP) ## build the documentation as a site, out/site/index.html (needs npm)
+	@$(MAKE) --no-print-directory $(DOCS_STAMP)
+	$(call say,docs -> out/site/index.html)
+	@$(DOCS_VENV)/bin/python docs/site/assemble.py out/site-sources
+	@$(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going -c docs/site out/site-sources out/site
+
+test-docs: docs ## build that site and test it in Chromium; needs Playwright, which this installs into .venv
+	$(call say,tests of the site in Chromium)
+	@$(PIP) install --requirement tests/viewing/requirements.txt
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/site/test_in_browser.py
 
 ACCURACY := accuracy-motion-3
 
@@ -136,7 +166,7 @@ test-viewer: build ## run the tests of that page in Chromium; they need Playwrig
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewing/test_in_browser.py
 
 clean: ## remove all that make has written, .venv too
-	rm -rf $(VENV) $(BENCH_VENV) viewer/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)
+	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) viewer/node_modules docs/site/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)
 	rm -rf .pytest_cache .hypothesis .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -5,6 +5,7 @@ the pose) and accounts (integrals that feed nothing back); this file says which 
 functions give their rates, and the template writes the calls. No other file calls a generated function for the engine.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .filling import template
@@ -13,11 +14,14 @@ from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
 INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in time between two events
-# How rollers that spin freely are known: their axial speeds are constant in a phase, or follow from two momenta of their
-# wheel; or the spin of each is a part of the core.
+# How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
+# wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
+SPINS = "spins"  # the core has these in the place of the axial speeds, where wheels roll
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
+RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
 # torques are an input.
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
@@ -46,17 +50,24 @@ class EngineSet:
     def __init__(self, effects: EffectSet, registry: Registry):
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
-        present = registry.states_of(effects.base, effects.effects)
-        self.core = [state for state in present if state.kind == CORE]
+        present = registry.integrated(effects)
+        self.slips = effects.function(SLIP) is not None
+        names = {state.name for state in present}
+        self.spins = SPINS in names
+        self.dynamics = SLIP if self.slips else DYNAMICS[self.spins]
+        dynamics = self.function(self.dynamics)
+        own = {array.name for array in dynamics.outputs if self.slips}
+        # First what is coupled with nu: the speeds whose rates the dynamics gives.
+        self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
+        self.coupled = sum(state.rate in own for state in self.core)
         self.accounts = [state for state in present if state.kind == ACCOUNT]
-        self.arrays = {state.name: rates[state.rate] for state in self.core}
-        names = [state.name for state in self.core]
-        self.rollers = SINGLE if "spins" in names else COLLAPSED if "momenta" in names else CONSTANT
-        asked = [array.name for array in self.function(DYNAMICS[self.rollers == SINGLE]).inputs]
+        self.arrays = {state.name: rates[state.rate] for state in present}
+        asked = [array.name for array in dynamics.inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
+        self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.holds = effects.function(HELD[self.rollers == SINGLE]) is not None
+        self.holds = effects.function(HELD[self.spins]) is not None
         plain = (*PLAIN, "mass_matrix") if self.holds else PLAIN
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -76,9 +87,13 @@ class EngineSet:
         return found
 
     def offset(self, state: str) -> str:
-        """Where a state begins in the core."""
-        before = [size_of(self.arrays[s.name]) for s in self.core[: [s.name for s in self.core].index(state)]]
+        """Where a state begins in the core, or among the accounts."""
+        kind = self.core if any(s.name == state for s in self.core) else self.accounts
+        before = [size_of(self.arrays[s.name]) for s in kind[: [s.name for s in kind].index(state)]]
         return " + ".join(before)
+
+    def has(self, state: str) -> bool:
+        return any(s.name == state for s in self.core)
 
     def place(self, base: str, state: str) -> str:
         offset = self.offset(state)
@@ -87,6 +102,10 @@ class EngineSet:
     @property
     def core_size(self) -> str:
         return " + ".join(size_of(self.arrays[state.name]) for state in self.core) or "0"
+
+    @property
+    def account_size(self) -> str:
+        return " + ".join(size_of(self.arrays[state.name]) for state in self.accounts) or "0"
 
     @property
     def parts(self) -> list[str]:
@@ -105,20 +124,19 @@ class EngineSet:
         """The place of the bearings' torques among the inputs."""
         return self.inputs.index(BEARING_INPUT)
 
-    def core_calls(self) -> list[Call]:
-        """What gives the rates of the core, in order; the last gives nu'."""
-        dynamics = DYNAMICS[self.rollers == SINGLE]
-        others = dict.fromkeys(state.function for state in self.core if state.function != dynamics)
-        return self._rate_calls([*others, dynamics])
-
-    def _rate_calls(self, names: list[str]) -> list[Call]:
+    def core_calls(self, dynamics: str = "") -> list[Call]:
+        """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
+        solving = self.function(dynamics or self.dynamics)
+        given = {array.name for array in solving.outputs}
+        states = self._giving([state for state in self.core if state.rate not in given])
+        needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
+        functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
-        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates
-        return self._calls([self.function(name) for name in names], targets)
+        return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
 
     def held_call(self) -> Call:
         """The dynamics where axles stick."""
-        return self._rate_calls([HELD[self.rollers == SINGLE]])[0]
+        return self.core_calls(HELD[self.spins])[-1]
 
     def slope_calls(self) -> list[Call]:
         """What gives the slopes of the core's rates, each in its own number: by friction."""
@@ -128,18 +146,18 @@ class EngineSet:
 
     def account_calls(self) -> list[Call]:
         """What gives the rates of the accounts."""
-        rates = {state.rate: f"account_dot + {k}" for k, state in enumerate(self.accounts)}
-        names = dict.fromkeys(state.function for state in self.accounts)
-        return self._calls([self.function(name) for name in names], rates)
+        rates = {state.rate: self.place("account_dot", state.name) for state in self.accounts}
+        return self._calls(self._giving(self.accounts), rates)
 
     def start_calls(self) -> list[Call]:
-        """What gives the core from the axial speeds of the free rollers, nu and chi."""
-        names = {state.name: state.name for state in self.core} | {"spins": "spins_from_axial"}
-        functions = {state.name: self.function(names[state.name]) for state in self.core}
-        return [
-            Call(function, (*(array.name for array in function.inputs), self.place("core", name)))
-            for name, function in functions.items()
-        ]
+        """What gives the core from the axial speeds of the free rollers, at nu and chi."""
+        calls = []
+        for state in self.core:
+            function = self.set.function("spins_from_axial" if state.name == SPINS else state.name)
+            if function is not None:  # axial speeds themselves need none
+                inputs = (array.name for array in function.inputs)
+                calls.append(Call(function, (*inputs, self.place("core", state.name))))
+        return calls
 
     @staticmethod
     def power(state: State) -> int:
@@ -147,17 +165,22 @@ class EngineSet:
         return 2 if state.size == "energy" else 1
 
     def later_call(self) -> Call:
-        """What gives the axial speeds later in a phase."""
-        function = self.function("axial_speeds" if self.rollers == SINGLE else "axial_after")
-        places = {name: name for name in ("nu", "chi", "axial")}
-        if self.rollers == SINGLE:
-            return Call(function, ("nu", "chi", self.place("core", "spins"), "later"))
-        places |= {
+        """What gives the axial speeds later in a phase, where they follow from the core."""
+        if self.spins:
+            return Call(self.function("axial_speeds"), ("nu", "chi", self.place("core", SPINS), "later"))
+        function = self.function("axial_after")
+        places = {
+            "axial": "axial",
             "momenta_before": self.place("before", "momenta"),
             "momenta_after": self.place("core", "momenta"),
             "elapsed": "elapsed",
         }
         return Call(function, (*(places[array.name] for array in function.inputs), "later"))
+
+    def _giving(self, states: Sequence[State]) -> list[Function]:
+        """The functions that give the rates of these states, each once."""
+        names = {state.function for state in states}
+        return [f for f in self.set.functions if f.name in names]
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
@@ -173,6 +196,9 @@ class EngineSet:
                     arguments.append(targets[array.name])
                     continue
                 size = size_of(array).replace("wheels", "MOST_WHEELS")
+                if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
+                    arguments.append("at->scratch")
+                    continue
                 own.append(f"{array.name}[{size}]")
                 arguments.append(array.name)
                 known[array.name] = array.name
@@ -184,9 +210,6 @@ MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a se
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
-    """The text of the header; a set that the engine cannot run has none.
-
-    Where wheels may slip, their rates do not follow from nu, as the engine takes it.
-    """
-    runs = all(map(effects.function, MOTION)) and effects.function("slip_dynamics") is None
+    """The text of the header; a set that the engine cannot run has none."""
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

@@ -23,7 +23,7 @@ Sets = list[tuple[EffectSet, list[Function]]]  # with shared subexpressions
 
 def render(derivation: Derivation) -> dict[str, bytes]:
     """{path below generated/: contents}, in a fixed order."""
-    from .quadrature import gauss  # needs mpmath, which the kernels alone do not
+    from .quadrature import gauss, radau  # needs mpmath, which the kernels alone do not
 
     sets: Sets = [(s, [share(f) for f in s.functions]) for s in derivation.sets]
     texts = {
@@ -32,7 +32,8 @@ def render(derivation: Derivation) -> dict[str, bytes]:
         "python/elementary.py": template("elementary.py"),
     }
     texts |= c_texts(sets) | python_texts(sets) | kernel_texts(sets)
-    texts["c/gauss.h"] = template("gauss.h", gauss=gauss(NODES))
+    texts["c/gauss.h"] = template("quadrature.h", name="Gauss", tables=gauss(NODES))
+    texts["c/radau.h"] = template("quadrature.h", name="Radau", tables=radau(NODES))
     texts |= controller_text(sets)
     texts["latex/equations.tex"] = latex_text(derivation)
     texts["symbols.md"] = template("symbols.md", symbols=derivation.data["symbols"])

@@ -29,19 +29,18 @@ Body = tuple[Step | Loop, ...]
 class State:
     """A quantity that an effect integrates.
 
-    rate      the output of a generated function that is its rate
+    function  generated function whose output `rate` is its rate
     kind      core, where it feeds back, or account
     size      what it is measured in: energy, momentum or speed
-    function  that gives the rate
-    models    the roller models whose sets may have it
-    case      effects that such a set has, and "-x" for those that it has not
+    models    roller models that have it
+    case      effects beside which it is there; "-x" stands for x absent
     """
 
     name: str
+    function: str
     rate: str
     kind: str
     size: str
-    function: str
     models: tuple[str, ...]
     case: tuple[str, ...]
 
@@ -70,17 +69,16 @@ class Registry:
             {e["name"]: e.get("needs", ()) for e in chosen},
             tuple(
                 State(
-                    *(s[key] for key in ("name", "rate", "kind", "size", "function")),
-                    *map(tuple, (s["models"], s["case"])),
+                    *(s[k] for k in ("name", "function", "rate", "kind", "size")), tuple(s["models"]), tuple(s["case"])
                 )
                 for s in states
             ),
         )
 
-    def states_of(self, base: str, effects: Sequence[str]) -> list[State]:
-        """What is integrated for a set of the roller model `base`, each quantity once."""
-        there = (s for s in self.states if base in s.models and holds(s.case, effects))
-        return list({state.name: state for state in there}.values())
+    def integrated(self, effects: "EffectSet") -> list[State]:
+        """What a set integrates beside nu, chi and the pose."""
+        states = [s for s in self.states if effects.base in s.models and is_there(s.case, effects.effects)]
+        return list({state.name: state for state in reversed(states)}.values())[::-1]
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
@@ -153,12 +151,12 @@ def _without_puts(body: Body, names: set[str]) -> Body:
 
 def is_called_for(function: Function, present: Sequence[str]) -> bool:
     """Whether one of the function's cases holds."""
-    return any(holds(case, present) for case in function.cases)
+    return any(is_there(case, present) for case in function.cases)
 
 
-def holds(case: Sequence[str], present: Sequence[str]) -> bool:
-    """Whether the effects of a case are there; "-x" stands for x absent."""
-    return all(term[1:] not in present if term.startswith("-") else term in present for term in case)
+def is_there(case: Sequence[str], present: Sequence[str]) -> bool:
+    """Whether a case holds; "-x" stands for x absent."""
+    return all(effect[1:] not in present if effect.startswith("-") else effect in present for effect in case)
 
 
 def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]:

@@ -2,11 +2,16 @@
  *
  * The rates of the core at the nodes are a polynomial, and the core its integral, of order 32 at the end of the step.
  * Picard's iteration finds them, all nodes at once in the lanes of the generated kernel. The followers are integrals of
- * the core's; the accounts are evaluated once, when the core has settled.
+ * the core's; the accounts are evaluated once, when the core has settled. Where wheels may slip, the nodes are those of
+ * Radau, of order 31, and coupled.c finds the rates.
  *
  * The file knows no mechanics and no effect by name: engine_set.h says what there is, and calls the generated
  * kernel. What a set does not have is not compiled. */
+#if SET_SLIPS
+#include "radau.h"                  /* slip decays far faster than the vehicle moves */
+#else
 #include "gauss.h"
+#endif
 #include "engine.h"
 
 #include <math.h>
@@ -23,6 +28,21 @@
 typedef struct {
     nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
 } newton_t;
+
+#if SET_SLIPS
+/* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
+ * of the rates. */
+typedef struct {
+    int size;                                   /* how many speeds                                */
+    double *slope;                              /* size x size, of the rates in the speeds        */
+    double *own;                                /* slopes of the other numbers of the core, each in itself */
+    double *small;                              /* size x (size + 1), scratch                     */
+    unsigned char *filled;                      /* size x size: what is not zero when eliminated  */
+    ways_t *real, *imaginary;                   /* size x size, eliminated                        */
+    ways_t *found_real, *found_imaginary;       /* size                                           */
+    nodes_t *missing;                           /* of all rates: of the core, then of nu          */
+} coupled_t;
+#endif
 
 /* What a step works on. */
 typedef struct {
@@ -56,8 +76,13 @@ typedef struct {
     lanes_t *core_here, *core_dot, *core_slope, *core_chord;    /* scratch                       */
     nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
 #endif
+#if SET_SLIPS
+    const coupled_t *coupled;
+    int renewals;                               /* of its slopes, in this try                    */
+    const double *guard_rows;                   /* of the run                                    */
+#endif
 #if SET_ACCOUNTS
-    nodes_t rate_account[SET_ACCOUNTS];
+    nodes_t rate_account[MOST_ACCOUNTS];
 #endif
 #if SET_HOLDS
     int held, facets;                           /* axles that stick; the facets of what they can take   */
@@ -141,12 +166,22 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
     for (int k = 0; k < 3; k++)
         integrate_to_nodes(s->nu[k], s->h, &s->rate_nu[k], &s->at_nu[k]);
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+#endif
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
+#if SET_SLIPS
+        for (int i = 0; i < wheels; i++)
+            s->rate_chi[i].lanes[b] = s->at_core[rates_at(wheels) + i].lanes[b];
+#else
         lanes_t chi_dot[MOST_WHEELS];
         set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
         for (int i = 0; i < wheels; i++)
             s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
+#endif
+        (void)nu;
 #if SET_HAS_HEADING
         lanes_t pose_dot[3];
         set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
@@ -157,10 +192,6 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
 #if SET_HAS_HEADING
     integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
-#endif
-#if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
 #endif
 }
 
@@ -196,6 +227,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = s->at_core[c].lanes[b];
     point.core = s->core_here;
+    point.scratch = s->core_dot;
 #endif
 #if SET_HOLDS
     point.directions = s->held ? s->directions : 0;
@@ -298,9 +330,9 @@ static double steepness(const nodes_t *slope, int count, double h)
     return steep;
 }
 
-#define FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)     /* whether the rest of the core may follow nu at once */
+#define CORE_FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)    /* whether it may follow nu at once              */
 
-#if FOLLOWS
+#if CORE_FOLLOWS
 /* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
 ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 {
@@ -319,7 +351,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
 #if SET_CORE_PARTS
         core_dot = s->core_dot;
 #endif
-#if FOLLOWS
+#if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
             s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
 #endif
@@ -327,7 +359,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         for (int k = 0; k < 3; k++)
             s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
-#if FOLLOWS
+#if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
             s->core_here[c] = s->at_core[c].lanes[b];
 #endif
@@ -432,7 +464,7 @@ ALWAYS_INLINE lanes_t correct_core(step_t *s, lanes_t change)
 }
 #endif
 
-#if FOLLOWS
+#if CORE_FOLLOWS
 /* The rest of the core goes along with the change of nu' that a sweep has made. */
 ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t change)
 {
@@ -481,7 +513,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     nodes_t missing[3];
     s->steepest = 0;
     states_at_nodes(s, wheels);
-#if FOLLOWS
+#if CORE_FOLLOWS
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         const point_t point = point_at(s, wheels, b, &at);
@@ -504,7 +536,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 #endif
     }
     change = correct_nu(s, renew, missing, change);
-#if FOLLOWS
+#if CORE_FOLLOWS
     change = follow_nu(s, missing, change);
 #elif SET_CORE_PARTS
     change = correct_core(s, change);
@@ -515,11 +547,19 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 }
 #endif
 
+#if SET_SLIPS
+NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
+static double coupled_missed(const step_t *s);
+#endif
+
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure.
  * slow: whether the sweeps before have not contracted fast. */
 NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 {
     (void)slow;
+#if SET_SLIPS
+    return coupled_sweep(s, wheels, slow);
+#endif
 #if SET_IS_ACTED_ON
     if (s->stiff)
         return stiff_sweep(s, wheels, slow);
@@ -565,6 +605,9 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
  * integrated. */
 ALWAYS_INLINE double missed(const step_t *s)
 {
+#if SET_SLIPS
+    return coupled_missed(s);
+#endif
     double tails = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
 #if SET_CORE_PARTS
     double largest = 0;
@@ -658,10 +701,10 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t account_dot[SET_ACCOUNTS];
+        lanes_t account_dot[MOST_ACCOUNTS];
         const point_t point = point_at(s, wheels, b, &at);
         account_rates(wheels, &point, account_dot);
-        for (int k = 0; k < SET_ACCOUNTS; k++)
+        for (int k = 0; k < account_size(wheels); k++)
             s->rate_account[k].lanes[b] = account_dot[k];
     }
 }

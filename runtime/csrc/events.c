@@ -14,6 +14,12 @@
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
 
 #if SET_IS_ACTED_ON
+/* Numbers of a guard: constant, slope, weights of nu, the size of the constant's terms; and weights of the wheels' rates
+ * where these are speeds of their own. */
+ALWAYS_INLINE int guard_size(const int wheels)
+{
+    return 6 + (SET_SLIPS ? wheels : 0);
+}
 /* The rate of a guard at the nodes. */
 ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 {
@@ -22,6 +28,12 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = s->guard_slope[guard] + (weights[0]*s->rate_nu[0].lanes[b] + weights[1]*s->rate_nu[1].lanes[b]
             + weights[2]*s->rate_nu[2].lanes[b]);
+#if SET_SLIPS
+    const double *const of_rates = s->guard_rows + guard_size(s->wheels)*guard + 6;
+    for (int i = 0; i < s->wheels; i++)
+        for (int b = 0; b < BLOCKS && of_rates[i] != 0; b++)
+            rate.lanes[b] += of_rates[i]*s->rate_core[rates_at(s->wheels) + i].lanes[b];
+#endif
     return rate;
 }
 
@@ -169,7 +181,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         ratio = change/last;
 #if SET_IS_ACTED_ON
-        if (!s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
+        if (!SET_SLIPS && !s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
             stiff_since = k;
             long_at = k + 2;
@@ -186,9 +198,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
+        if (SET_SLIPS && k > 4 && ratio > 0.8)
+            return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (k == long_at && missed(s) > 4*tolerance)
+        if (SET_SLIPS ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
             return TOO_LONG;
 #if SET_IS_ACTED_ON
         if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */

@@ -30,10 +30,14 @@ static void take_sample(const omniroll_run_t *run, const work_t *work, omniroll_
     pass_knots(&sampler->target, time);
     curve_after(&sampler->target, time, 0, wanted, slope);
     for (int k = 0; k < 3; k++)
-        lacking[k] = lanes_of(wanted[k] - run->nu[k]);
+        lacking[k] = lanes_of(SET_SLIPS ? wanted[k] : wanted[k] - run->nu[k]);
     set_wheel_speeds(run->wheels, &work->vehicle, lacking, in_lanes);
     for (int i = 0; i < run->wheels; i++)
         errors[i] = in_lanes[i][0];
+#if SET_SLIPS
+    for (int i = 0; i < run->wheels; i++)
+        errors[i] -= run->core[rates_at(run->wheels) + i];
+#endif
     omniroll_controller_sample(run->wheels, errors, sampler->sum, sampler->proportional, sampler->integral,
                                sampler->sample_time, sums, outputs);
     for (int i = 0; i < run->wheels; i++) {
@@ -83,11 +87,15 @@ static double next_known_time(const omniroll_run_t *run)
 static void put_guard(omniroll_run_t *run, const double *row, int wheel, omniroll_affine_t margin, double value,
                       double slope, long long follows)
 {
-    double *const guard = run->guards + 6*run->guard_count;
+    double *const guard = run->guards + guard_size(run->wheels)*run->guard_count;
     guard[0] = margin.at_zero + margin.per_signal*value;
     guard[1] = margin.per_signal*slope;
     for (int k = 0; k < 3; k++)
-        guard[2 + k] = margin.per_rate*row[k];
+        guard[2 + k] = SET_SLIPS ? 0 : margin.per_rate*row[k];
+#if SET_SLIPS
+    for (int i = 0; i < run->wheels; i++)
+        guard[6 + i] = i == wheel ? margin.per_rate : 0;
+#endif
     guard[5] = fabs(margin.at_zero) + fabs(margin.per_signal*value);
     run->leads_to[2*run->guard_count] = follows;
     run->leads_to[2*run->guard_count + 1] = wheel;

@@ -29,6 +29,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     for (int c = 0; c < work->core; c++)
         work->core_here[c] = lanes_of(run->core[c]);
     now->point.core = work->core_here;
+    now->point.scratch = work->core_dot;
 #endif
 #if SET_HOLDS
     for (int k = 0; k < 9; k++)
@@ -39,6 +40,18 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.absent = now->absent;
     now->point.held_force = work->held_force;
 #endif
+}
+
+/* The wheels' rates in all lanes. */
+ALWAYS_INLINE void wheel_rates_now(const omniroll_run_t *run, const work_t *work, const lanes_t *nu, lanes_t *chi_dot)
+{
+    const lanes_t *core = 0;
+#if SET_SLIPS
+    for (int c = 0; c < work->core; c++)
+        work->core_here[c] = lanes_of(run->core[c]);
+    core = work->core_here;
+#endif
+    rates_of_wheels(run->wheels, &work->vehicle, nu, core, chi_dot);
 }
 
 /* The rates of the core at this instant, in all lanes. */
@@ -75,14 +88,17 @@ static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
 static void begin_core(omniroll_run_t *run, const work_t *work)
 {
     instant_t now;
-    at_this_instant(run, work, run->wheels, &now);
+    at_this_instant(run, work, run->wheels, &now);      /* speeds of their own stay                  */
+#ifdef LANES_HAS_MOMENTA
     axial_in_lanes(run, work->axial);
+#endif
     start_core(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_here);
     for (int c = 0; c < work->core; c++)
         run->core[c] = run->core_before[c] = work->core_here[c][0];
     run->axial_elapsed = run->elapsed;
 }
 
+#ifdef LANES_HAS_MOMENTA
 /* The axial speeds of the free rollers as they are now. */
 static void update_axial(omniroll_run_t *run, const work_t *work)
 {
@@ -97,6 +113,7 @@ static void update_axial(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < size; k++)
         run->axial[k] = work->later[k][0];
 }
+#endif
 #endif
 
 #if SET_HOLDS

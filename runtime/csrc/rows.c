@@ -7,6 +7,9 @@ typedef struct {
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
     nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu;
+#if SET_SLIPS
+    coupled_t coupled_speeds;
+#endif
     lanes_t *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
 #if SET_HOLDS
@@ -38,6 +41,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
     next += (3*core + LANES - 1)/LANES;
 #endif
+#if SET_SLIPS
+    next += lay_out_coupled(&work->coupled_speeds, next, coupled_size(wheels) + 3, core);
+#endif
 #if SET_HOLDS
     work->held_force = next, next += 3;
     work->facets = (facet_t *)next;
@@ -66,12 +72,12 @@ ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 
 static long long row_size(const omniroll_run_t *run)
 {
-    return 7 + (2 + SET_INPUTS)*run->wheels + core_size(run->wheels, run->rollers_per_wheel) + SET_ACCOUNTS;
+    return 7 + (2 + SET_INPUTS)*run->wheels + core_size(run->wheels, run->rollers_per_wheel) + account_size(run->wheels);
 }
 
 static long long step_size(const omniroll_run_t *run)
 {
-    return 2 + NODES*(6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + SET_ACCOUNTS);
+    return 2 + NODES*(6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + account_size(run->wheels));
 }
 
 #if SET_IS_ACTED_ON
@@ -113,7 +119,7 @@ static void put_row(omniroll_run_t *run)
 #if SET_CORE_PARTS
     for (int c = 0; c < core_size(run->wheels, run->rollers_per_wheel); c++) *row++ = run->core[c];
 #endif
-    for (int k = 0; k < SET_ACCOUNTS; k++) *row++ = run->accounts[k];
+    for (int k = 0; k < account_size(run->wheels); k++) *row++ = run->accounts[k];
     for (int i = 0; i < run->wheels; i++) *row++ = (double)run->contact[i];
 #if SET_INPUTS
     for (int k = 0; k < SET_INPUTS*run->wheels; k++)
@@ -137,7 +143,7 @@ static void put_step(omniroll_run_t *run, const step_t *s)
     double *out = run->steps + (run->row_count - 1)*step_size(run);
     *out++ = s->h;
     *out++ = s->late;
-    for (int c = 0; c < 6 + wheels + added + SET_ACCOUNTS; c++) {
+    for (int c = 0; c < 6 + wheels + added + account_size(wheels); c++) {
         const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3]
             : &s->rate_pose[c - 3 - wheels];
 #if SET_CORE_PARTS

@@ -1,6 +1,7 @@
 /* The compiled engine: a run is phases, events and transitions, until its duration is over.
  *
  * collocation.c  a step: the state at its nodes
+ * coupled.c      where wheels may slip: its rates at the nodes, implicitly
  * events.c       where it ends
  * rows.c         what the caller gets
  * instant.c      the rates at an instant
@@ -24,6 +25,9 @@
 #include "complementarity.c"
 #endif
 #include "collocation.c"
+#if SET_SLIPS
+#include "coupled.c"
+#endif
 #include "events.c"
 #include "rows.c"
 #include "instant.c"
@@ -56,6 +60,9 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core_slope = work->core_slope, s->core_chord = work->core_chord;
     s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
 #endif
+#if SET_SLIPS
+    s->coupled = &work->coupled_speeds, s->guard_rows = run->guards;
+#endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
     for (int i = 0; i < wheels; i++)
@@ -72,10 +79,11 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #if SET_IS_ACTED_ON
     s->guards = all_guards(run);
     for (int k = 0; k < s->guards; k++) {
-        s->guard_start[k] = guard_value(run, run->guards + 6*k, &s->guard_noise[k]);
-        s->guard_slope[k] = run->guards[6*k + 1];
+        const double *const guard = run->guards + guard_size(wheels)*k;
+        s->guard_start[k] = guard_value(run, guard, &s->guard_noise[k]);
+        s->guard_slope[k] = guard[1];
         for (int m = 0; m < 3; m++)
-            s->guard_weights[3*k + m] = run->guards[6*k + 2 + m];
+            s->guard_weights[3*k + m] = guard[2 + m];
     }
 #endif
     (void)work;
@@ -135,7 +143,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
     rates_at_this_instant(run, work, wheels, nu_dot);
-    set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
+    wheel_rates_now(run, work, nu, chi_dot);
 #if SET_HAS_SLOPES
     instant_t start;
     at_this_instant(run, work, wheels, &start);
@@ -158,6 +166,12 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         s->h = 1e-3*most;
     /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
      * step that was far shorter is little but rounding. */
+#if SET_SLIPS
+    const lanes_t none[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
+    size_of_state(run, work, s, none);
+    first_guess(s, wheels, nu_dot);
+    return size_of_state(run, work, s, nu_dot);
+#endif
     const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
 #if SET_IS_ACTED_ON
     s->stiff_sweeps = 0;
@@ -254,7 +268,7 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
  * in whose middle they bend. */
 ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
 {
-#if SET_IS_ACTED_ON
+#if SET_IS_ACTED_ON && !SET_SLIPS
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
         *ahead = 2*s->h*(found.right - found.left);
@@ -325,7 +339,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff = s->stiff || (slow && error < EASY);
+        s->stiff = s->stiff || (!SET_SLIPS && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
@@ -370,7 +384,7 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
     }
 #endif
 #if SET_ACCOUNTS
-    for (int k = 0; k < SET_ACCOUNTS; k++)
+    for (int k = 0; k < account_size(wheels); k++)
         run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
             + s->late*weighted(&s->rate_account[k], &gauss_end);
 #endif

@@ -21,12 +21,29 @@ static double exchange_places(double *axial, int places, int direction, double l
 }
 #endif
 
+#if SET_SLIPS
+/* Where wheels may slip, no speed changes: the entering roller comes with the axial speed that it has (rule 10). */
+static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int *directions)
+{
+#ifdef SET_HAS_CONTACT_SPEEDS
+    const int places = run->rollers_per_wheel - 1;
+    double *const contact = run->core + contact_speeds_at(run->wheels);
+    update_axial(run, work);
+    for (int i = 0; i < run->wheels; i++)
+        if (directions[i])
+            contact[i] = exchange_places(run->axial + i*places, places, directions[i], contact[i]);
+#endif
+    (void)directions;
+    begin_core(run, work);
+}
+#endif
+
 static void apply_switch(omniroll_run_t *run, const work_t *work, const int *directions)
 {
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     const vehicle_t *const vehicle = &work->vehicle;
     lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
-#if SET_CORE_PARTS
+#if SET_CORE_PARTS && !SET_SLIPS
     update_axial(run, work);
 #endif
     for (int k = 0; k < 3; k++)
@@ -39,7 +56,10 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
         }
         after[i] = lanes_of(run->chi[i]);
     }
-#ifdef LANES_HAS_IMPACT
+#if SET_SLIPS
+    (void)vehicle, (void)nu, (void)before, (void)after;
+    exchange_rollers(run, work, directions);
+#elif defined LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
 #ifdef LANES_HAS_MOMENTA
     set_contact_axial(wheels, vehicle, nu, before, left);
@@ -92,7 +112,7 @@ static void wheel_accelerations(const omniroll_run_t *run, const work_t *work, l
     wheel_momenta(run, work);
 #endif
     rates_at_this_instant(run, work, run->wheels, nu_dot);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu_dot, chi_ddot);
+    rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
 }
 
 /* Whether the run is at its end. A pause is none: a later call goes on as if it had not been. */
@@ -111,7 +131,7 @@ static void speeds_or_accelerations(const omniroll_run_t *run, const work_t *wor
     int slow[MOST_WHEELS], count = 0;
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
-    set_wheel_speeds(run->wheels, &work->vehicle, nu, chi_dot);
+    wheel_rates_now(run, work, nu, chi_dot);
     for (int i = 0; i < run->wheels; i++) {
         rates[i] = rests(run, i) ? 0 : chi_dot[i][0];
         fastest = fmax(fastest, fabs(rates[i]));
@@ -209,6 +229,13 @@ static double guard_value(const omniroll_run_t *run, const double *guard, double
         value += guard[2 + k]*run->nu[k];
         sizes += fabs(guard[2 + k]*run->nu[k]);
     }
+#if SET_SLIPS
+    for (int i = 0; i < run->wheels; i++) {
+        const double of_rate = guard[6 + i]*run->core[rates_at(run->wheels) + i];
+        value += of_rate;
+        sizes += fabs(of_rate);
+    }
+#endif
     *noise = EPS*sizes;
     return value;
 }
@@ -221,7 +248,7 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
     int count = 0, near = run->at_event;
     double noise;
     for (int k = 0; k < all_guards(run); k++) {
-        near |= guard_value(run, run->guards + 6*k, &noise) >= -LANDED*noise;
+        near |= guard_value(run, run->guards + guard_size(run->wheels)*k, &noise) >= -LANDED*noise;
         run->passed[k] = 0;
     }
     if (!near)
@@ -229,9 +256,13 @@ static int guards_passed(const omniroll_run_t *run, const work_t *work)
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int k = 0; k < all_guards(run); k++) {
-        const double *const guard = run->guards + 6*k;
+        const double *const guard = run->guards + guard_size(run->wheels)*k;
         const double value = guard_value(run, guard, &noise);
-        const double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
+        double rate = guard[1] + guard[2]*nu_dot[0][0] + guard[3]*nu_dot[1][0] + guard[4]*nu_dot[2][0];
+#if SET_SLIPS
+        for (int i = 0; i < run->wheels; i++)
+            rate += guard[6 + i]*work->core_dot[rates_at(run->wheels) + i][0];
+#endif
         run->passed[k] = value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate));
         count += k < run->guard_count && run->passed[k];
     }

@@ -17,6 +17,7 @@ from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
+from .errors import MissingPackageError as MissingPackageError
 from .errors import OmnirollError as OmnirollError
 from .errors import RollingWarning as RollingWarning
 from .errors import SimulationStopped as SimulationStopped

@@ -29,11 +29,19 @@ def parser() -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for entry in sorted(pkgutil.iter_modules(commands.__path__), key=lambda module: module.name):
         module = importlib.import_module(f"omniroll.commands.{entry.name}")
-        command = subparsers.add_parser(entry.name, help=module.SUMMARY, description=module.SUMMARY)
+        command = subparsers.add_parser(
+            entry.name, help=module.SUMMARY, description=module.SUMMARY, epilog=_epilog(module.EXAMPLES),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )  # fmt: skip
         module.add_arguments(command)
-        command.epilog = EXIT_CODES
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, parser=top)
     return top
+
+
+def _epilog(examples: Sequence[tuple[str, str]]) -> str:
+    """What stands below the help of a command: (call, what it does), and the exit codes."""
+    shown = (f"  {call}\n      {effect}" for call, effect in examples)
+    return "\n".join(["examples:", *shown, "", EXIT_CODES])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -38,6 +38,22 @@ class KernelsMissingError(OmnirollError, RuntimeError):
     """The compiled kernels were asked for and are not there."""
 
 
+class MissingPackageError(OmnirollError, ImportError):
+    """A package is missing that only some users need.
+
+    package  its name
+    extra    of omniroll that installs it
+    purpose  what needs it, the subject of a sentence
+    """
+
+    def __init__(self, package: str, extra: str, purpose: str):
+        super().__init__(f"{purpose} needs {package}, which is missing: pip install 'omniroll[{extra}]'")
+        self.package, self.extra, self.purpose = package, extra, purpose
+
+    def __reduce__(self):
+        return type(self), (self.package, self.extra, self.purpose)
+
+
 class SimulationStopped(OmnirollError, RuntimeError):
     """A run that cannot go on: switches without progress in time, or a step that cannot be made.
 

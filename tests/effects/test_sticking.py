@@ -203,7 +203,7 @@ def test_a_small_named_speed_costs_the_compiled_engine_few_steps():
 
 
 def test_rollers_with_a_small_named_speed_follow_the_vehicle():
-    """Their spins are the state: a change of nu does not move friction with a small named speed out of its steep part."""
+    """Their spins are the state: a change of nu leaves friction with a small named speed in its steep part."""
     start = {"nu": (1, 0, 1), "duration": 1, "accuracy": 1e-9, "control": False}
     plain, coarse, fine = (
         simulate(PAPER, **start, effects=[Bearings(roller_coulomb=1e-5, roller_speed=w)]) for w in (1.0, 1e-4, 1e-6)

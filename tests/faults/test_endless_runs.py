@@ -64,6 +64,24 @@ def test_the_time_constant_is_the_terms():
     assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20)) is None
 
 
+@pytest.mark.parametrize("start, duration", [({}, 1e30), ({"spins": 1e30}, 0.001)])
+def test_a_step_of_a_session_that_could_not_end_is_stopped(start, duration):
+    session = omniroll.Session(PAPER, driven=False, nu=(1, 0, 1))
+    session.reset(**start)
+    with pytest.raises(omniroll.SimulationStopped, match="make shorter ones") as stopped:
+        session.step(duration)
+    assert 0 < session.time == stopped.value.t < duration
+    session.reset()
+    session.step(1000.0)  # thousands of joints: long, and it ends
+    assert session.time == 1000
+
+
+def test_a_term_is_named_in_a_session_too():
+    session = omniroll.Session(PAPER, driven=False, nu=(1, 0, 1), effects=[ROLLERS])
+    with pytest.raises(omniroll.SimulationStopped, match="roller_speed = 1e-12.* has a time constant of"):
+        session.step(20.0)
+
+
 def test_one_wheel_is_named():
     one = omniroll.Bearings(wheel_viscous=(1e-6, 1e3, 1e-6))
     assert "at wheel 1" in str(sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[one])))

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 import omniroll
-from omniroll import validation
 from omniroll.errors import OmnirollError
 
 VEHICLE = omniroll.Vehicle.paper()
-MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.02, "control": False}
+MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.02, "control": False, "memory": 1e6}  # what is long fills it soon
 PARTS = {
     "wheels": 3, "rollers_per_wheel": 5, "platform_radius": 0.15, "wheel_radius": 0.07, "platform_mass": 1.0,
     "platform_inertia": 0.01, "hub_mass": 0.15, "hub_axial_inertia": 2e-4, "hub_transverse_inertia": 1e-4,
@@ -160,18 +159,6 @@ CALLS = (
 )  # fmt: skip
 
 
-LONG = {"duration": 1.0, "nu": 1e3, "spins": 1e3}  # what may run long, and is no mistake
-
-
-def _is_beyond(value: Any, most: float) -> bool:
-    if type(value) is int:
-        return abs(value) > most
-    try:
-        return bool(np.abs(validation.real_array("value", value)).max() > most)
-    except Exception:
-        return False
-
-
 def finite(*values: Any) -> None:
     """Fail where a result holds a number that is not finite."""
     for value in values:
@@ -195,8 +182,6 @@ def try_call(seed: int) -> str:
     good = {name: run() if name == "trajectory" else value for name, value in call.good.items()}
     names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
     wrong = {str(name): WILD[rng.integers(len(WILD))] for name in names}
-    if any(_is_beyond(wrong.get(name), most) for name, most in LONG.items()):
-        return "skipped"
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")

@@ -111,7 +111,7 @@ def rollers(scale: Scale) -> list[Measurement]:
 
 
 def prices(scale: Scale) -> list[Measurement]:
-    """How much more often the rates are evaluated than with 1 rad/s, on motions that stop and turn wheels and rollers."""
+    """How much more often the rates are evaluated than with 1 rad/s, where wheels and rollers stop and turn."""
     setting, found = Setting("free", "impact", "compiled"), []
     for body, torque, motions, bound in (
         ("wheel", 2e-3, (((1, 0, 1), 6), ((1, 0, 0.3), 1.5)), WHEELS_PRICE),

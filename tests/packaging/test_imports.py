@@ -16,12 +16,14 @@ PACKAGE = Path(omniroll.__file__).parent
 # The order of the rooms, and of the modules that stand beside them: each imports only what stands before it. This is
 # the one place where the order is written down.
 ORDER = (
-    "errors", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
+    "errors", "extras", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
     "vocabulary", "vehicles", "codegen", "kernels", "effects", "results", "viewer", "engine", "scenes", "studies",
     "omniroll", "commands", "cli", "__main__",
 )  # fmt: skip
-OPTIONAL = {"dask", "distributed", "flint", "heyoka", "matplotlib", "tqdm"}  # what the extras of pyproject.toml bring
-LARGE = ("numpy", "scipy", "cffi", "jinja2", "json", *sorted(OPTIONAL))
+OPTIONAL = {  # what the extras of pyproject.toml bring
+    "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "pandas", "pyarrow", "tqdm", "xarray",
+}  # fmt: skip
+LARGE = ("numpy", "scipy", "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))
 
 
 def name_of(path: Path) -> str:

@@ -7,7 +7,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FILES = ("requirements.txt", "codegen/maxima-requirements.txt", "tests/benchmarks/requirements.txt")
+FILES = (
+    "requirements.txt",
+    "codegen/maxima-requirements.txt",
+    "tests/benchmarks/requirements.txt",
+    "docs/site/requirements.txt",
+)
 
 
 def pinned(name: str) -> dict[str, tuple[str, list[str]]]:

@@ -1,12 +1,15 @@
 """The command line: what it prints and its exit codes."""
 
+import importlib
+import pkgutil
+import shlex
 import subprocess
 import sys
 
 import pytest
 
 import omniroll
-from omniroll import cli
+from omniroll import cli, commands
 
 
 def test_version(capsys):
@@ -20,13 +23,47 @@ def test_unknown_commands_are_refused():
     assert done.returncode == 2 and "dance" in done.stderr
 
 
-def test_every_command_has_what_a_command_has():
-    """Each module of omniroll.commands, as omniroll.cli says."""
-    import importlib
-    import pkgutil
+MODULES = {
+    found.name: importlib.import_module(f"omniroll.commands.{found.name}")
+    for found in pkgutil.iter_modules(commands.__path__)
+}
 
-    from omniroll import commands
 
-    for found in pkgutil.iter_modules(commands.__path__):
-        module = importlib.import_module(f"omniroll.commands.{found.name}")
-        assert isinstance(module.SUMMARY, str) and callable(module.add_arguments) and callable(module.run)
+@pytest.mark.parametrize("name", MODULES)
+def test_every_command_has_what_a_command_has(name, capsys):
+    """Each module of omniroll.commands, as that says. Its examples are calls that the parser takes, and the help has
+    them."""
+    module = MODULES[name]
+    assert isinstance(module.SUMMARY, str) and callable(module.add_arguments) and module.EXAMPLES
+    with pytest.raises(SystemExit):
+        cli.main([name, "--help"])
+    shown = capsys.readouterr().out
+    for call, effect in module.EXAMPLES:
+        program, *arguments = shlex.split(call.split(">")[0])
+        assert program == "omniroll" and cli.parser().parse_args(arguments).run is module.run
+        assert call in shown and effect in shown
+
+
+@pytest.mark.parametrize("shell, wanted", [("bash", "--view"), ("zsh", "#compdef omniroll"), ("fish", "-l view")])
+def test_shells_complete_every_command(shell, wanted, capsys):
+    assert cli.main(["completion", shell]) == 0
+    script = capsys.readouterr().out
+    assert wanted in script and all(name in script for name in MODULES)
+
+
+def completed(words: str, folder) -> list[str]:
+    """What bash offers at the end of these words."""
+    script = f"""
+source <({sys.executable} -m omniroll completion bash)
+COMP_WORDS=({words} "$1"); COMP_CWORD=$(( ${{#COMP_WORDS[@]}} - 1 ))
+$(complete -p omniroll | sed 's/.*-F \\([^ ]*\\).*/\\1/') omniroll "$1" ""
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    done = subprocess.run(["bash", "-c", script, "bash", ""], capture_output=True, text=True, cwd=folder, check=True)
+    return done.stdout.split()
+
+
+def test_bash_offers_commands_and_files(tmp_path):
+    (tmp_path / "robot.toml").touch()
+    assert set(MODULES) <= set(completed("omniroll", tmp_path))
+    assert "robot.toml" in completed("omniroll run", tmp_path)

@@ -272,12 +272,15 @@ def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, fresh_cache
 
 
 def test_general_sets():
-    """All effects, without those that exclude others or change no motion; first those that keep the states small."""
+    """All effects, without those that exclude others or change no motion; first those that keep the states small. Then
+    the same on a ground on which wheels may slip."""
     friction = ("axle_viscous", "axle_coulomb", "roller_viscous")
     everything = ("layout", "drive", "motor", *friction, "roller_coulomb", "slope")
     smaller = ("layout", "drive", "motor", *friction, "slope")
-    assert sets.general_sets("locked") == sets.general_sets("massless") == [everything]
-    assert sets.general_sets("free") == [smaller, everything]
+    ground = ("contact", "contact_viscous", "contact_regularised")
+    assert sets.general_sets("locked") == [everything]
+    assert sets.general_sets("massless") == [everything, everything + ground]
+    assert sets.general_sets("free") == [smaller, everything, smaller + ground, everything + ground]
     for model in MODELS:
         for effects in sets.general_sets(model):
             assert sets.is_general(model, effects) and not sets.is_general(model, effects[1:])

@@ -2,8 +2,10 @@
 
 Such a module has
     SUMMARY                    one line for the help
-    add_arguments(parser)      its arguments, on an argparse parser
-    run(arguments) -> int      the work; returns the exit code
+    EXAMPLES                   for the help: calls, each with what it does
+    add_arguments(parser)      its arguments, on an argparse parser; those of shells that complete files say so, with
+                               shtab's FILE and DIRECTORY
+    run(arguments) -> int      the work; returns the exit code. arguments.parser is the whole parser
 Its name is the command's. The exit codes are below; omniroll.cli makes them of the errors that a command lets pass.
 """
 

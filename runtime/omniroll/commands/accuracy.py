@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from shtab import DIRECTORY, FILE
+
 from omniroll.commands import STOPPED
 from omniroll.errors import InvalidValueError
 from omniroll.scenes import load_scene
@@ -15,18 +17,21 @@ if TYPE_CHECKING:
     from omniroll.studies.accuracy.study import Study
 
 SUMMARY = "show what accuracy costs in time: every integrator and model of a scene against a reference solution"
+EXAMPLES = (
+    ("omniroll accuracy scenes/motion-3.toml --duration 5 --error 1e-6", "the cheapest setting with that error"),
+)
 DURATION = 8.0  # s, where the scene runs longer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see scenes/")
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see scenes/").complete = FILE
     parser.add_argument("--error", type=float, metavar="X", help="name the cheapest setting with this error")
     parser.add_argument(
         "--duration", type=float, metavar="S", help=f"seconds to simulate; default: the scene's, at most {DURATION:g}"
     )
     parser.add_argument(
         "--folder", type=Path, help="for page, figure, CSV and JSON; default: out/accuracy/ and the scene's name"
-    )
+    ).complete = DIRECTORY
     parser.add_argument("--json", action="store_true", help="print JSON in place of the tables")
 
 

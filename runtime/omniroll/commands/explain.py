@@ -5,13 +5,19 @@ import json
 from pathlib import Path
 from typing import Any
 
+from shtab import FILE
+
 from omniroll.scenes import load_scene
 
 SUMMARY = "show what a scene simulates: state, effects, costs, how large what it leaves out would be, what looks wrong"
+EXAMPLES = (
+    ("omniroll explain scenes/driven.toml", "state, effects, costs, what it leaves out"),
+    ("omniroll explain scenes/driven.toml --json", "the same as data"),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
     parser.add_argument("--json", action="store_true", help="print JSON in place of text")
 
 

@@ -11,6 +11,11 @@ from importlib import resources
 from omniroll.errors import InvalidValueError, OmnirollError
 
 SUMMARY = "show which of the paper's formulas agree with the derivation, and what the others should say"
+EXAMPLES = (
+    ("omniroll formulas", "the list, the misprints first"),
+    ("omniroll formulas 7.1:m33", "one formula in full"),
+    ("omniroll formulas --verdict misprint", "only those with this verdict"),
+)
 WIDTH = 100  # of a terminal that does not say how wide it is
 VERDICTS = (
     "misprint", "fails", "ambiguous", "undefined", "agrees-if", "holds-if", "agrees", "holds", "not judged",

@@ -3,17 +3,28 @@
 import argparse
 from pathlib import Path
 
+from shtab import DIRECTORY, FILE
+
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import ROLLER_MODELS, Kernel
 
 SUMMARY = "write the C files that a controller for a scene needs: a header and a source file, and no others"
+EXAMPLES = (
+    ("omniroll kernel free --output out/free", "free rollers, no further effects"),
+    (
+        "omniroll kernel scenes/driven.toml --output out/firmware --constants",
+        "what this scene calls for, and its vehicle",
+    ),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE", help=f"a TOML file, or a roller model: {', '.join(ROLLER_MODELS)}")
+    parser.add_argument(
+        "scene", metavar="SCENE", help=f"a TOML file, or a roller model: {', '.join(ROLLER_MODELS)}"
+    ).complete = FILE
     parser.add_argument(
         "--output", type=Path, required=True, metavar="DIR", help="folder for the files; made if need be"
-    )
+    ).complete = DIRECTORY
     parser.add_argument(
         "--constants", action="store_true", help="write a header with the scene's vehicle as constants, too"
     )

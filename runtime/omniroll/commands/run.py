@@ -1,7 +1,6 @@
 """omniroll run SCENE: simulate a scene, keep the results, say what happened."""
 
 import argparse
-import importlib.util
 import sys
 import time
 import webbrowser
@@ -9,7 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from omniroll.errors import OmnirollError
+from shtab import DIRECTORY, FILE
+
+from omniroll import extras
 from omniroll.interruption import Interruption
 from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
@@ -20,13 +21,20 @@ from omniroll.scenes.result_folder import Parts, as_json
 from omniroll.viewer.page import View, view
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
+EXAMPLES = (
+    ("omniroll run scenes/motion-3.toml --plot", "results and a picture into out/run/motion-3/"),
+    ("omniroll run scenes/robot-soccer-kit.toml --view", "and the run moving in the browser"),
+    ("omniroll --import my_controllers run scene.toml", "with controllers that a module registers"),
+)
 DELAY = 1.0  # s of work before a bar is shown
 PARTS = 10.0  # s of work after which what has been done is kept
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md")
-    parser.add_argument("--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name")
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help="default: out/run/ and the scene's name"
+    ).complete = DIRECTORY
     parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
     parser.add_argument("--view", action="store_true", help="write view.html, on which the run moves, and open it")
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
@@ -36,8 +44,8 @@ def run(arguments: argparse.Namespace) -> int:
     """0 where the simulation came to its end; 128 and the number of a signal that has ended it. Raises
     SimulationStopped. What was done has been kept then."""
     scene = load_scene(arguments.scene)
-    if arguments.plot and importlib.util.find_spec("matplotlib") is None:
-        raise OmnirollError("--plot draws with matplotlib, which is missing: pip install 'omniroll[plots]'")
+    if arguments.plot:
+        extras.needed("matplotlib", "plots", "--plot")
     folder = arguments.output or Path("out/run") / scene.name
     wrong = lints(scene)
     _warn(map(str, wrong))

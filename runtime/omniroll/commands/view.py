@@ -3,10 +3,16 @@
 import argparse
 from pathlib import Path
 
+from shtab import FILE
+
 from omniroll.viewer.kept import shown_runs
 from omniroll.viewer.page import view_of
 
 SUMMARY = "write one HTML file on which runs move in 3-D, beside their speeds, energy and ledger"
+EXAMPLES = (
+    ("omniroll view out/run/motion-3 --open", "one run"),
+    ("omniroll view out/run/motion-3 out/run/motion-3-impact", "two runs beside each other"),
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -16,8 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="RUN",
         help="a folder that omniroll run has written, or a trajectory as .npz or .csv; up to four on one page",
-    )
-    parser.add_argument("--output", type=Path, metavar="FILE", help="default: view.html beside the first run")
+    ).complete = FILE
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="default: view.html beside the first run"
+    ).complete = FILE
     parser.add_argument("--title", help="what stands above the page; default: the runs' names")
     parser.add_argument("--open", action="store_true", help="open the page in the browser")
 

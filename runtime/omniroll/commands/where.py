@@ -9,6 +9,10 @@ from argparse import ArgumentParser, Namespace
 from omniroll.kernels.origins import MOST_PLACES, Place, way
 
 SUMMARY = "follow a symbol from the paper's equation to the line of the engine that uses it"
+EXAMPLES = (
+    ("omniroll where m13", "an entry of the mass matrix"),
+    ("omniroll where forward_dynamics --json", "a function, as data"),
+)
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -1,7 +1,8 @@
 """The rates of a vehicle with effects: generated functions called one after the other on named arrays.
 
 The signatures of the functions say what each needs and gives; what is called is what the effects ask for, then the
-plain vehicle's functions. Where wheels may slip, one function gives all accelerations and the rates themselves. The arrays of states and rates are views of one y and one y'.
+plain vehicle's functions. Where wheels may slip, one function gives all accelerations and the rates themselves. The
+arrays of states and rates are views of one y and one y'.
 """
 
 from collections.abc import Mapping, Sequence

@@ -143,6 +143,11 @@ class EffectSet:
             states |= effect.initial(bound, state)
         return states
 
+    def own_speeds(self, bound: Kernel, state: State) -> dict[str, np.ndarray]:
+        """(N,) the speeds of wheels that may slip, rates and contact_omega; none where wheels roll."""
+        contact = next((effect for effect in self.effects if "contact" in effect.kernel_effects()), None)
+        return {} if contact is None else contact.initial(bound, state)
+
     def state_at(self, layout: StateVector, y: np.ndarray, state: State) -> State:
         """The state with the wheels' rates and the axial speeds of the rollers in contact of y, where they may slip."""
         if "rates" in layout.slices:
@@ -362,9 +367,10 @@ class Plan:
         return self.acting.next_time() < math.inf or bool(self.acting.begin_phase(0.0))
 
     @cached_property
-    def guards_read_nu_alone(self) -> bool:
-        """Whether no guard reads what stands behind nu in a state; of those that an engine must ask for."""
-        return not self.asks or all(len(guard.weights) <= 3 for guard in self.acting.begin_phase(0.0))
+    def guards_read_speeds_alone(self) -> bool:
+        """Whether guards read nu, and the rates of wheels that may slip, and nothing else; those that are asked for."""
+        wheels = self.acting.kernel.wheels
+        return not self.asks or all(guard.reads_speeds_alone(wheels) for guard in self.acting.begin_phase(0.0))
 
     @cached_property
     def largest(self) -> float:

@@ -29,6 +29,17 @@ class Guard:
     weights: np.ndarray
     size: float = 0.0
 
+    def of_speeds(self, wheels: int) -> tuple[np.ndarray, np.ndarray]:
+        """The weights (3,) of nu, and those (N,) of the rates of wheels that may slip, which stand behind the pose."""
+        whole = np.zeros(6 + 2 * wheels)
+        whole[: len(self.weights)] = self.weights
+        return whole[:3], whole[6 + wheels :]
+
+    def reads_speeds_alone(self, wheels: int) -> bool:
+        """Whether all other weights are zero."""
+        others = [*self.weights[3 : 6 + wheels], *self.weights[6 + 2 * wheels :]]
+        return not np.any(others)
+
     def later(self, time: float) -> "Guard":
         """The same, where t counts from `time`."""
         return replace(self, constant=self.constant + self.slope * time)

@@ -35,6 +35,7 @@ MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 3 * MOST_WHEELS  # run.c
+GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
 TOO_LONG, ENDED, HOPELESS = 6, 7, 8  # beside those of engine_calls.h
@@ -52,7 +53,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    bound = None if task.kernel.wheels > MOST_WHEELS or task.kernel.slips else kernel_of(task)
+    bound = None if task.kernel.wheels > MOST_WHEELS else kernel_of(task)
     if bound is None:
         return False
     if not task.effects:
@@ -62,7 +63,7 @@ def can_run(task: Task) -> bool:
         return not plan.has_events
     known = names_of(bound, "states")
     integrated = task.effects.quantities(task.kernel.roller_model)
-    return plan.guards_read_nu_alone and all(quantity.name in known for quantity in integrated)
+    return plan.guards_read_speeds_alone and all(quantity.name in known for quantity in integrated)
 
 
 def kernel_of(task: Task) -> Kernel | None:
@@ -262,7 +263,13 @@ class CompiledRun:
 
     def _state(self) -> State:
         """A copy of where the run has come; without the axial speeds."""
-        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), self.contact.copy())
+        rates = self.speeds("rates").copy() if self.kernel.slips else None
+        return State(self.nu.copy(), self.chi.copy(), self.pose.copy(), self.contact.copy(), rates=rates)
+
+    def speeds(self, name: str) -> np.ndarray:
+        """(N,) rates or contact_omega where wheels may slip: where the engine has them."""
+        start = self.columns.starts[name]
+        return self.space.core[start : start + self.wheels]
 
     def _give_inputs(self) -> None:
         guards = self.acting.begin_phase(self.run.elapsed, self.run.carry)
@@ -273,8 +280,9 @@ class CompiledRun:
                 signal = self.acting.signals[name]
                 self.inputs[0, k], self.inputs[1, k] = signal.value, signal.slope
         for row, guard in zip(self.guards, guards, strict=False):
+            of_nu, of_rates = guard.of_speeds(self.wheels)
             size = max(guard.size, abs(guard.constant))
-            row[:] = [guard.constant, guard.slope, *guard.weights, *np.zeros(3 - len(guard.weights)), size]
+            row[:] = [guard.constant, guard.slope, *of_nu, size, *of_rates[: len(row) - GUARD]]
         self.run.guard_count = len(guards)
         self.run.inputs_elapsed, self.run.inputs_carry = self.run.elapsed, self.run.carry
         self.run.next_time = self.acting.next_time()
@@ -307,8 +315,7 @@ class CompiledRun:
         self.nu, self.chi, self.pose, self.contact = space.nu, space.chi, space.pose, space.contact
         self.inputs, self.guards, self.passed, self.signals = space.inputs, space.guards, space.passed, space.signals
         self.axial = space.axial
-        if self.kernel.has_spins:
-            self.axial[...] = state.free_axial()
+        self._put_free_speeds(state)
         run = self.run
         run.impact = int(task.switching == "impact")
         run.start_time, run.duration = task.start_time, task.duration
@@ -317,6 +324,13 @@ class CompiledRun:
         run.speed, run.next_time = least_speed(task, step), math.inf
         if self.columns.states:
             space.part_sizes[:] = self.columns.part_sizes
+
+    def _put_free_speeds(self, state: State) -> None:
+        """Speeds that do not follow from nu: of free rollers, and where wheels may slip of these and of contacts."""
+        if self.kernel.has_spins:
+            self.axial[...] = state.free_axial()
+        for name, speeds in self.task.effects.own_speeds(self.task.kernel, state).items():
+            self.speeds(name)[:] = speeds
 
     def _shares(self) -> float:
         """Into how many parts the engine is given what iterations may leave; with effects it divides that itself."""
@@ -404,7 +418,7 @@ class Workspace:
         self.core, self.core_before = np.zeros(columns.added + 1), np.zeros(columns.added + 1)
         self.accounts, self.part_sizes = np.zeros(columns.added + 1), np.zeros(len(columns.states) + 1)
         self.inputs = np.zeros((2, max(1, len(columns.inputs)), wheels))
-        self.guards = np.zeros((MOST_GUARDS, 6))
+        self.guards = np.zeros((MOST_GUARDS, GUARD + (wheels if kernel.slips else 0)))
         self.signals = np.zeros((3, len(columns.inputs) + 1, wheels))
         self.contact = np.zeros(wheels, np.int64)
         self.passed, self.leads_to = np.zeros(MOST_GUARDS, np.int64), np.zeros((MOST_GUARDS, 2), np.int64)
@@ -478,6 +492,7 @@ class Columns:
 
     inputs  names of the kernel's inputs
     added   how many numbers the set integrates beside nu, chi and the pose; the last `accounts` of them are accounts
+    starts  where each of them begins among these
     order   of these in the trajectory, as places in the row of the engine
     part_sizes  the size at |nu| = 1 of each state
     """
@@ -487,7 +502,7 @@ class Columns:
         self.state_vector = StateVector(kernel, quantities)
         self.sizes: list[int] = []
         self.accounts = 0
-        self.order = np.zeros(0, int)
+        self.order, self.starts = np.zeros(0, int), {}
         if self.states:
             self._place_states(kernel)
             self.part_sizes = self._sizes_of_parts(kernel)
@@ -501,10 +516,11 @@ class Columns:
         of_set = registry.quantities(kernel.effects, kernel.roller_model)
         rates = {quantity.name: quantity.rate for quantity in (*of_set, *self.state_vector.quantities)}
         self.sizes = [math.prod(outputs[rates[name]]) for name in self.states]
-        self.accounts = sum(quantity.account != 0 for quantity in of_set)
-        starts = dict(zip(self.states, np.cumsum([0, *self.sizes]), strict=False))
+        kept = {quantity.name for quantity in of_set if quantity.account}
+        self.accounts = sum(size for name, size in zip(self.states, self.sizes, strict=True) if name in kept)
+        self.starts = dict(zip(self.states, np.cumsum([0, *self.sizes]).tolist(), strict=False))
         places = [
-            np.arange(starts[quantity.name], starts[quantity.name] + self.sizes[self.states.index(quantity.name)])
+            self.starts[quantity.name] + np.arange(self.sizes[self.states.index(quantity.name)])
             for quantity in self.state_vector.quantities
         ]
         self.order = np.concatenate([np.zeros(0, int), *places]).astype(int)

@@ -13,6 +13,7 @@ WINDOWS = 3  # that show whether the pace grows, where there are few switches
 SURE = 8192  # steps after which switches are no reason to wait any longer
 FIRST = 32  # steps of the first window; each is twice as long as the one before
 DOUBT = 4.0  # the estimate must exceed the limit so many times
+MOST_IN_SESSION = 1_000_000  # steps of the engine that are left in one step of a session: some seconds
 UNITS = ("bytes", "kB", "MB", "GB", "TB", "PB", "EB")
 
 
@@ -67,6 +68,18 @@ class Outlook:
         room = shown_bytes(self.left * self.step_memory)
         allowed = shown_bytes(self.memory)
         return f"at its present pace the run needs {self.left:.0e} more steps and {room}; memory allows {allowed}"
+
+
+class OutlookOfStep(Outlook):
+    """That of one step of a session, which keeps nothing: it counts the engine's steps, not their memory."""
+
+    def __init__(self, duration: float):
+        super().__init__(duration, 1.0, MOST_IN_SESSION / DOUBT)
+
+    def described(self) -> str:
+        """The estimate in words."""
+        needs = f"at its present pace this step of the session needs {self.left:.0e} more steps of the engine"
+        return f"{needs}; it may need {MOST_IN_SESSION:.0e} at most: make shorter ones"
 
 
 def shown_bytes(number: float) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun, Plan
-from omniroll.engine.compiled_engine import ASK, FULL, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
+from omniroll.engine.compiled_engine import ASK, FULL, HOPELESS, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
+from omniroll.engine.outlook import FIRST, OutlookOfStep
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
 from omniroll.engine.what_acts import WhatActs
@@ -66,7 +67,7 @@ class SteppedRun(CompiledRun):
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
         run, self.status = self.run, FULL
-        run.duration = elapsed
+        begin, self.outlook, self.switched, run.duration = (run.elapsed, run.step_count), None, 0, elapsed
         while self.status == FULL:
             run.row_count = run.switch_count = 0
             self.status = self.call(self.struct, self.model)
@@ -74,9 +75,23 @@ class SteppedRun(CompiledRun):
                 self._answer()
                 self.status = self.call(self.struct, self.model)
             if run.switch_count:
+                self.switched += run.switch_count
                 self.passes += self.space.switches[: run.switch_count, 2:].sum(axis=0).astype(np.int64)
+            if self.status == FULL:
+                self._look_ahead_from(*begin)
         if not self.done:
             raise self.stop
+
+    def _look_ahead_from(self, elapsed: float, steps: int) -> None:
+        """Whether the step that began there has a future: asked after some of the engine's steps, then after twice as
+        many, and so on."""
+        if self.outlook is None:
+            self.outlook, self.next_look = OutlookOfStep(self.run.duration - elapsed), FIRST
+        done = self.run.step_count - steps
+        if done >= self.next_look:
+            self.next_look = 2 * done
+            if self.outlook.is_hopeless(done, self.switched, self.run.elapsed - elapsed):
+                self.status = HOPELESS
 
     @property
     def asked(self) -> list[Process]:
@@ -110,11 +125,13 @@ class SteppedRun(CompiledRun):
     def start(self, task: Task) -> None:
         """Put the state at the start of a task in the place of this one's."""
         self.nu[:], self.chi[:], self.pose[:] = task.state.nu, task.state.chi, task.state.pose
-        if self.kernel.has_spins:
-            self.axial[...] = task.state.free_axial()
+        self._put_free_speeds(task.state)
         self.run.speed = least_speed(task, self.run.tolerance)
 
     # What can be read
+
+    def _end_axial(self) -> np.ndarray | None:
+        return self.axial_now() if self.kernel.has_spins else None
 
     def signals_now(self) -> dict[str, np.ndarray]:
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""

@@ -69,10 +69,11 @@ def _wheel(task: Task, way: np.ndarray) -> str:
 
 
 def _motion_time(task: Task) -> float:
-    """In which a roller passes at the present speed, or the duration of the run."""
+    """In which a roller passes at the present speed, or the duration of the run; 1 s for a session, which has none."""
+    longest = task.duration or 1.0
     speed = float(np.abs(task.kernel.wheel_speeds(task.state.nu)).max())
     passing = 2 * math.pi / task.kernel.rollers_per_wheel
-    return min(task.duration, passing / speed) if speed > 0 else task.duration
+    return min(longest, passing / speed) if speed > 0 else longest
 
 
 def _without(effects: Sequence[Effect]) -> Iterator[tuple[str, list[Effect]]]:

@@ -22,6 +22,7 @@ FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibili
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
 ENGINE_SOURCES = ("run.c", "batch.c")
+SLIPPING = "contact"  # the effect that laws of the ground need
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
 LONGEST = 300  # seconds
 NUMBER_TYPES = {  # C type and the macro that chooses it
@@ -71,10 +72,13 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
     registry  the effects of generated/data/effects.json
     base      the roller model
 
-    The last set has all effects. Where an effect changes what another one integrates, a set without it comes first. An
-    effect that excludes another is left out, and so is one that changes no motion.
+    Where an effect changes what another one integrates, a set without it comes first; then one of all effects; then the
+    same with wheels that may slip, if they may with these rollers, under all laws that have neutral values. Another
+    effect that excludes one is left out, and so is one that changes no motion.
     """
     names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
+    slipping = [e["name"] for e in registry if e["neutral"] and SLIPPING in (e["name"], *e["needs"])]
+    may_slip = any(e["name"] == SLIPPING and base not in e["excludes"] for e in registry)
     cases = [
         term
         for effect in registry
@@ -84,7 +88,8 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
     ]
     changing = [name for name in names if f"-{name}" in cases]
     smaller = [tuple(name for name in names if name not in changing)] if changing else []
-    return [*smaller, tuple(names)]
+    rolling = [*smaller, tuple(names)]
+    return [*rolling, *((*effects, *slipping) for effects in rolling if may_slip)]
 
 
 def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from os import PathLike
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
-from omniroll.results import trajectory_files
+from omniroll.results import tables, trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, reckoned, true_values
@@ -24,7 +25,12 @@ from omniroll.results.trajectory_content import ARRAYS, Stored
 from omniroll.vehicles.state import by_roller, physical_roller, place_of_roller
 from omniroll.vehicles.vehicle import Vehicle
 
+if TYPE_CHECKING:  # only an extra brings them
+    import pandas
+    import xarray
+
 FEW = 3  # an array that has less than so many times the rows that are wanted is computed as a whole
+SHOWN = ("nu", "chi", "contact", "contact_spin", "spins", "energy", "slip", "ground_force")  # in tables
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
@@ -348,14 +354,20 @@ class Trajectory(MadeOnDemand):
 
     def contributions(self) -> dict[str, np.ndarray]:
         """(T,) the energy that the vehicle has gained from each effect since the start, in J; losses are negative."""
+        return self._contributions_of(self._rows(np.arange(len(self))))
+
+    def _contributions_of(self, y: np.ndarray) -> dict[str, np.ndarray]:
+        """The same in states (K, 6 + N + E)."""
         accounts = {
-            quantity.name: quantity.account * self.quantity(quantity.name).reshape(len(self), -1).sum(axis=1)
+            quantity.name: quantity.account * self._state_vector.view(y, quantity.name).reshape(len(y), -1).sum(axis=1)
             for quantity in self.effects.quantities(self.roller_model)
             if quantity.account
         }
         for entry, name in self.effects.potentials().items():
-            potential = self._effect_kernel.call(name, self.pose)
-            accounts[entry] = potential[0] - potential
+            at_start, potential = (
+                self._effect_kernel.call(name, pose) for pose in (self.pose[0], self._state_vector.view(y, "pose"))
+            )
+            accounts[entry] = at_start - potential
         return accounts
 
     def gained(self) -> np.ndarray:
@@ -368,6 +380,68 @@ class Trajectory(MadeOnDemand):
         sums = {name: float(values[-1]) for name, values in self.contributions().items()}
         sums["switches"] = float(self.switches["energy_jump"].sum())
         return Ledger(float(self.energy[0]), float(self.energy[-1]), sums, float(self.energy.max()))
+
+    # Tables
+
+    def arrays(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+        """The motion as arrays by name, whose first axis is time: what the tables below hold.
+
+        t            (T,) increasing times within the run, in s; None: the run's own rows, two at a switch
+        instruments  Instruments, whose readings are added; they need times. None: no readings
+
+        t, x, y, theta, nu, chi, contact, contact_spin, spins of free rollers, energy, slip and ground_force of wheels
+        that may slip, what the drives give, and the energy that each effect has brought since the start.
+
+        Raises InvalidValueError as `sample` and `measure` do, and for instruments without times.
+        """
+        if t is None and instruments is not None:
+            raise InvalidValueError("t", t, "must be increasing times where instruments are read")
+        times = self.t if t is None else np.array(vocabulary.TIMES.checked("t", t))
+        moments = self if t is None else self.sample(times)
+        found = {"t": times} | dict(zip(tables.POSE, moments.pose.T, strict=True))
+        found |= {name: getattr(moments, name) for name in SHOWN if getattr(moments, name) is not None}
+        if t is None:
+            y = self._rows(np.arange(len(self)))
+            found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
+        else:
+            y, _ = self._state_and_row(times)
+            found |= self._drives_at(times)
+        found |= self._contributions_of(y)
+        return found if instruments is None else found | self.measure(times, instruments)
+
+    def to_pandas(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> "pandas.DataFrame":
+        """The motion as a table of pandas over t, with a column for each number: x, nu_1, chi_3, spins_1_2, ...
+
+        t, instruments  as in `arrays`
+
+        frame.attrs["units"] has the columns' units. Raises MissingPackageError without the extra `tables`,
+        InvalidValueError as `arrays` does.
+        """
+        return tables.to_pandas(self.arrays(t, instruments))
+
+    def to_xarray(self, t: ArrayLike | None = None, instruments: Instruments | None = None) -> "xarray.Dataset":
+        """The motion as a Dataset of xarray over t.
+
+        t, instruments  as in `arrays`
+
+        The other dimensions are component (of nu, from 1), wheel (from 1), place (j = 2..n of the free rollers),
+        direction (along_axle, along_rolling), and of readings axis and coordinate. Each variable has its unit in
+        attrs["units"], the whole what was asked for. Raises as `to_pandas` does.
+        """
+        described = {name: getattr(self, name) for name in DESCRIPTION if name != "stats"}
+        return tables.to_xarray(self.arrays(t, instruments), described | {"vehicle": repr(self.vehicle)})
+
+    def to_parquet(
+        self, path: str | PathLike, t: ArrayLike | None = None, instruments: Instruments | None = None
+    ) -> None:
+        """Write the table of `to_pandas` to a Parquet file, with the units.
+
+        path            str or path
+        t, instruments  as in `arrays`
+
+        Raises as `to_pandas` does, and OSError where the file cannot be written: the file before is left then.
+        """
+        tables.to_parquet(self.arrays(t, instruments), validation.file_path("path", path))
 
     # Files
 

@@ -14,6 +14,7 @@ from omniroll.engine.runs import Interrupted, Keep
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report
+from omniroll.results import tables
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions
@@ -175,16 +176,13 @@ def _write_slip(trajectory: Trajectory, path: Path) -> None:
 
 def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path, instruments: Instruments | None) -> None:
     """The motion at the times, and what instruments read there."""
-    samples, wheels = trajectory.sample(times), range(1, trajectory.vehicle.wheels + 1)
-    names = ["t", "x", "y", "theta", "nu_1", "nu_2", "nu_3"]
-    names += [f"{name}_{i}" for name in ("chi", "contact", "contact_spin") for i in wheels] + ["energy"]
-    columns = (samples.t, samples.pose, samples.nu, samples.chi, samples.contact, samples.contact_spin, samples.energy)
+    samples = trajectory.sample(times)
+    arrays = {"t": samples.t} | dict(zip(tables.POSE, samples.pose.T, strict=True))
+    arrays |= {name: getattr(samples, name) for name in ("nu", "chi", "contact", "contact_spin", "energy")}
     if instruments is not None and len(times):
-        for name, values in trajectory.measure(times, instruments).items():
-            axes = values.shape[1:]
-            names += [f"{name}_{k + 1}" for k in range(axes[0])] if axes else [name]
-            columns += (values,)
-    _write_table(path, names, _rows(columns))
+        arrays |= trajectory.measure(times, instruments)
+    columns = tables.columns(arrays)
+    _write_table(path, tuple(columns), _rows(columns.values()))
 
 
 def _write_reactions(reactions: Reactions, path: Path) -> None:

@@ -8,7 +8,6 @@ first and says how far the second is from it. Results are kept in long double: i
 more.
 """
 
-import importlib
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from omniroll import extras
 from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Task
 from omniroll.engine.switching import tau
-from omniroll.errors import OmnirollError, SimulationStopped
+from omniroll.errors import SimulationStopped
 from omniroll.studies.accuracy.acting import is_beyond
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.mechanics import Mechanics
@@ -68,13 +68,8 @@ def confirmed(task: Task, times: np.ndarray) -> Reference:
 
 
 def flint_module() -> Any:
-    """python-flint. Raises OmnirollError where it is missing."""
-    try:
-        return importlib.import_module("flint")
-    except ImportError:
-        raise OmnirollError(
-            "the reference solution needs python-flint, which is missing: pip install 'omniroll[accuracy]'"
-        ) from None
+    """python-flint. Raises MissingPackageError where it is missing."""
+    return extras.needed("flint", "accuracy", "the reference solution")
 
 
 @contextmanager

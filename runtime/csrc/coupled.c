@@ -1,0 +1,390 @@
+/* Speeds that are coupled: where wheels may slip, nu, the wheels' rates and the axial speeds of the rollers in contact.
+ * The ground's friction makes slip decay far faster than the vehicle moves, so that Picard's iteration has no chance.
+ *
+ * Newton's rule with slopes of one instant finds the rates of all nodes at once: change = missing + slope h (integral of
+ * the change). In the ways that make the integrals to the nodes diagonal these are eight systems by themselves, complex
+ * and as small as the speeds are many, one in each lane (Hairer and Wanner, Solving Ordinary Differential Equations II,
+ * IV.8). In each of these speeds the kinetic energy is a square, and friction takes energy: pivots stay away from zero
+ * in their order. */
+#define FOLLOWS 10                  /* h times a slope with which a speed follows the others at once          */
+#define SLOPE_DIFFERENCE 1e-10      /* of the size of a speed, for slopes                                   */
+#define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
+#define MOST_RENEWALS 2             /* of the slopes in a try                                               */
+#define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
+
+/* The parts in `memory`, lanes; `core` numbers beside nu. Returns how many lanes they are. */
+static long long lay_out_coupled(coupled_t *c, lanes_t *memory, int size, long long core)
+{
+    const long long square = (long long)size*size, vectors = WAYS/LANES;
+    lanes_t *next = memory;
+    c->size = size;
+    c->missing = (nodes_t *)next, next += BLOCKS*(core + 3);
+    c->real = (ways_t *)next, next += square*vectors;
+    c->imaginary = (ways_t *)next, next += square*vectors;
+    c->found_real = (ways_t *)next, next += size*vectors;
+    c->found_imaginary = (ways_t *)next, next += size*vectors;
+    double *const numbers = (double *)next;
+    c->slope = numbers, c->small = numbers + square, c->own = numbers + 2*square + size;
+    next += (2*square + size + core + LANES - 1)/LANES;
+    c->filled = (unsigned char *)next, next += square/(long long)sizeof(lanes_t) + 1;
+    return next - memory;
+}
+
+ALWAYS_INLINE double weight_of(const step_t *s, int speed)
+{
+    const int own = s->coupled->size - 3;
+    return speed < own ? s->weight[speed] : 1;
+}
+
+/* What a number of the core is moved by, for slopes. */
+ALWAYS_INLINE double difference(const step_t *s, double weight)
+{
+    const double size = weight > 0 ? s->size/weight : 0;
+    return SLOPE_DIFFERENCE*(size > 0 ? size : 1);
+}
+
+/* The state at a node in all lanes, or with -1 that at the start. */
+ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int node, arrays_t *at)
+{
+    const int early = node < 0, m = early ? 0 : node;
+    point_t point = point_at(s, wheels, 0, at);
+    for (int k = 0; k < 3; k++)
+        at->nu[k] = lanes_of(early ? s->nu[k] : s->at_nu[k].node[m]);
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(early ? s->start_core[c] : s->at_core[c].node[m]);
+    for (int i = 0; i < wheels; i++)
+        at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint);
+#if SET_HAS_HEADING
+    point.heading = lanes_of(early ? s->heading : s->at_heading.node[m]);
+#endif
+#if SET_INPUTS
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
+#endif
+    return point;
+}
+
+/* The first lanes stay as they are; the next ones have one speed moved each, and behind these one part of the rest of the
+ * core. `sign` takes the moves back. Returns how many lanes are left out. */
+ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sign, arrays_t *at)
+{
+    const coupled_t *const c = s->coupled;
+    const int own = c->size - 3, rollers = s->vehicle->rollers_per_wheel;
+    for (int lane = 1; lane < LANES; lane++) {
+        const int k = first + lane - 1;
+        if (k < own)
+            s->core_here[k][lane] += sign*difference(s, s->weight[k]);
+        else if (k < c->size)
+            at->nu[k - own][lane] += sign*difference(s, 1);
+        for (int part = 0; part < SET_CORE_PARTS && k >= c->size; part++) {
+            const int end = core_part_end(wheels, rollers, part);
+            const int start = part ? core_part_end(wheels, rollers, part - 1) : 0;
+            for (int n = start; n < end && start >= own && k - c->size == part; n++)
+                s->core_here[n][lane] += sign*difference(s, s->weight[n]);
+        }
+    }
+}
+
+/* The slopes of the rates at an instant, by differences. */
+static void find_slopes(step_t *s, const int wheels, int node)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3, moves = size + (s->core > own ? SET_CORE_PARTS : 0);
+    arrays_t at;
+    const point_t point = point_for_slopes(s, wheels, node, &at);
+    for (int first = 0; first < moves; first += LANES - 1) {
+        lanes_t nu_dot[3];
+        move_lanes(s, wheels, first, 1, &at);
+        core_rates(wheels, &point, nu_dot, s->core_dot);
+        move_lanes(s, wheels, first, -1, &at);
+        for (int lane = 1; lane < LANES; lane++) {
+            const int k = first + lane - 1;
+            const double by = k < size ? difference(s, weight_of(s, k)) : 0;
+            for (int j = 0; j < size && k < size; j++) {
+                const lanes_t rate = j < own ? s->core_dot[j] : nu_dot[j - own];
+                c->slope[j*size + k] = (rate[lane] - rate[0])/by;
+            }
+            for (int n = own; n < s->core && k >= size; n++) {
+                const double slope = (s->core_dot[n][lane] - s->core_dot[n][0])/difference(s, s->weight[n]);
+                if (k == size || slope != 0)
+                    c->own[n] = slope;
+            }
+        }
+        s->sweeps += 1;
+    }
+}
+
+/* The change of small rates in a time: (1 - time slope)^-1 times them, in their place, of the coupled speeds. */
+static void after(const coupled_t *c, double time, double *rates)
+{
+    const int size = c->size;
+    double *const m = c->small;
+    for (int j = 0; j < size; j++)
+        for (int k = 0; k < size; k++)
+            m[j*size + k] = (j == k) - time*c->slope[j*size + k];
+    for (int k = 0; k < size; k++)
+        for (int j = k + 1; j < size; j++) {
+            const double factor = m[j*size + k]/m[k*size + k];
+            if (factor == 0)
+                continue;
+            for (int l = k + 1; l < size; l++)
+                m[j*size + l] -= factor*m[k*size + l];
+            rates[j] -= factor*rates[k];
+        }
+    for (int k = size - 1; k >= 0; k--) {
+        for (int l = k + 1; l < size; l++)
+            rates[k] -= m[k*size + l]*rates[l];
+        rates[k] /= m[k*size + k];
+    }
+}
+
+/* Complex numbers in lanes. */
+typedef struct {
+    lanes_t real, imaginary;
+} complex_lanes_t;
+
+ALWAYS_INLINE complex_lanes_t product(complex_lanes_t a, complex_lanes_t b)
+{
+    return (complex_lanes_t){a.real*b.real - a.imaginary*b.imaginary, a.real*b.imaginary + a.imaginary*b.real};
+}
+
+ALWAYS_INLINE complex_lanes_t inverse(complex_lanes_t a)
+{
+    const lanes_t size = 1/(a.real*a.real + a.imaginary*a.imaginary);
+    return (complex_lanes_t){a.real*size, -a.imaginary*size};
+}
+
+ALWAYS_INLINE complex_lanes_t entry(const ways_t *real, const ways_t *imaginary, int place)
+{
+    return (complex_lanes_t){real[place].lanes[0], imaginary[place].lanes[0]};
+}
+
+ALWAYS_INLINE void put_entry(ways_t *real, ways_t *imaginary, int place, complex_lanes_t value)
+{
+    real[place].lanes[0] = value.real, imaginary[place].lanes[0] = value.imaginary;
+}
+
+/* Gauss's elimination of 1 - h (value of the way) slope: L below the diagonal, 1/U on it. Most speeds know nothing of each
+ * other: what is zero stays out. */
+static void eliminate_coupled(const coupled_t *c, double h)
+{
+    const int size = c->size;
+    const complex_lanes_t way = {h*way_real.lanes[0], h*way_imaginary.lanes[0]};
+    for (int j = 0; j < size; j++)
+        for (int k = 0; k < size; k++) {
+            const double slope = c->slope[j*size + k];
+            const complex_lanes_t value = {(j == k) - way.real*slope, -way.imaginary*slope};
+            put_entry(c->real, c->imaginary, j*size + k, value);
+            c->filled[j*size + k] = slope != 0;
+        }
+    for (int k = 0; k < size; k++) {
+        const complex_lanes_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
+        put_entry(c->real, c->imaginary, k*size + k, pivot);
+        for (int j = k + 1; j < size; j++) {
+            if (!c->filled[j*size + k])
+                continue;
+            const complex_lanes_t factor = product(entry(c->real, c->imaginary, j*size + k), pivot);
+            put_entry(c->real, c->imaginary, j*size + k, factor);
+            for (int l = k + 1; l < size; l++) {
+                if (!c->filled[k*size + l])
+                    continue;
+                const complex_lanes_t less = product(factor, entry(c->real, c->imaginary, k*size + l));
+                c->real[j*size + l].lanes[0] -= less.real;
+                c->imaginary[j*size + l].lanes[0] -= less.imaginary;
+                c->filled[j*size + l] = 1;
+            }
+        }
+    }
+}
+
+/* Values at the nodes in the ways. */
+ALWAYS_INLINE complex_lanes_t to_ways(const nodes_t *values)
+{
+    complex_lanes_t sum = {lanes_of(0), lanes_of(0)};
+    for (int m = 0; m < NODES; m++) {
+        sum.real += values->node[m]*to_real_way[m].lanes[0];
+        sum.imaginary += values->node[m]*to_imaginary_way[m].lanes[0];
+    }
+    return sum;
+}
+
+/* And back. */
+ALWAYS_INLINE void from_ways(complex_lanes_t ways, nodes_t *values)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        values->lanes[b] = lanes_of(0);
+        for (int k = 0; k < WAYS; k++)
+            values->lanes[b] += ways.real[k]*from_real_way[k].lanes[b]
+                + ways.imaginary[k]*from_imaginary_way[k].lanes[b];
+    }
+}
+
+/* The change of the rates that the eliminated matrix gives, in the place of what is missing. */
+static void solve_coupled(step_t *s)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3;
+    ways_t *const real = c->found_real, *const imaginary = c->found_imaginary;
+    for (int j = 0; j < size; j++) {
+        complex_lanes_t rest = to_ways(&c->missing[j < own ? j : s->core + j - own]);
+        for (int k = 0; k < j; k++)
+            if (c->filled[j*size + k]) {
+                const complex_lanes_t less = product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k));
+                rest.real -= less.real, rest.imaginary -= less.imaginary;
+            }
+        put_entry(real, imaginary, j, rest);
+    }
+    for (int j = size - 1; j >= 0; j--) {
+        complex_lanes_t rest = entry(real, imaginary, j);
+        for (int k = j + 1; k < size; k++)
+            if (c->filled[j*size + k]) {
+                const complex_lanes_t less = product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k));
+                rest.real -= less.real, rest.imaginary -= less.imaginary;
+            }
+        rest = product(rest, entry(c->real, c->imaginary, j*size + j));
+        put_entry(real, imaginary, j, rest);
+        from_ways(rest, &c->missing[j < own ? j : s->core + j - own]);
+    }
+    const complex_lanes_t way = {s->h*way_real.lanes[0], s->h*way_imaginary.lanes[0]};
+    for (int n = own; n < s->core; n++) {
+        const complex_lanes_t factor = {1 - way.real*c->own[n], -way.imaginary*c->own[n]};
+        from_ways(product(to_ways(&c->missing[n]), inverse(factor)), &c->missing[n]);
+    }
+}
+
+/* The speeds of wheels that roll, in the order of the core, at the nodes in vector b; with b = -1 at the start. */
+ALWAYS_INLINE void rolling_speeds(const step_t *s, const int wheels, int b, lanes_t *speeds)
+{
+    lanes_t nu[3], chi[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = b < 0 ? lanes_of(s->nu[k]) : s->at_nu[k].lanes[b];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = b < 0 ? lanes_of(s->chi[i]) : lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    set_wheel_speeds(wheels, s->vehicle, nu, speeds + rates_at(wheels));
+#ifdef SET_HAS_CONTACT_SPEEDS
+    set_contact_axial(wheels, s->vehicle, nu, chi, speeds + contact_speeds_at(wheels));
+#endif
+    (void)chi;
+}
+
+/* Rates with which a speed has the values `at` at the nodes. */
+ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, nodes_t *rate)
+{
+    nodes_t moved;
+    for (int b = 0; b < BLOCKS; b++)
+        moved.lanes[b] = at->lanes[b] - start;
+    from_ways(product(to_ways(&moved), inverse((complex_lanes_t){h*way_real.lanes[0], h*way_imaginary.lanes[0]})), rate);
+}
+
+/* A better guess where friction is steep: the slip stays, and not the rate. Friction with a small named speed is steep only
+ * next to where it vanishes: a guess beside that tells Newton's rule nothing. */
+static void guess_that_slip_stays(step_t *s, const int wheels)
+{
+    const int size = s->coupled->size, own = size - 3;
+    lanes_t at_start[2*MOST_WHEELS];
+    states_at_nodes(s, wheels);
+    rolling_speeds(s, wheels, -1, at_start);
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t speeds[2*MOST_WHEELS];
+        rolling_speeds(s, wheels, b, speeds);
+        for (int n = 0; n < own; n++)
+            s->coupled->missing[n].lanes[b] = speeds[n] + (s->start_core[n] - at_start[n]);
+    }
+    for (int n = 0; n < own; n++)
+        if (-s->h*s->coupled->slope[n*size + n] > FOLLOWS)
+            rates_between(s->start_core[n], s->h, &s->coupled->missing[n], &s->rate_core[n]);
+}
+
+/* The first guess: rates at the start, where what decays within the step has decayed. */
+static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3;
+    double *const rates = c->small + size*size;
+    for (int n = 0; n < s->core; n++)
+        s->end_core[n] = s->core_dot[n][0];
+    find_slopes(s, wheels, -1);
+    for (int j = 0; j < size; j++)
+        rates[j] = j < own ? s->end_core[j] : nu_dot[j - own][0];
+    after(c, s->h/2, rates);
+    for (int k = 0; k < 3; k++)
+        nu_dot[k] = lanes_of(rates[own + k]);
+    for (int n = 0; n < s->core; n++)
+        s->core_dot[n] = lanes_of(n < own ? rates[n] : s->end_core[n]/(1 - s->h/2*c->own[n]));
+    for (int b = 0; b < BLOCKS; b++) {
+        for (int k = 0; k < 3; k++)
+            s->rate_nu[k].lanes[b] = nu_dot[k];
+        for (int n = 0; n < s->core; n++)
+            s->rate_core[n].lanes[b] = s->core_dot[n];
+    }
+    guess_that_slip_stays(s, wheels);
+    s->fresh = 1, s->renewals = 0;
+}
+
+/* What is missing of the rates at the nodes. */
+ALWAYS_INLINE void find_missing(step_t *s, const int wheels)
+{
+    nodes_t *const missing = s->coupled->missing;
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3];
+        const point_t point = point_at(s, wheels, b, &at);
+        core_rates(wheels, &point, nu_dot, s->core_dot);
+        for (int n = 0; n < s->core; n++)
+            missing[n].lanes[b] = s->core_dot[n] - s->rate_core[n].lanes[b];
+        for (int k = 0; k < 3; k++)
+            missing[s->core + k].lanes[b] = nu_dot[k] - s->rate_nu[k].lanes[b];
+    }
+    s->sweeps++;
+}
+
+/* One sweep of Newton's rule; returns the largest change of the state at a node in the measure of nu, beyond rounding. */
+NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
+{
+    const coupled_t *const c = s->coupled;
+    lanes_t change = lanes_of(0);
+    states_at_nodes(s, wheels);
+    find_missing(s, wheels);
+    if (renew && s->renewals <= MOST_RENEWALS) {
+        if (!s->fresh)
+            find_slopes(s, wheels, MIDDLE);
+        eliminate_coupled(c, s->h);
+        s->fresh = 0;
+        s->renewals++;
+    }
+    solve_coupled(s);
+    for (int n = 0; n < s->core + 3; n++) {
+        nodes_t moved, *const rate = n < s->core ? &s->rate_core[n] : &s->rate_nu[n - s->core];
+        const double weight = n < s->core ? s->weight[n] : 1;
+        integrate_to_nodes(0, s->h, &c->missing[n], &moved);
+        for (int b = 0; b < BLOCKS; b++) {
+            const lanes_t size = weight*lanes_abs(moved.lanes[b]);
+            change = lanes_select(size <= change, change, size);
+            rate->lanes[b] += c->missing[n].lanes[b];
+        }
+    }
+    const double largest = lanes_largest(change);
+    return largest <= SPEED_ROUNDING*EPS*s->size ? 0 : largest;
+}
+
+/* What the polynomials miss inside the step: the last coefficients over the time between two nodes, in which what decays
+ * fast decays. */
+static double coupled_missed(const step_t *s)
+{
+    const coupled_t *const c = s->coupled;
+    const int size = c->size, own = size - 3;
+    const double time = s->h/(2*NODES);
+    double *const rates = c->small + size*size, of_nu = 0, of_core = 0;
+    for (int last = 0; last < 2; last++) {
+        for (int j = 0; j < size; j++)
+            rates[j] = weighted(j < own ? &s->rate_core[j] : &s->rate_nu[j - own], &gauss_last[last]);
+        after(c, time, rates);
+        for (int k = 0; k < 3; k++)
+            of_nu += fabs(rates[own + k]);
+        for (int j = 0; j < own; j++)
+            of_core = fmax(of_core, 2*s->weight[j]*fabs(rates[j]));
+    }
+    for (int n = own; n < s->core; n++)
+        of_core = fmax(of_core, s->weight[n]*tail(&s->rate_core[n])/(1 + time*fabs(c->own[n])));
+    return time*(of_nu + of_core);
+}

@@ -1,0 +1,30 @@
+"""omniroll new [FILE]: a commented scene to start from."""
+
+import argparse
+from pathlib import Path
+
+from shtab import FILE
+
+from omniroll.errors import OmnirollError
+from omniroll.scenes.template import template
+
+SUMMARY = "write a commented scene to start from: every table and key, with units and defaults"
+EXAMPLES = (("omniroll new my-robot.toml", "then: omniroll run my-robot.toml --view"),)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "file", nargs="?", type=Path, default=Path("scene.toml"), metavar="FILE", help="default: %(default)s"
+    ).complete = FILE
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """0 where the file was written. Raises OmnirollError where there is such a file already, OSError where it cannot
+    be written."""
+    try:
+        with arguments.file.open("x", encoding="utf-8") as file:
+            file.write(template(str(arguments.file)))
+    except FileExistsError:
+        raise OmnirollError(f"{arguments.file} is there already; give another name, or remove it") from None
+    print(arguments.file)
+    return 0

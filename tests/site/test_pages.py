@@ -1,0 +1,85 @@
+"""The sources of the documentation's site: every page and every public name is there, no link is dead."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+
+import omniroll
+
+ROOT = Path(__file__).parents[2]
+
+
+def tool(name: str):
+    """A module of docs/site."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / f"docs/site/{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+assemble, rendering = tool("assemble"), tool("rendering")
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory) -> dict[str, str]:
+    folder = tmp_path_factory.mktemp("site")
+    assemble.main(folder)
+    return {path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8") for path in folder.rglob("*.md")}
+
+
+def test_every_page_has_a_place_in_the_contents(sources):
+    contents = re.findall(r"^```{toctree}\n(?::[^\n]*\n)*\n(.*?)^```", sources["index.md"], re.MULTILINE | re.DOTALL)
+    listed = [f"{name}.md" for block in contents for name in block.split()]
+    assert sorted([*listed, "index.md"]) == sorted(sources) and len(contents) == 4
+
+
+def test_every_public_name_is_in_the_reference(sources):
+    named = re.findall(r"auto(?:class|function|exception):: omniroll\.(\w+)", sources["reference/python.md"])
+    assert sorted(named) == sorted(omniroll.__all__)
+
+
+def test_every_command_and_its_options_are_in_the_reference(sources):
+    page = sources["reference/command-line.md"]
+    assert "## omniroll run\n" in page and "--view" in page and "## omniroll completion\n" in page
+
+
+def test_a_link_that_leads_nowhere_is_an_error():
+    with pytest.raises(FileNotFoundError, match="docs/x.md: gone.md leads nowhere"):
+        assemble.with_links("[here](gone.md)", "docs/x.md", "x.md", set())
+
+
+@pytest.mark.parametrize(
+    "text, wanted",
+    [
+        ("[a](theory.md#9-the-switch)", "[a](../theory.md#9-the-switch)"),
+        ("[a](../generated/symbols.md)", "[a](../symbols.md)"),
+        ("[a](../maxima/derive.mac)", "[a](path:/files/maxima/derive.mac)"),
+        ("[a](../maxima)", "a"),
+        ("`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n", "`[a](gone.md)` and\n```toml\n[a](gone.md)\n```\n"),
+    ],
+)
+def test_links_hold_on_the_site(text, wanted):
+    assert assemble.with_links(text, "docs/x.md", "deeper/x.md", set()) == wanted
+
+
+def test_mathematics_and_anchors_are_those_of_the_site():
+    assert assemble.with_mathematics("the $`\\chi_i`$ of\n$`a\nb`$") == "the $\\chi_i$ of\n$a b$"
+    assert assemble.with_targets('<a id="f-7-1-m33"></a>\n') == "(f-7-1-m33)=\n"
+
+
+def test_tables_in_docstrings_become_definitions():
+    plain = [
+        "What it *is* of `x`.",
+        "",
+        "nu         (T, 3) in 1/s,",
+        "           |nu| <= 1",
+        "dt, step   in s",
+        "",
+        "Raises x_.",
+    ]
+    assert rendering.restructured(plain) == [
+        "What it \\*is\\* of ``x``.", "", "**nu**", "   (T, 3) in 1/s,", "   \\|nu\\| <= 1", "**dt, step**", "   in s",
+        "", "Raises x\\_.", "",
+    ]  # fmt: skip
