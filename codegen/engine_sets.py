@@ -131,7 +131,7 @@ class EngineSet:
         states = self._giving([state for state in self.core if state.rate not in given])
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
-        rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
+        rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
 
     def held_call(self) -> Call:
@@ -197,7 +197,7 @@ class EngineSet:
                     continue
                 size = size_of(array).replace("wheels", "MOST_WHEELS")
                 if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
-                    arguments.append("at->scratch")
+                    arguments.append("at->core_dot")
                     continue
                 own.append(f"{array.name}[{size}]")
                 arguments.append(array.name)

@@ -227,7 +227,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = s->at_core[c].lanes[b];
     point.core = s->core_here;
-    point.scratch = s->core_dot;
+    point.core_dot = s->core_dot;
 #endif
 #if SET_HOLDS
     point.directions = s->held ? s->directions : 0;
@@ -346,16 +346,13 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
 {
     for (int l = 0; l < 3; l++) {
         const lanes_t here = at->nu[l];
-        lanes_t nu_dot[3], *core_dot = 0;
+        lanes_t nu_dot[3];
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
-#if SET_CORE_PARTS
-        core_dot = s->core_dot;
-#endif
 #if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
             s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
 #endif
-        core_rates(wheels, point, nu_dot, core_dot);
+        core_rates(wheels, point, nu_dot);
         for (int k = 0; k < 3; k++)
             s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
@@ -390,7 +387,7 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
             s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
             s->core_slope[c] = s->core_here[c] - here;
         }
-        core_rates(wheels, point, nu_dot, s->core_dot);
+        core_rates(wheels, point, nu_dot);
         for (int c = first; c < end; c++) {
             s->core_here[c] -= s->core_slope[c];
             s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->core_slope[c];
@@ -400,7 +397,7 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
     for (int l = 0; l < 3 && in_nu; l++) {
         const lanes_t here = at->nu[l];
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
-        core_rates(wheels, point, nu_dot, s->core_dot);
+        core_rates(wheels, point, nu_dot);
         for (int c = 0; c < s->core; c++)
             s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
@@ -411,16 +408,13 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
 /* The rates of the core at a point in vector b of the nodes. */
 ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
 {
-    lanes_t nu_dot[3], *core_dot = 0;
-#if SET_CORE_PARTS
-    core_dot = s->core_dot;
-#endif
-    core_rates(wheels, point, nu_dot, core_dot);
+    lanes_t nu_dot[3];
+    core_rates(wheels, point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->found_nu[k].lanes[b] = nu_dot[k];
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
-        s->found_core[c].lanes[b] = core_dot[c];
+        s->found_core[c].lanes[b] = s->core_dot[c];
 #endif
     keep_held_force(s, b, at);
 }
@@ -568,12 +562,9 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
     states_at_nodes(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3], *core_dot = 0;
+        lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-#if SET_CORE_PARTS
-        core_dot = s->core_dot;
-#endif
-        core_rates(wheels, &point, nu_dot, core_dot);
+        core_rates(wheels, &point, nu_dot);
         keep_held_force(s, b, &at);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
@@ -582,9 +573,9 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
         }
 #if SET_CORE_PARTS
         for (int c = 0; c < s->core; c++) {
-            const lanes_t moved = s->weight[c]*lanes_abs(core_dot[c] - s->rate_core[c].lanes[b]);
+            const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
-            s->rate_core[c].lanes[b] = core_dot[c];
+            s->rate_core[c].lanes[b] = s->core_dot[c];
         }
 #endif
     }

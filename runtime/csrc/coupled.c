@@ -95,7 +95,7 @@ static void find_slopes(step_t *s, const int wheels, int node)
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
-        core_rates(wheels, &point, nu_dot, s->core_dot);
+        core_rates(wheels, &point, nu_dot);
         move_lanes(s, wheels, first, -1, &at);
         for (int lane = 1; lane < LANES; lane++) {
             const int k = first + lane - 1;
@@ -329,7 +329,7 @@ ALWAYS_INLINE void find_missing(step_t *s, const int wheels)
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-        core_rates(wheels, &point, nu_dot, s->core_dot);
+        core_rates(wheels, &point, nu_dot);
         for (int n = 0; n < s->core; n++)
             missing[n].lanes[b] = s->core_dot[n] - s->rate_core[n].lanes[b];
         for (int k = 0; k < 3; k++)

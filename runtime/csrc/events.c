@@ -84,7 +84,7 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
-    lanes_t nu_dot[3], *core_dot = 0;
+    lanes_t nu_dot[3];
     point_t point = point_at(s, wheels, 0, &at);
     for (int k = 0; k < 3; k++)
         at.nu[k] = lanes_of(s->end_nu[k]);
@@ -98,9 +98,8 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->end_core[c]);
-    core_dot = s->core_dot;
 #endif
-    core_rates(wheels, &point, nu_dot, core_dot);
+    core_rates(wheels, &point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
 }

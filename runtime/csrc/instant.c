@@ -29,7 +29,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     for (int c = 0; c < work->core; c++)
         work->core_here[c] = lanes_of(run->core[c]);
     now->point.core = work->core_here;
-    now->point.scratch = work->core_dot;
+    now->point.core_dot = work->core_dot;
 #endif
 #if SET_HOLDS
     for (int k = 0; k < 9; k++)
@@ -60,11 +60,7 @@ NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t 
 {
     instant_t now;
     at_this_instant(run, work, wheels, &now);
-#if SET_CORE_PARTS
-    core_rates(wheels, &now.point, nu_dot, work->core_dot);
-#else
-    core_rates(wheels, &now.point, nu_dot, 0);
-#endif
+    core_rates(wheels, &now.point, nu_dot);
 }
 
 #ifdef LANES_HAS_MOMENTA

@@ -13,8 +13,8 @@ to its disk, where the friction acts: next to rest an axial speed would round it
 axial speed.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,6 +102,16 @@ class Bearings(Effect):
 
     def events(self) -> tuple[str, ...]:
         return ("axles that stop, stick and break away",) if self.sticks else ()
+
+    def terms(self) -> "Iterator[tuple[str, Bearings | None]]":
+        given = [name for name, _, _ in COEFFICIENTS if getattr(self, name) is not None]
+        for name in given:
+            body = name.split("_")[0]
+            beside = [f"{body}_speed", *([f"{body}_break_away"] if body == "wheel" else [])]
+            own = [name, *(beside if name.endswith("coulomb") else ())]
+            shown = [f"{field} = {getattr(self, field)}" for field in own if getattr(self, field) is not None]
+            rest = replace(self, **dict.fromkeys(own)) if len(given) > 1 else None
+            yield f"{type(self).__name__} ({', '.join(shown)})", rest
 
     def _coefficients(self) -> tuple[tuple[str, str, str], ...]:
         """Those of COEFFICIENTS whose constants the kernel has."""

@@ -211,6 +211,13 @@ class Effect:
         """The events that steps end on because of it, in words."""
         return ()
 
+    def terms(self) -> "Iterable[tuple[str, Effect | None]]":
+        """Each of its terms as it was given, and this effect without it; None where nothing would be left.
+
+        Where steps collapse, the term is looked for without which they would not.
+        """
+        return ((type(self).__name__, None),)
+
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle with the inertia that this effect brings."""
         return vehicle

@@ -10,7 +10,17 @@ from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, Outlook
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
+from omniroll.engine.runs import (
+    SWITCHES_WITHOUT_PROGRESS,
+    TOO_MANY_ROWS,
+    Rows,
+    Task,
+    assembled,
+    least_speed,
+    shown_state,
+    speed_scale,
+    state_of,
+)
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
@@ -20,7 +30,9 @@ SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
-NUMBER, NUMBERS_PER_STEP = 15, 12  # bytes of a number with its share of the arrays; a step keeps a polynomial and a row
+# Of the memory that rows take: bytes of a number, with its share of the objects around it; and how many numbers a step
+# keeps for each of the state, those of its polynomial and of its row.
+NUMBER, NUMBERS_PER_STEP = 15, 12
 MOST_STEPS = 4096  # between two looks ahead
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
@@ -191,8 +203,8 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
-            where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
-            self._stop(str(error) + blamed(self.task, where | {"axial": self.state.free_axial()}), None)
+            end = state_of(self.state) | {"axial": self.state.free_axial()}
+            self._stop(str(error) + blamed(self.task, end), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
@@ -266,9 +278,7 @@ class Run:
             if self.outlook.is_hopeless(steps, len(self.rows.directions), self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
             if steps * self.outlook.step_memory > self.task.memory:
-                raise StepFailedError(
-                    "more rows than memory should hold; go on in another run from where this one ends"
-                )
+                raise StepFailedError(TOO_MANY_ROWS)
 
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.
@@ -284,13 +294,9 @@ class Run:
             self._stop(f"{self.idle_switches} switches without progress in time", wheel)
 
     def _stop(self, reason: str, wheel: int | None) -> None:
-        state = {
-            "nu": self.state.nu.tolist(),
-            "chi": self.state.chi.tolist(),
-            "pose": self.state.pose.tolist(),
-            "contact": self.state.contact.tolist(),
-        }
-        raise SimulationStopped(reason, t=self._time(), wheel=wheel, state=state, trajectory=self.part(0))
+        raise SimulationStopped(
+            reason, t=self._time(), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
+        )
 
     @property
     def row_count(self) -> int:
