@@ -78,7 +78,7 @@ typedef struct {
 #endif
 #if SET_SLIPS
     const coupled_t *coupled;
-    int renewals;                               /* of its slopes, in this try                    */
+    int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
     const double *guard_rows;                   /* of the run                                    */
 #endif
 #if SET_ACCOUNTS

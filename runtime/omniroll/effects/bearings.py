@@ -148,4 +148,4 @@ class Bearings(Effect):
         return after["axial"] if "axial" in names else None
 
     def _names(self, kernel: Kernel) -> set[str]:
-        return {quantity.name for quantity in self.quantities(kernel.roller_model)}
+        return {quantity.name for quantity in self.quantities(kernel.roller_model, kernel.effects)}
