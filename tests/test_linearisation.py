@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 import omniroll
-from omniroll import AccuracyWarning, Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
+from omniroll import Bearings, Controller, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise
 
 VEHICLE = Vehicle.paper()
 MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4)
@@ -135,13 +135,6 @@ def test_what_it_refuses(arguments, field):
         linearise(VEHICLE, **arguments)
 
 
-def test_sharp_tips_are_said():
-    joint = VEHICLE.wheel_radius * np.cos(np.pi / VEHICLE.rollers_per_wheel)
-    sharp = replace(VEHICLE, roller_axis_radius=joint * (1 - 1e-6))
-    with pytest.warns(AccuracyWarning, match="sharp tips"):
-        linearise(sharp)
-
-
 def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():
     with pytest.raises(InvalidValueError, match="what"):
         linearise(3)
@@ -149,3 +142,38 @@ def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():
         linearise(VEHICLE).discrete(0.1).discrete(0.1)
     with pytest.raises(InvalidValueError, match="step"):
         linearise(VEHICLE).discrete(-1)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
+def test_the_rates_beside_the_state_are_those_that_it_foretells(model, effects):
+    """Every row, those of the momenta too: rates of states a little to both sides, over how far these are apart."""
+    check_beside(VEHICLE, model, effects)
+
+
+@pytest.mark.parametrize("model", ["locked", "free"])
+@pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
+def test_so_they_are_where_rollers_end_in_sharp_tips(model, effects):
+    joint = VEHICLE.wheel_radius * np.cos(np.pi / VEHICLE.rollers_per_wheel)
+    sharp = replace(VEHICLE, roller_axis_radius=joint * (1 - 1e-6))
+    assert omniroll.kernel(sharp, model, "python").sharp
+    check_beside(sharp, model, effects)
+
+
+def check_beside(vehicle, model, effects):
+    state, rng = point(model), np.random.default_rng(7)
+    names = ("nu", "chi", "pose") + (("spins",) if model == "free" else ())
+    for _ in range(4):
+        step = {name: 1e-5 * rng.normal(size=np.shape(state[name])) for name in names}
+        ends = [
+            linearise(vehicle, **(state | {name: state[name] + side * step[name] for name in names}), effects=effects)
+            for side in (-1, 1)
+        ]
+        foretold = linearise(vehicle, **state, effects=effects).A @ (ends[1].state - ends[0].state)
+        found = ends[1].rates - ends[0].rates
+        seen = linearise(vehicle, **state, effects=effects).C @ (ends[1].state - ends[0].state)
+        assert seen == pytest.approx(ends[1].outputs_at - ends[0].outputs_at, rel=1e-6, abs=1e-12)
+        for part in ("nu", "chi", "pose", "momenta"):
+            rows = [k for k, name in enumerate(ends[0].states) if name.startswith(part)]
+            size = np.abs(found[rows]).max(initial=0)
+            assert np.abs(foretold[rows] - found[rows]).max(initial=0) <= 1e-6 * size, part

@@ -32,19 +32,20 @@ ELSEWHERE = {  # other pages of the repository, and where they stand on the site
 LINK = re.compile(r"(?P<image>!?)\[(?P<text>[^\[\]]*)\]\((?P<target>[^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]+`", re.MULTILINE | re.DOTALL)
 HEADERS = (("free", ()), ("free", ("motor",)))  # sets whose C headers are shown
-GROUPS = {  # of the reference; what belongs to none is an error
-    "Vehicles": ("Vehicle", "cylinder"),
+FURTHER = "FURTHER"  # stands in the contents for the pages that they do not name
+GROUPS = {  # of the reference; what belongs to none stands behind them
+    "Vehicles": ("Vehicle", "cylinder", "robot", "Robot", "import_vehicle", "Imported", "to_mjcf"),
     "Runs": ("simulate", "simulate_many", "Many", "Session", "Batch", "accelerations", "tau"),
     "What acts on a vehicle": (
-        "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "Bearings",
-        "Slope", "Contact", "register_effect",
+        "Torque", "TorqueTable", "Motor", "Controller", "FunctionController", "register_controller", "PathFollower",
+        "Bearings", "Slope", "Contact", "register_effect",
     ),
     "Results": (
         "Trajectory", "Samples", "Ledger", "Instruments", "reactions", "Reactions", "Doubt", "impulses", "Impulses",
         "view", "View", "Results", "load_results", "unfinished",
     ),
     "Scenes": ("Scene", "load_scene", "run"),
-    "Linear models": ("linearise", "LinearModel"),
+    "Linear models and derivatives": ("linearise", "LinearModel", "gradient", "Sensitivity"),
     "Kernels": ("kernel", "Kernel"),
 }  # fmt: skip
 
@@ -65,7 +66,17 @@ def main(folder: Path) -> None:
     for picture in (ROOT / "docs").rglob("*.png"):
         shutil.copy(picture, folder / picture.relative_to(ROOT / "docs"))
     for name, text in made().items():
-        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+        place = folder / f"{name}.md"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8")
+    contents = (folder / "index.md").read_text(encoding="utf-8")
+    (folder / "index.md").write_text(with_further(contents, [*pages().values()]), encoding="utf-8")
+
+
+def with_further(contents: str, every: list[str]) -> str:
+    """The front page, with the pages that no table of contents names behind those of the how-tos."""
+    names = [page.removesuffix(".md") for page in every]
+    return contents.replace(FURTHER, "\n".join(name for name in names if f"\n{name}\n" not in contents))
 
 
 def pages() -> dict[str, str]:
@@ -133,29 +144,34 @@ def made() -> dict[str, str]:
     """The pages that are made, by name."""
     return {
         "reference/python": "\n".join(python_reference()),
+        "reference/gymnasium": "\n".join(environments()),
         "reference/command-line": "\n".join(command_line()),
         "reference/c": "\n".join(c_headers()),
     }
 
 
 def python_reference() -> Iterator[str]:
-    """Every public name. Raises ValueError where GROUPS does not name each of them once."""
+    """Every public name, once."""
     classes = {name for name in omniroll.__all__ if isinstance(getattr(omniroll, name), type)}
     errors = sorted(name for name in classes if issubclass(getattr(omniroll, name), BaseException))
-    groups = GROUPS | {"Errors and warnings": errors}
-    named = sorted(name for names in groups.values() for name in names)
-    if named != sorted(omniroll.__all__):
-        raise ValueError(
-            f"GROUPS must name each once: {sorted({*named} ^ {*omniroll.__all__}) or 'one is there twice'}"
-        )
+    named = {*errors, *(name for names in GROUPS.values() for name in names)}
+    groups = GROUPS | {"Further names": sorted({*omniroll.__all__} - named), "Errors and warnings": errors}
     yield "# Python"
     yield "\nEvery public name of `omniroll`. N is the number of wheels, n of rollers per wheel. Units are SI.\n"
-    for title, names in groups.items():
+    for title, names in ((title, names) for title, names in groups.items() if names):
         yield f"## {title}\n"
         for name in names:
             kind = "exception" if name in errors else "class" if name in classes else "function"
             members = "\n   :members:" if kind == "class" else ""
             yield f"```{{eval-rst}}\n.. auto{kind}:: omniroll.{name}{members}\n```\n"
+
+
+def environments() -> Iterator[str]:
+    """The public names of omniroll.gym."""
+    yield "# Gymnasium\n"
+    yield "What `import omniroll.gym` brings. [How to train an agent](../gymnasium.md) is the guide.\n"
+    for name in ("TwistTask", "TwistEnv", "TwistVectorEnv"):
+        yield f"```{{eval-rst}}\n.. autoclass:: omniroll.gym.{name}\n   :members:\n```\n"
 
 
 def command_line() -> Iterator[str]:

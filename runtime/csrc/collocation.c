@@ -41,6 +41,7 @@ typedef struct {
     ways_t *real, *imaginary;                   /* size x size, eliminated                        */
     ways_t *found_real, *found_imaginary;       /* size                                           */
     nodes_t *missing;                           /* of all rates: of the core, then of nu          */
+    double *reach;                              /* of each wheel where the slopes are from, of its roller's axial speed */
 } coupled_t;
 #endif
 

@@ -25,7 +25,8 @@ static long long lay_out_coupled(coupled_t *c, lanes_t *memory, int size, long l
     c->found_imaginary = (ways_t *)next, next += size*vectors;
     double *const numbers = (double *)next;
     c->slope = numbers, c->small = numbers + square, c->own = numbers + 2*square + size;
-    next += (2*square + size + core + LANES - 1)/LANES;
+    c->reach = c->own + core;
+    next += (2*square + 2*size + core + LANES - 1)/LANES;
     c->filled = (unsigned char *)next, next += square/(long long)sizeof(lanes_t) + 1;
     return next - memory;
 }
@@ -85,6 +86,22 @@ ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sig
     }
 }
 
+#ifdef SET_HAS_CONTACT_SPEEDS
+/* How much faster the roller in contact turns as its wheel moves along its axle, at these angles of the wheels. */
+ALWAYS_INLINE void reaches(const step_t *s, const int wheels, const lanes_t *chi, lanes_t *reach)
+{
+    lanes_t along[MOST_WHEELS], across[MOST_WHEELS];
+    const lanes_t one = lanes_of(1), none = lanes_of(0);
+    const lanes_t x[3] = {one, none, none}, y[3] = {none, one, none};
+    set_contact_axial(wheels, s->vehicle, x, chi, along);
+    set_contact_axial(wheels, s->vehicle, y, chi, across);
+    for (int i = 0; i < wheels; i++)
+        for (int k = 0; k < LANES; k++)
+            reach[i][k] = sqrt(along[i][k]*along[i][k] + across[i][k]*across[i][k]);
+}
+
+#endif
+
 /* The slopes of the rates at an instant, by differences. */
 static void find_slopes(step_t *s, const int wheels, int node)
 {
@@ -92,6 +109,12 @@ static void find_slopes(step_t *s, const int wheels, int node)
     const int size = c->size, own = size - 3, moves = size + (s->core > own ? SET_CORE_PARTS : 0);
     arrays_t at;
     const point_t point = point_for_slopes(s, wheels, node, &at);
+#ifdef SET_HAS_CONTACT_SPEEDS
+    lanes_t reach[MOST_WHEELS];
+    reaches(s, wheels, at.chi, reach);
+    for (int i = 0; i < wheels; i++)
+        c->reach[i] = reach[i][0];
+#endif
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
@@ -321,6 +344,20 @@ static void first_guess(step_t *s, const int wheels, lanes_t *nu_dot)
     s->fresh = 1, s->renewals = 0;
 }
 
+#ifdef SET_HAS_CONTACT_SPEEDS
+/* The slopes turn with the wheels, since a roller's radius changes: numbers in units of it hardly do. */
+static void stretch(step_t *s, const int wheels, const nodes_t *factor)
+{
+    const int first = contact_speeds_at(wheels), size = s->coupled->size;
+    for (int i = 0; i < wheels; i++) {
+        const int n = first + i;
+        if (-s->h*s->coupled->slope[n*size + n] > FOLLOWS)
+            for (int b = 0; b < BLOCKS; b++)
+                s->coupled->missing[n].lanes[b] *= factor[i].lanes[b];
+    }
+}
+#endif
+
 /* What is missing of the rates at the nodes. */
 ALWAYS_INLINE void find_missing(step_t *s, const int wheels)
 {
@@ -352,7 +389,22 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
         s->fresh = 0;
         s->renewals++;
     }
+#ifdef SET_HAS_CONTACT_SPEEDS
+    nodes_t factor[MOST_WHEELS];
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t chi[MOST_WHEELS], reach[MOST_WHEELS];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        reaches(s, wheels, chi, reach);
+        for (int i = 0; i < wheels; i++)
+            factor[i].lanes[b] = reach[i]/c->reach[i];
+    }
+    stretch(s, wheels, factor);
     solve_coupled(s);
+    stretch(s, wheels, factor);
+#else
+    solve_coupled(s);
+#endif
     for (int n = 0; n < s->core + 3; n++) {
         nodes_t moved, *const rate = n < s->core ? &s->rate_core[n] : &s->rate_nu[n - s->core];
         const double weight = n < s->core ? s->weight[n] : 1;

@@ -80,6 +80,7 @@ typedef struct {
     double step;                /* the length to try first, 0 if unknown                                */
     double rise_nu[3], rise_over;   /* of nu' in the last step, and its length, for the next guess       */
     double phase_start;         /* elapsed at the last switch                                           */
+    double first_step;          /* where wheels may slip: the last step that began at a switch, 0 if none */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */

@@ -197,7 +197,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
-        if (SET_SLIPS && k > 4 && ratio > 0.8)
+        if (SET_SLIPS && k > 1 && ratio > (k > 2 ? 0.8 : 1.5))
             return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;

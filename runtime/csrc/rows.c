@@ -144,8 +144,9 @@ static void put_step(omniroll_run_t *run, const step_t *s)
     *out++ = s->h;
     *out++ = s->late;
     for (int c = 0; c < 6 + wheels + added + account_size(wheels); c++) {
-        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3]
-            : &s->rate_pose[c - 3 - wheels];
+        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : 0;
+        if (c >= 3 + wheels && c < 6 + wheels)
+            rate = &s->rate_pose[c - 3 - wheels];
 #if SET_CORE_PARTS
         if (c >= 6 + wheels)
             rate = &s->rate_core[c - 6 - wheels];

@@ -19,6 +19,8 @@
 #define MOST_GUARDS (3*MOST_WHEELS)
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 #define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
+#define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
+#define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 
 #if SET_HOLDS
@@ -298,12 +300,18 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     const double rest = limit_of_step(run) - run->elapsed - run->carry;
     const double meant = run->step;
     double most = meant > 0 && meant < rest ? meant : rest;
+    const int after_switch = SET_SLIPS && run->elapsed == run->phase_start;
+    if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
+        most = fmin(most, SPIN_UP*run->first_step);
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
+#endif
+#if SET_SLIPS
+    double error_before = INFINITY; /* of the try before                                                     */
 #endif
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &most, run, work);
@@ -315,13 +323,18 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(s->h, most)/3;
+            most = fmin(s->h, most)/(SET_SLIPS ? 2 : 3);
             run->rejected_count++;
             continue;
         }
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
-        const double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
+        double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
+#if SET_SLIPS
+        if (error > 0.5*error_before)       /* a shorter step is no better: what decays is far shorter yet       */
+            factor = fmin(factor, 0.25);
+        error_before = error;
+#endif
         if (error > 1 || found == TOO_LONG) {
             most = shorter(s, wheels, factor, size*run->tolerance, &ahead);
             run->rejected_count++;
@@ -342,6 +355,10 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         s->stiff = s->stiff || (!SET_SLIPS && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
+#if SET_SLIPS
+        run->first_step = after_switch ? s->h : run->first_step;
+        run->step = fmin(run->step, slow ? CAUTIOUS*s->h : INFINITY);
+#endif
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
          * try that is too long costs more than a step that is too short. */
         if (s->landing >= 0)

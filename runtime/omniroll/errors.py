@@ -1,5 +1,6 @@
 """The errors that omniroll raises by name."""
 
+from functools import partial
 from typing import Any
 
 LONGEST = 400  # characters of a value that are shown
@@ -71,6 +72,22 @@ class SimulationStopped(OmnirollError, RuntimeError):
         self.reason, self.t, self.wheel, self.state, self.trajectory = reason, t, wheel, state, trajectory
 
 
+class NoDerivativeError(OmnirollError, ValueError):
+    """An instant at which a run has no derivative: the motion beside it differs by more than a little.
+
+    reason  in words
+    t       time
+    wheels  numbers of the wheels that it is about
+    """
+
+    def __init__(self, reason: str, *, t: float, wheels: tuple[int, ...]):
+        super().__init__(f"no derivative at t = {t!r}, wheels {', '.join(map(str, wheels))}: {reason}")
+        self.reason, self.t, self.wheels = reason, t, wheels
+
+    def __reduce__(self):
+        return partial(type(self), self.reason, t=self.t, wheels=self.wheels), ()
+
+
 class SweepInterrupted(OmnirollError, KeyboardInterrupt):
     """simulate_many was interrupted.
 
@@ -89,6 +106,10 @@ class RollingWarning(UserWarning):
 
 class UnstableControllerWarning(UserWarning):
     """A sampled controller whose errors grow from sample to sample."""
+
+
+class OneSidedWarning(UserWarning):
+    """A derivative that holds for changes of one sign alone."""
 
 
 class AccuracyWarning(UserWarning):

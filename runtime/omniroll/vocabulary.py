@@ -311,13 +311,37 @@ CONTROLLER = (
         "s",
         "times of the rows of target, on the clock of the run",
         optional=True,
-        note="Between them target is linear",
     ),
+    INTERPOLATION,
 )
 FUNCTION_CONTROLLER = (
     Entry("function", Word(), "", "name of a registered function, or of a class of such functions", needed=True),
     by_name(CONTROLLER)["sample_time"],
     by_name(CONTROLLER)["output"],
+)
+PATH = (
+    Entry("times", TIMES, "s", "times of the rows of poses, on the clock of the run", needed=True),
+    Entry(
+        "poses",
+        Numbers(shapes=(("K", 3),)),
+        "m, m, rad",
+        "x, y, theta that are wanted",
+        needed=True,
+        note="Between the times they lie on a cubic spline, which begins and ends at rest; before the first and after "
+        "the last time the nearest row holds. theta counts turns: it goes on beyond pi",
+    ),
+    by_name(CONTROLLER)["sample_time"],
+    Entry(
+        "bandwidth",
+        POSITIVE,
+        "rad/s",
+        "how fast errors of the pose fade",
+        needed=True,
+        note="Each error fades as if its equation had the root -bandwidth three times: 3 bandwidth times its rate, "
+        "3 bandwidth^2 times itself and bandwidth^3 times its integral are added to the path's acceleration",
+    ),
+    by_name(CONTROLLER)["output"],
+    by_name(CONTROLLER)["limit"],
 )
 BEARINGS = (
     derived("wheel_viscous", bounded("axle_damping", EACH), argument="axle_damping", default="none", optional=True),

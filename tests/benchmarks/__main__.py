@@ -10,7 +10,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-from . import batch, calls, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
+from . import batch, calls, environments, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
 from .common import ROOT  # noqa: E402
 from .page import page, section  # noqa: E402
 
@@ -22,6 +22,7 @@ QUESTIONS = {
     "switch_cost": switch_cost,
     "calls": calls,
     "sweeps": sweeps,
+    "environments": environments,
 }
 
 

@@ -8,6 +8,8 @@ import mujoco
 import numpy as np
 
 import omniroll
+from omniroll.exchange.bodies import Bodies
+from omniroll.exchange.mjcf import SPHERES, to_mjcf
 from omniroll.kernels.kernel import kernel
 from omniroll.vehicles.parts import cylinder
 
@@ -17,64 +19,15 @@ from .motion import NU, Engine, error_at_end
 DURATION, REPEATS = 2.0, 2
 STEPS = (2e-3, 1e-3, 5e-4, 2e-4)
 ACCURACY = 1e-9
-SPHERES = 31  # of a roller
-
-MODEL = """
-<mujoco>
-  <compiler angle="radian"/>
-  <option timestep="{step}" integrator="implicitfast" cone="elliptic" impratio="100" tolerance="1e-12"/>
-  <default>
-    <geom type="sphere" contype="1" conaffinity="0" friction="1 0 0" solref="{stiffness} 1" solimp="0.99 0.999 1e-4"/>
-  </default>
-  <worldbody>
-    <geom type="plane" size="0 0 1" contype="0" conaffinity="1"/>
-    <body pos="0 0 {height}">
-      <freejoint/>
-      <inertial pos="0 0 0" mass="1" diaginertia="{tilt} {tilt} {yaw}"/>{wheels}
-    </body>
-  </worldbody>
-</mujoco>"""
-
-WHEEL = """
-      <body pos="{x} {y} 0" euler="0 0 {alpha}">
-        <joint name="wheel{i}" type="hinge" axis="1 0 0"/>
-        <inertial pos="0 0 0" mass="0.15" diaginertia="{axial} {across} {across}"/>{rollers}
-      </body>"""
-
-ROLLER = """
-        <body pos="0 {y} {z}" euler="{kappa} 0 0">
-          <joint name="roller{i}_{j}" type="hinge" axis="0 1 0"/>
-          <inertial pos="0 0 0" mass="0.05" diaginertia="{across} {axial} {across}"/>
-          {spheres}
-        </body>"""
 
 
-def model_text(vehicle, step):
-    """The paper's vehicle, part by part; rollers are rows of spheres that touch the barrel from inside, at slants u.
-
-    A mesh of the barrel would rest on several vertices, which resists its rolling.
-    """
+def bodies_of_paper(vehicle):
+    """The paper's vehicle, part by part, of masses that omniroll.vehicles.parts.paper_numbers has."""
     n, R, l, r = (  # noqa: E741
         vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_axis_radius
     )  # fmt: skip
-    slant = np.linspace(-math.pi / n, math.pi / n, SPHERES)
-    spheres = "".join(f'<geom pos="0 {r * math.tan(u):.9g} 0" size="{l - r / math.cos(u):.9g}"/>' for u in slant)
-    axial, across = cylinder(0.05, (l - r) / 2, 2 * l * math.sin(math.pi / n))
-    hub_axial, hub_across = cylinder(0.15, r, 0.01)
-    wheels = []
-    for i, alpha in enumerate(vehicle.wheel_angles):
-        kappas = 2 * math.pi * np.arange(n) / n
-        rollers = [
-            ROLLER.format(
-                i=i, j=j, kappa=k, y=r * math.sin(k), z=-r * math.cos(k), axial=axial, across=across, spheres=spheres
-            )
-            for j, k in enumerate(kappas)
-        ]
-        x, y = R * math.cos(alpha), R * math.sin(alpha)
-        wheels.append(
-            WHEEL.format(i=i, x=x, y=y, alpha=alpha, axial=hub_axial, across=hub_across, rollers="".join(rollers))
-        )
-    return MODEL.format(step=step, stiffness=2 * step, height=l, yaw=R**2 / 2, tilt=R**2 / 4, wheels="".join(wheels))
+    roller = cylinder(0.05, (l - r) / 2, 2 * l * math.sin(math.pi / n))
+    return Bodies(1.0, R**2 / 2, 0.15, *cylinder(0.15, r, 0.01), 0.05, *roller)
 
 
 class Mujoco:
@@ -82,7 +35,7 @@ class Mujoco:
 
     def __init__(self, vehicle, step):
         self.vehicle, self.step = vehicle, step
-        self.model = mujoco.MjModel.from_xml_string(model_text(vehicle, step))
+        self.model = mujoco.MjModel.from_xml_string(to_mjcf(vehicle, step=step, bodies=bodies_of_paper(vehicle)))
         self.data = mujoco.MjData(self.model)
 
     def _start(self):
@@ -92,8 +45,8 @@ class Mujoco:
         wheel, contact = kernel(vehicle, "free", "python").wheel_rates(nu, np.zeros(vehicle.wheels))
         data.qvel[:6] = R * nu[0], R * nu[1], 0, 0, 0, nu[2] / vehicle.yaw_scale
         for i in range(vehicle.wheels):
-            data.joint(f"wheel{i}").qvel[0] = wheel[i]
-            data.joint(f"roller{i}_0").qvel[0] = contact[i]
+            data.joint(f"wheel{i + 1}").qvel[0] = wheel[i]
+            data.joint(f"roller{i + 1}_1").qvel[0] = contact[i]
 
     def __call__(self):
         self._start()

@@ -1,5 +1,5 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
- * axles stick. It prints a line for each switch, time and directions, and one for the end. */
+ * axles stick, with SLIPPING its wheels slip on a viscous ground. It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -9,9 +9,11 @@
 
 enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 #ifdef STICKING
-enum { INPUTS = 1, ACCOUNTS = 1, GUARDS = 3*WHEELS };
+enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS };
+#elif defined SLIPPING
+enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #else
-enum { INPUTS = 0, ACCOUNTS = 0 };
+enum { INPUTS = 0, CORE = 0, ACCOUNTS = 0 };
 #endif
 
 int main(int count, char **arguments)
@@ -25,11 +27,19 @@ int main(int count, char **arguments)
         return 2;
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
+#ifdef SLIPPING
+    double core[CORE] = {5, -3, 2}, core_before[CORE], accounts[ACCOUNTS] = {0};    /* the wheels' rates; and below */
+    const double part_sizes[] = {30, 30}, damping[2*WHEELS] = {30, 20, 30, 20, 30, 20};
+#endif
     const omniroll_vehicle vehicle = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS,
         .mass = atof(arguments[1]), .yaw_inertia = atof(arguments[2]), .wheel_inertia = atof(arguments[3]),
         .roller_inertia = atof(arguments[4]), .yaw_scale = atof(arguments[5]), .platform_radius = atof(arguments[6]),
-        .wheel_radius = atof(arguments[7]), .roller_axis_radius = atof(arguments[8]), .wheel_angles = angles};
+        .wheel_radius = atof(arguments[7]), .roller_axis_radius = atof(arguments[8]), .wheel_angles = angles,
+#ifdef SLIPPING
+        .ground_damping = damping,
+#endif
+    };
     omniroll_wheel wheel[WHEELS];
     omniroll_roller roller[PLACES];
     omniroll_model model;
@@ -38,7 +48,8 @@ int main(int count, char **arguments)
     omniroll_axial_speeds(&model, nu, chi, spins, axial);
 
     double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS));
-    static double rows[ROWS*(7 + (2 + INPUTS)*WHEELS + ACCOUNTS)], steps[ROWS*(2 + 16*(6 + WHEELS + ACCOUNTS))];
+    static double rows[ROWS*(7 + (2 + INPUTS)*WHEELS + CORE + ACCOUNTS)];
+    static double steps[ROWS*(2 + 16*(6 + WHEELS + CORE + ACCOUNTS))];
     static double switches[ROWS*(2 + WHEELS)], switch_axial[ROWS*WHEELS*PLACES];
     omniroll_run_t run = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS, .impact = 1, .duration = atof(arguments[12]), .next_time = INFINITY,
@@ -61,6 +72,12 @@ int main(int count, char **arguments)
     }
     run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
     run.passed = passed, run.leads_to = leads_to, run.axle_count = WHEELS, run.axles = axles, run.hold.undecided = 1;
+#endif
+#ifdef SLIPPING
+    double signals[3*WHEELS] = {0};
+    omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */
+    run.speed = 1, run.core = core, run.core_before = core_before, run.accounts = accounts, run.part_sizes = part_sizes;
+    run.signals = signals;
 #endif
     int status = OMNIROLL_RUN_FULL;
     long long switched = 0;

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import omniroll
 from omniroll.kernels import building, sets
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,13 +33,19 @@ FLAGS = [
 ]
 
 
-BEARINGS = {"wheel_coulomb": (3e-3, 4e-3, 5e-3), "wheel_break_away": (3.6e-3, 4.8e-3, 6e-3)}  # those of engine.c
+BEARINGS = omniroll.Bearings(wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3))
+GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
+CASES = {  # effects of the set, flags, and what acts: as in engine.c
+    "bare": ((), [], []),
+    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS]),
+    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND]),
+}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("effects", [(), ("axle_sticking",)], ids=["bare", "axles that stick"])
-def test_engine_from_c_under_sanitizers(tmp_path, effects):
-    import omniroll
+@pytest.mark.parametrize("case", CASES)
+def test_engine_from_c_under_sanitizers(tmp_path, case):
+    effects, macro, acting = CASES[case]
 
     compiler = shutil.which("gcc")
     if compiler is None:
@@ -52,7 +59,7 @@ def test_engine_from_c_under_sanitizers(tmp_path, effects):
         [
             compiler,
             *FLAGS,
-            *(["-DSTICKING"] if effects else []),
+            *macro,
             f"-I{tmp_path}",
             f"-I{csrc}",
             f"-I{constants}",
@@ -72,7 +79,6 @@ def test_engine_from_c_under_sanitizers(tmp_path, effects):
     ran = subprocess.run([program, *map(repr, map(float, numbers)), "0"], capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stderr
     status, switched, *state = ran.stdout.splitlines()[-1].split()
-    acting = [omniroll.Bearings(**BEARINGS)] if effects else []
     run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11, effects=acting)
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T

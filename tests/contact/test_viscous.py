@@ -137,5 +137,3 @@ def test_what_makes_no_sense_is_refused():
     run = simulate(PAPER, nu=(1, 0, 0), duration=0.01, effects=[Contact(1.0)], control=False)
     with pytest.raises(InvalidValueError, match="ground_force"):
         omniroll.reactions(run, height=0.06)
-    with pytest.raises(InvalidValueError, match="Contact"):
-        omniroll.Session(PAPER, effects=[Contact(1.0)])

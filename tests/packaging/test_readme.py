@@ -15,7 +15,16 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 TUTORIALS = ("first-vehicle", "motor-and-controller", "what-accuracy-costs", "one-assumption")
-EXAMPLES = ("sessions", "linearising", "viewing", "tables", *(f"tutorials/{name}" for name in TUTORIALS))
+EXAMPLES = (
+    "sessions",
+    "linearising",
+    "sensitivities",
+    "viewing",
+    "tables",
+    "path-following",
+    "gymnasium",
+    *(f"tutorials/{name}" for name in TUTORIALS),
+)
 PAGES = {name: (ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in EXAMPLES}
 
 

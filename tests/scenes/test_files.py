@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import omniroll
 from omniroll import cli
 from omniroll.kinds import Choice, Whole, Word
+from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.reading import lines_of
 from omniroll.scenes.schema import SCENE, TABLES
@@ -55,7 +56,7 @@ def said_of(folder: Path, content: str | bytes) -> list[str]:
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("[vehicle]\npreset = 'papr'\n", ["2: [vehicle] preset = 'papr': must be one of paper",
+        ("[vehicle]\npreset = 'papr'\n", [f"2: [vehicle] preset = 'papr': must be one of paper, {', '.join(ROBOTS)}",
           " [start]: is missing; it needs nu", " [run]: is missing; it needs duration"]),
         ("[vehicle]\npreset='paper'\nwheels=true\n[start]\nnu=[1,nan,0]\n[run]\nduration=-1\nengine='x'\n"
          "[rollers]\nmodel='y'\n[switching]\nlaw=[1]\n",

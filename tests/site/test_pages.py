@@ -35,6 +35,11 @@ def test_every_page_has_a_place_in_the_contents(sources):
     assert sorted([*listed, "index.md"]) == sorted(sources) and len(contents) == 4
 
 
+def test_a_page_that_nobody_has_placed_stands_behind_the_how_tos():
+    contents = "```{toctree}\n\nviewing\nFURTHER\n```\n"
+    assert assemble.with_further(contents, ["viewing.md", "new.md"]) == "```{toctree}\n\nviewing\nnew\n```\n"
+
+
 def test_every_public_name_is_in_the_reference(sources):
     named = re.findall(r"auto(?:class|function|exception):: omniroll\.(\w+)", sources["reference/python.md"])
     assert sorted(named) == sorted(omniroll.__all__)

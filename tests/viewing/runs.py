@@ -40,7 +40,20 @@ def massless() -> omniroll.Trajectory:
     return omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=10, roller_model="massless")
 
 
-RUNS = {"soccer kit": lambda: soccer_kit(3.0), "layout": layout, "locked": locked, "massless": massless}
+@cache
+def slipping() -> omniroll.Trajectory:
+    """Wheels that stand at first while the vehicle moves."""
+    ground = omniroll.Contact(30, wheel_rates=0)
+    return omniroll.simulate(omniroll.Vehicle.paper(), nu=(2, 1, 0), duration=0.6, effects=[ground])
+
+
+RUNS = {
+    "soccer kit": lambda: soccer_kit(3.0),
+    "layout": layout,
+    "locked": locked,
+    "massless": massless,
+    "slipping": slipping,
+}
 
 
 def times(run: omniroll.Trajectory, count: int) -> np.ndarray:

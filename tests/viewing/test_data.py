@@ -5,7 +5,7 @@ import pytest
 
 import omniroll
 from omniroll.vehicles.state import by_roller
-from viewing.runs import RUNS, layout, locked, soccer_kit, times
+from viewing.runs import RUNS, layout, locked, slipping, soccer_kit, times
 from viewing.unpacking import Pieces, unpacked
 
 NEAR = 3e-8  # rad, and R: what rounds off on the way is small against the 1e-6 that is promised
@@ -110,7 +110,16 @@ def test_forces_stand_at_both_ends_of_each_piece():
     for rows, there in zip((first, last), forces[:, :-1], strict=True):
         np.testing.assert_allclose(there[..., :2], reactions.contact_force[rows], rtol=1e-6, atol=1e-12)
         np.testing.assert_allclose(there[..., 2], reactions.load[rows], rtol=1e-6)
-    assert "forces" not in arrays_of(run)
+    assert "forces" not in arrays_of(run) and "slip" not in arrays_of(run)
+
+
+def test_slip_and_the_forces_against_it_stand_at_both_ends_of_each_piece():
+    run = slipping()
+    arrays = arrays_of(run)
+    for k, rows in enumerate((run.step_rows, run.step_rows + 1)):
+        np.testing.assert_allclose(arrays["slip"][k, :-1], run.slip[rows], rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(arrays["forces"][k, :-1, :, :2], run.ground_force[rows], rtol=1e-6, atol=1e-12)
+    assert not arrays["forces"][..., 2].any(), "no loads are known"
 
 
 def test_only_free_rollers_have_axial_speeds():

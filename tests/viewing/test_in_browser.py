@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from viewing.runs import layout, locked, massless, soccer_kit, times
+from viewing.runs import layout, locked, massless, slipping, soccer_kit, times
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is missing: make test-viewer installs it")
 axe = pytest.importorskip(
@@ -48,6 +48,7 @@ def files(tmp_path_factory):
     omniroll.view(kit, reactions=omniroll.reactions(kit, height=0.04)).save(folder / "kit.html")
     omniroll.view(layout()).save(folder / "layout.html")
     omniroll.view(massless(), locked()).save(folder / "two.html")
+    omniroll.view(slipping()).save(folder / "slipping.html")
     return folder
 
 
@@ -104,6 +105,21 @@ def test_the_slider_puts_rollers_where_the_run_has_them(opened, name, run_of):
         assert seen["time"] == pytest.approx(elapsed, abs=1e-9)
         assert apart(seen["drawn"], places(run, seen["time"])) < 1e-6
         assert seen["marked"] == run.sample(run.start_time + seen["time"]).contact.tolist()
+
+
+def test_slip_is_an_arrow_along_the_slip(opened):
+    """As long as the slip is fast, which decays; the legend has the fastest."""
+    page, run = opened("slipping"), slipping()
+    fastest = np.linalg.norm(run.slip, axis=-1).max()
+    assert f"slip, at most {fastest:.3g} m/s" in page.inner_text("#legend")
+    arrows = """omniroll.page.stage.parts[0].model.wheels.map(({ slip }) =>
+        [slip.group.visible, slip.head.position.z / slip.scale])"""
+    first = page.evaluate(arrows)
+    assert [length for _, length in first] == pytest.approx(np.linalg.norm(run.slip[0], axis=-1), rel=1e-4)
+    assert all(visible for visible, _ in first)
+    page.evaluate(f"({SET_TIME})(document.getElementById('time'), 0.05)")
+    later = page.evaluate("[...omniroll.page.runs[0].slipAt(omniroll.page.stage.states[0])]")
+    assert np.abs(later).max() < 1e-2 * fastest
 
 
 def test_two_runs_stand_at_the_same_time(opened):

@@ -105,8 +105,11 @@ class Page {
     const marks = [[colours.contact, "roller in contact"]];
     if (this.runs[0].forces && this.stage.showForces && !this.stage.isFlat) {
       const { along, upwards } = this.runs[0].largestForces();
-      marks.push([colours.load, `load, at most ${upwards.toPrecision(3)} N`]);
+      if (upwards > 0) marks.push([colours.load, `load, at most ${upwards.toPrecision(3)} N`]);
       marks.push([colours.force, `force along the ground, at most ${along.toPrecision(3)} N`]);
+      if (this.runs[0].slip) {
+        marks.push([colours.slip, `slip, at most ${this.runs[0].largestSlip().toPrecision(3)} m/s`]);
+      }
     }
     const text = JSON.stringify([rows, marks]);
     if (text === this.legend) return;

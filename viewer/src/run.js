@@ -145,14 +145,33 @@ export class Run {
 
   /** The ground's forces (N, 3) on the wheels: along the axle, along the rolling direction, upwards; or null. */
   forcesAt(state) {
-    if (!this.forces) return null;
-    const size = 3 * this.wheels;
+    return this.#between(this.forces, 3, state);
+  }
+
+  /** The slip velocities (N, 2) of the contacts: along the axle, along the rolling direction; or null. */
+  slipAt(state) {
+    return this.#between(this.slip, 2, state);
+  }
+
+  /** Numbers of each wheel, which stand at the starts and ends of the pieces; or null. */
+  #between(numbers, width, state) {
+    if (!numbers) return null;
+    const size = width * this.wheels;
     const first = state.piece * size;
     const last = (this.pieces + state.piece) * size;
     return Float64Array.from({ length: size }, (_, k) => {
-      const before = this.forces[first + k];
-      return before + (this.forces[last + k] - before) * state.x;
+      const before = numbers[first + k];
+      return before + (numbers[last + k] - before) * state.x;
     });
+  }
+
+  /** The fastest slip of the run. */
+  largestSlip() {
+    let largest = 0;
+    for (let k = 0; k < (this.slip?.length ?? 0); k += 2) {
+      largest = Math.max(largest, Math.hypot(this.slip[k], this.slip[k + 1]));
+    }
+    return largest;
   }
 
   /** The largest forces of the run: along the ground, and upwards. */

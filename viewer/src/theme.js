@@ -23,6 +23,7 @@ const LIGHT = {
     bolt: "#5d6878",
     contact: "#f59e0b",
     force: "#be185d",
+    slip: "#15803d",
     load: "#0369a1",
   },
 };
@@ -50,6 +51,7 @@ const DARK = {
     bolt: "#222b38",
     contact: "#fbbf24",
     force: "#f472b6",
+    slip: "#4ade80",
     load: "#38bdf8",
   },
 };

@@ -24,7 +24,7 @@ const MANY = 400; // rollers, beyond which each is drawn with fewer corners
 const ALONG = new Vector3();
 
 export class VehicleModel {
-  /** colours: accent, roller, metal, plate, contact, force, load */
+  /** colours: accent, roller, metal, plate, contact, force, load, slip */
   constructor(run, colours) {
     this.run = run;
     this.vehicle = run.vehicle;
@@ -170,6 +170,10 @@ export class VehicleModel {
       wheel.along.group.position.z = 0.06 * radius - radius;
       wheel.load.group.position.z = -radius;
       wheel.group.add(wheel.along.group, wheel.load.group);
+      if (!this.run.slip) continue;
+      wheel.slip = new Arrow(this.colours.slip, 0.035 * radius, (2.1 * radius) / (this.run.largestSlip() || 1));
+      wheel.slip.group.position.z = 0.03 * radius - radius;
+      wheel.group.add(wheel.slip.group);
     }
   }
 
@@ -188,6 +192,7 @@ export class VehicleModel {
     this.group.rotation.z = state.heading;
     const spins = run.spinAngles(state);
     const forces = run.forcesAt(state);
+    const slip = run.slipAt(state);
     this.wheels.forEach((wheel, k) => {
       wheel.disk.rotation.x = run.rollerAngle(state, k, 0) % (2 * Math.PI);
       this.#placeRollers(wheel.rollers, state, k, spins);
@@ -195,6 +200,7 @@ export class VehicleModel {
       if (!forces) return;
       wheel.along.set(ALONG.set(forces[3 * k], forces[3 * k + 1], 0), showForces);
       wheel.load.set(ALONG.set(0, 0, forces[3 * k + 2]), showForces);
+      if (slip) wheel.slip.set(ALONG.set(slip[2 * k], slip[2 * k + 1], 0), showForces);
     });
   }
 

@@ -7,10 +7,11 @@ from omniroll.effects.effect import Effect
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.motor import Motor
 from omniroll.effects.named import KINDS, register_effect
+from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.slope import Slope
 from omniroll.effects.torque import Torque, TorqueTable
 
-EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, Bearings, Slope, Contact)
+EFFECTS = (Torque, TorqueTable, Motor, Controller, FunctionController, PathFollower, Bearings, Slope, Contact)
 for kind in EFFECTS:
     register_effect(kind.__name__)(kind)
 

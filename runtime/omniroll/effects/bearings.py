@@ -13,8 +13,9 @@ to its disk, where the friction acts: next to rest an axial speed would round it
 axial speed.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,6 +55,8 @@ class Bearings(Effect):
     or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
     simulate raises it for a number of coefficients that is not N, and a wheel_break_away below wheel_coulomb.
     """
+
+    numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
 
     wheel_viscous: ArrayLike | None = None
     wheel_coulomb: ArrayLike | None = None

@@ -40,6 +40,8 @@ class Controller(Drive):
     voltages without a Motor.
     """
 
+    signals: ClassVar[tuple[str, ...]] = ("target", "proportional", "integral", "times")
+
     target: ArrayLike
     proportional: ArrayLike
     sample_time: float
@@ -47,6 +49,7 @@ class Controller(Drive):
     output: str = "torque"
     limit: float | None = None
     times: ArrayLike | None = None
+    interpolation: str = "linear"
 
     def __post_init__(self) -> None:
         def put(name: str, value: object) -> None:
@@ -56,7 +59,7 @@ class Controller(Drive):
         if self.times is None:
             put("target", tuple(validation.real_array("target", self.target, (3,)).tolist()))
         else:
-            times, target = table("target", self.times, self.target, "linear", width=3)
+            times, target = table("target", self.times, self.target, self.interpolation, width=3)
             put("times", times)
             put("target", target)
 
@@ -92,7 +95,7 @@ class Controller(Drive):
         curve = (
             Curve.constant(np.array(self.target))
             if self.times is None
-            else Curve(np.array(self.times) - start_time, np.array(self.target))
+            else Curve(np.array(self.times) - start_time, np.array(self.target), self.interpolation)
         )
         return Sampling(self, kernel, curve)
 

@@ -162,7 +162,7 @@ class Process:
         """What can be read of it beside the state, by name.
 
         nu       (3,) in 1/s
-        signals  the inputs of all processes at this instant, (N,) by name
+        signals  the inputs of all processes at this instant, (N,) by name, and what the effects integrate
         """
         return {}
 
@@ -187,6 +187,8 @@ class Effect:
 
     needs: ClassVar[tuple[str, ...]] = ()
     potentials: ClassVar[Mapping[str, str]] = {}  # entry of the account: generated function of the potential energy
+    numbers: ClassVar[Mapping[str, str]] = {}  # field: argument of `prepare` that it is; one number is for all wheels
+    signals: ClassVar[tuple[str, ...]] = ()  # fields by which its process acts that are no arguments of `prepare`
 
     def _keep_checked(self, entries: Iterable[Entry]) -> None:
         """Put the fields of these names, checked, in place of what was given. Raises InvalidValueError."""
@@ -271,6 +273,11 @@ class Effect:
         elapsed  (...,) in s, the time between
         """
         return None
+
+    def shape_of(self, name: str, wheels: int) -> tuple[int, ...]:
+        """The shape of one of `signals`, by its name, for a vehicle of so many wheels; one number is for all wheels."""
+        array = np.asarray(getattr(self, name))
+        return array.shape if array.ndim > 1 or name in ("times", "target") else (wheels,)
 
     def axles(self, kernel: Kernel) -> Axles | None:
         """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.

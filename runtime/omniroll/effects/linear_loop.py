@@ -26,9 +26,8 @@ def growth(
     integral      (N,) output per sum of the errors over time
     """
     bound = kernel(vehicle, "massless", "python")
-    wheels = bound.wheel_speeds(np.eye(3)).T  # (N, 3)
-    per_torque = np.linalg.solve(bound.mass_matrix(np.zeros(vehicle.wheels)), wheels.T)
-    free, forced = _held(-(per_torque * damping) @ wheels, per_torque * per_output, sample_time)
+    wheels, per_torque = bound.wheel_rows, bound.nu_dot_per_torque
+    free, forced = held(-(per_torque * damping) @ wheels, per_torque * per_output, sample_time)
     # With the target 0: errors -W nu; their sums W s with s after the sample s - T nu.
     of_sums = integral[:, None] * wheels
     of_nu = -proportional[:, None] * wheels - sample_time * of_sums
@@ -38,14 +37,17 @@ def growth(
     return float(np.abs(np.linalg.eigvals(loop)).max())
 
 
-def _held(rates: np.ndarray, inputs: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """nu after a time, of nu before it (3, 3) and of inputs that are held (3, N), where nu' = rates nu + inputs u."""
+def held(rates: np.ndarray, inputs: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """x after a time, of x before it (..., S, S) and of inputs that are held (..., S, U): x' = rates x + inputs u.
+
+    Exact: the exponential of [rates inputs; 0 0].
+    """
+    size, width = inputs.shape[-2:]
     if not rates.any():
-        return np.eye(3), time * inputs
+        return np.broadcast_to(np.eye(size), rates.shape), time * inputs
     from scipy.linalg import expm  # SciPy is large; a controller of torques does without it
 
-    size = 3 + inputs.shape[1]
-    whole = np.zeros((size, size))
-    whole[:3] = np.hstack([rates, inputs])
+    whole = np.zeros((*rates.shape[:-2], size + width, size + width))
+    whole[..., :size, :size], whole[..., :size, size:] = rates, inputs
     after = expm(time * whole)
-    return after[:3, :3], after[:3, 3:]
+    return after[..., :size, :size], after[..., :size, size:]

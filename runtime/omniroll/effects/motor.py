@@ -44,6 +44,11 @@ class Motor(Drive):
     """
 
     needs: ClassVar[tuple[str, ...]] = ("voltage",)
+    numbers: ClassVar[Mapping[str, str]] = {
+        "torque_constant": "torque_constant", "resistance": "resistance", "gear_ratio": "motor_gear_ratio",
+        "back_emf": "back_emf", "current_limit": "current_limit",
+    }  # fmt: skip
+    signals: ClassVar[tuple[str, ...]] = ("voltage", "times")
 
     voltage: ArrayLike
     torque_constant: float
@@ -188,7 +193,8 @@ class Driving(Following):
     def readings(self, nu: np.ndarray, signals: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
         """currents (N,) in A: what the winding says below the limit, the limit at it."""
         _, per_volt, per_rate = self.laws[LINEAR, :, 1].T  # of the current itself, less the limit
-        free = per_volt * signals["voltage"] + per_rate * (self.wheel_speed_per_nu @ nu)
+        rates = signals.get("rates", self.wheel_speed_per_nu @ nu)  # where wheels may slip, these are their own
+        free = per_volt * signals["voltage"] + per_rate * rates
         limited = np.array(MODES)[self.mode] * (self.motor.current_limit or 0.0)
         return {"currents": np.where(self.mode == LINEAR, free, limited)}
 

@@ -20,6 +20,9 @@ class Slope(Effect):
     """
 
     potentials: ClassVar[Mapping[str, str]] = {"slope_work": "potential"}
+    numbers: ClassVar[Mapping[str, str]] = {
+        "gravity": "gravity", "angle": "slope_angle", "direction": "slope_direction",
+    }  # fmt: skip
 
     angle: float
     direction: float = 0.0

@@ -58,6 +58,8 @@ class Torque(Drive):
     Raises InvalidValueError for what is not such numbers; simulate raises it for a number of torques that is not N.
     """
 
+    signals: ClassVar[tuple[str, ...]] = ("torque",)
+
     torque: ArrayLike
 
     def __post_init__(self) -> None:
@@ -87,6 +89,8 @@ class TorqueTable(Drive):
     With interpolation "hold" each row holds until the time of the next. Raises InvalidValueError for times that do not
     increase and rows that do not fit them; simulate raises it for rows of a length that is not N.
     """
+
+    signals: ClassVar[tuple[str, ...]] = ("torque", "times")
 
     times: ArrayLike
     torque: ArrayLike

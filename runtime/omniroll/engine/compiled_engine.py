@@ -196,8 +196,13 @@ class CompiledRun:
         return self.run.row_count
 
     def end(self) -> dict[str, Any]:
-        """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come."""
-        state = {name: array.copy() for name, array in state_of(self).items()}
+        """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
+
+        Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it.
+        """
+        state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
+        own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
+        state["speeds"] = {name: self.speeds(name).copy() for name in own}
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
 
     def _end_axial(self) -> np.ndarray | None:

@@ -34,6 +34,7 @@ from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.progress import Report, reporting
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
+from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
@@ -401,6 +402,7 @@ def found_of(run: Run, times: np.ndarray | None, control: bool) -> Found:
         stats, stopped = done.run.stats(), done.run.stop
         found = done.run.end() | {name: stats[name] for name in COUNTS}
         found |= {"reason": None if stopped is None else str(stopped), "start_axial": task.state.free_axial()}
+        found["start_speeds"] = task.effects.own_speeds(task.kernel, task.state)
         found["error_estimate"] = None if stopped is not None else done.error_estimate
         found["samples"] = None if times is None else _samples(done.run.recorded(), times)
         done.run.release()
@@ -457,8 +459,8 @@ def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
             **{name: of(name, default=value) for name, value in missing.items()},
             contact=of("contact", int, np.full(wheels, -1)),
             made={
-                "contact_spin": lambda: states.of_vehicles(lambda k, nu, chi, spins: k.wheel_rates(nu, chi)[1]),
-                "spins": lambda: states.of_vehicles(lambda k, nu, chi, spins: spins),
+                "contact_spin": lambda: states.of_vehicles(_contact_spins),
+                "spins": lambda: states.of_vehicles(lambda k, nu, chi, spins, contacts: spins),
                 "energy": lambda: states.of_vehicles(_energy),
             },
         ),
@@ -491,7 +493,17 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def _energy(bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
+def _contact_spins(
+    bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None, contacts: Contacts | None
+) -> np.ndarray:
+    return bound.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
+
+
+def _energy(
+    bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None, contacts: Contacts | None
+) -> np.ndarray:
+    if contacts is not None:
+        return contacts.energy(nu, chi, spins)
     return bound.energy(nu, chi, *bound.spins_or_nothing(spins))
 
 
@@ -502,14 +514,23 @@ class _States:
         self.shape, self.runs, self.found = shape, runs, found
 
     def of_vehicles(self, function: Callable, *, start: bool = False) -> np.ndarray | None:
-        """(..., ...) function(kernel, nu, chi, spins) of the states at the ends or starts, all of a vehicle at once."""
+        """(..., ...) function(kernel, nu, chi, spins, contacts) of the states at the ends or starts, all of a vehicle
+        at once; contacts are Contacts where wheels may slip, else None."""
         values: list[Any] = [None] * len(self.runs)
-        for bound, places in self._by_kernel():
+        for bound, effects, places in self._by_kernel():
             nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
             spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
-            for k, value in zip(places, _each(function(bound, nu, chi, spins), len(places)), strict=True):
+            contacts = self._contacts(effects, places, start) if effects.slips else None
+            for k, value in zip(places, _each(function(bound, nu, chi, spins, contacts), len(places)), strict=True):
                 values[k] = value
         return _stacked(self.shape, values)
+
+    def _contacts(self, effects: EffectSet, places: list[int], start: bool) -> Contacts:
+        """Those of some runs. Their spins and energies do not depend on the law of the ground."""
+        run, name = self.runs[places[0]], "start_speeds" if start else "speeds"
+        of_runs = [self.found[k][name] for k in places]
+        speeds = {each: np.array([one[each] for one in of_runs]) for each in of_runs[0]}
+        return Contacts(effects.kernel(run["vehicle"], run["roller_model"], "python"), speeds)
 
     def _of(self, name: str, places: list[int], start: bool) -> np.ndarray | None:
         if not start:
@@ -525,15 +546,18 @@ class _States:
             ]
         return None if values[0] is None else np.array(values, float)
 
-    def _by_kernel(self) -> Iterator[tuple[Kernel, list[int]]]:
-        """Each Python kernel, which works on all states at once, with the runs that it belongs to."""
-        groups: dict[Vehicle, list[int]] = {}
+    def _by_kernel(self) -> Iterator[tuple[Kernel, EffectSet, list[int]]]:
+        """Each Python kernel, which works on all states at once, with effects of one of its runs, and the runs."""
+        groups: dict[tuple[Vehicle, bool], list[int]] = {}
+        acting: dict[tuple[Vehicle, bool], EffectSet] = {}
         for k, (run, one) in enumerate(zip(self.runs, self.found, strict=True)):
             if "nu" in one:
                 effects = EffectSet.checked(run["effects"], run["vehicle"])
-                groups.setdefault(effects.equipped(run["vehicle"]), []).append(k)
-        for vehicle, places in groups.items():
-            yield kernel(vehicle, self.runs[0]["roller_model"], "python"), places
+                key = effects.equipped(run["vehicle"]), effects.slips
+                groups.setdefault(key, []).append(k)
+                acting.setdefault(key, effects)
+        for key, places in groups.items():
+            yield kernel(key[0], self.runs[0]["roller_model"], "python"), acting[key], places
 
 
 def _each(values: np.ndarray | None, count: int) -> Iterable[Any]:

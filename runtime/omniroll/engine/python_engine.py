@@ -204,6 +204,7 @@ class Run:
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
             end = state_of(self.state) | {"axial": self.state.free_axial()}
+            end |= {"speeds": self.task.effects.own_speeds(self.kernel, self.state)}
             self._stop(str(error) + blamed(self.task, end), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()

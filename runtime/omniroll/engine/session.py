@@ -23,6 +23,7 @@ from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
+from omniroll.results.slipping import Contacts
 from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 1  # of what save() gives
@@ -79,9 +80,6 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if self._task.kernel.slips:
-            bound = "must not hold a Contact: a session runs on the compiled engine, where wheels roll"
-            raise InvalidValueError("effects", options.get("effects"), bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
@@ -239,12 +237,16 @@ class Session:
 
     @property
     def wheel_speeds(self) -> np.ndarray:
-        """(N,) in rad/s, the rates of chi, (2.2)."""
-        return self._task.kernel.wheel_speeds(self._nu)
+        """(N,) in rad/s, the rates of chi: (2.2), or where wheels may slip their own."""
+        contacts = self._contacts
+        return self._task.kernel.wheel_speeds(self._nu) if contacts is None else contacts.rates
 
     @property
     def contact_spin(self) -> np.ndarray:
-        """(N,) in rad/s, the spins of the rollers in contact, (2.1)."""
+        """(N,) in rad/s, the spins of the rollers in contact: (2.1), or where wheels may slip their own."""
+        contacts = self._contacts
+        if contacts is not None:
+            return contacts.spins(*self._place)
         return self._task.kernel.wheel_rates(self._nu, self._chi)[1]
 
     @property
@@ -256,8 +258,32 @@ class Session:
     @property
     def energy(self) -> float:
         """Kinetic energy in J, (3.2)."""
-        bound = self._task.kernel
+        bound, contacts = self._task.kernel, self._contacts
+        if contacts is not None:
+            return float(contacts.energy(*self._place, self.spins))
         return float(bound.energy(self._nu, self._chi, *bound.spins_or_nothing(self.spins)))
+
+    @property
+    def slip(self) -> np.ndarray | None:
+        """(N, 2) in m/s, velocities of the contacts on the ground, along the axle and along the rolling direction; None
+        where wheels cannot slip."""
+        return None if self._contacts is None else self._contacts.forces(*self._place)[0]
+
+    @property
+    def ground_force(self) -> np.ndarray | None:
+        """(N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
+        return None if self._contacts is None else self._contacts.forces(*self._place)[1]
+
+    @property
+    def _place(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._nu, self._chi
+
+    @property
+    def _contacts(self) -> Contacts | None:
+        """The contacts as they are now, where wheels may slip."""
+        if not self._task.effects.slips:
+            return None
+        return Contacts(self._task.kernel, self._run.integrated(self._run.space.core))
 
     @property
     def outputs(self) -> dict[str, np.ndarray]:
@@ -270,7 +296,7 @@ class Session:
         signals = self._run.signals_now()
         found = signals | self._run.integrated(self._run.space.core)
         for process in self._run.acting.processes:
-            found |= process.readings(self._nu, signals)
+            found |= process.readings(self._nu, found)
         return found
 
     def measure(self, instruments: Instruments | None = None) -> dict[str, np.ndarray]:

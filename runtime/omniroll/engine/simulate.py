@@ -12,6 +12,7 @@ from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import accuracy_doubts, controlled_run, one_run
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY, Progress, Task, flow_at_start
+from omniroll.engine.sensitivities import check_names, with_sensitivities
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.results.trajectory import Trajectory
@@ -44,12 +45,13 @@ def simulate(
     progress: Progress | None = None,
     effects: Sequence[Effect] = (),
     control: bool = True,
+    sensitivities: Sequence[str] = (),
 ) -> Trajectory:
     """Simulate a vehicle with N wheels of n rollers from a given state.
 
     vehicle       Vehicle, with N wheels of n rollers; roller 0 of each wheel has contact at the start
     effects       what acts on the vehicle besides its rolling, a sequence of effects: Torque, TorqueTable, Motor,
-                  Controller, FunctionController, Bearings, Slope, Contact
+                  Controller, FunctionController, PathFollower, Bearings, Slope, Contact
     {entries}
     progress      function that is called as progress(time done, duration) now and then, or None
     control       True: compare with a second, coarser run from a start moved by 1e-12; its distance is the measure
@@ -57,6 +59,8 @@ def simulate(
                   tighter tolerance. stats["sensitivity"] is how much larger a small error of the start becomes; two
                   further runs measure it when it is first read. The estimate is never below eps times that.
                   False: both are None
+    sensitivities  names of numbers by which the motion is to be differentiated, see docs/sensitivities.md:
+                  "nu[0]", "mass", "wheel_viscous[1]", ...; Trajectory.sensitivity gives the derivatives
 
     The motion between switches is (3.4) with (2.1) and (2.2); omniroll.engine.switching says what a switch does.
     Returns a Trajectory. Raises InvalidValueError (a ValueError) with the field, its value and the bound;
@@ -73,12 +77,13 @@ def simulate(
     validation.truth("control", control)
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
-    if not control or task.duration == 0:
-        return one_run(task, task.accuracy)
-    trajectory = controlled_run(task)
-    for doubt in accuracy_doubts(task, trajectory):
+    if sensitivities:
+        check_names(task, sensitivities)
+    controlled = control and task.duration > 0
+    trajectory = controlled_run(task) if controlled else one_run(task, task.accuracy)
+    for doubt in accuracy_doubts(task, trajectory) if controlled else ():
         warnings.warn(doubt, stacklevel=2)
-    return trajectory
+    return with_sensitivities(trajectory, sensitivities) if sensitivities else trajectory
 
 
 def checked_task(

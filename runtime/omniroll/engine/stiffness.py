@@ -44,6 +44,11 @@ def blamed(task: Task, end: Mapping[str, Any]) -> str:
     state = State(*(np.array(end[name]) for name in STATE), task.state.axial)
     if end.get("axial") is not None:
         state = state.with_free_axial(np.array(end["axial"]))
+    speeds = end.get("speeds", {})
+    if "rates" in speeds:
+        state = replace(state, rates=speeds["rates"])
+    if "contact_omega" in speeds:
+        state = state.with_contact_axial(speeds["contact_omega"])
     found = sharpest(replace(task, state=state))
     return "" if found is None else f": {found}"
 

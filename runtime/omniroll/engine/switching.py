@@ -81,10 +81,10 @@ class SwitchingModel:
     def _apply_to_free_rollers(self, state: State, after: State, switching: np.ndarray) -> State:
         wheels = np.flatnonzero(switching)
         spins = self._spins_by_roller(state)
-        entering = np.zeros(self.kernel.wheels)
-        entering[wheels] = spins[wheels, after.contact[wheels]]
+        entering = np.zeros_like(spins[..., 0])
+        entering[..., wheels] = spins[..., wheels, after.contact[wheels]]
         axial = state.axial.copy()
-        axial[wheels, state.contact[wheels]] = self.kernel.contact_axial(state.nu, state.chi)[wheels]
+        axial[..., wheels, state.contact[wheels]] = self.kernel.contact_axial(state.nu, state.chi)[..., wheels]
         return replace(after, nu=self._nu_after(state, after, entering, switching), axial=axial)
 
     def _nu_after(self, state: State, after: State, entering: np.ndarray, switching: np.ndarray) -> np.ndarray:
@@ -101,4 +101,4 @@ class SwitchingModel:
         """Spins relative to the disk (N, n) of all rollers, by physical number."""
         _, contact_spin = self.kernel.wheel_rates(state.nu, state.chi)
         spins = self.kernel.spins_from_axial(state.nu, state.chi, state.free_axial())
-        return by_roller(np.column_stack([contact_spin, spins]), state.contact)
+        return by_roller(np.concatenate([contact_spin[..., None], spins], axis=-1), state.contact)

@@ -134,7 +134,7 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
     if "layout" in effects:
-        own |= {"wheel_places": _wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
+        own |= {"wheel_places": wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
     return own | dict(constants)
 
 
@@ -159,7 +159,8 @@ def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     return array if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
 
 
-def _wheel_places(vehicle: Vehicle) -> ArrayLike:
+def wheel_places(vehicle: Vehicle) -> ArrayLike:
+    """(N, 2) in m: the wheels' centres in the platform's frame."""
     if vehicle.wheel_places is not None:
         return vehicle.wheel_places
     counts = vehicle.wheels, vehicle.rollers_per_wheel
@@ -213,6 +214,11 @@ class Kernel:
         rows = np.ascontiguousarray(self.wheel_speeds(np.eye(3)).T)
         rows.flags.writeable = False
         return rows
+
+    @cached_property
+    def nu_dot_per_torque(self) -> np.ndarray:
+        """(3, N) nu' for each torque at the axles, of a vehicle at rest with chi = 0: their power is torque chi'."""
+        return np.linalg.solve(self.mass_matrix(np.zeros(self.wheels)), self.wheel_rows.T)
 
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -67,6 +67,28 @@ class Samples(MadeOnDemand):
     ground_force = OnDemand()
 
 
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """The derivative of a motion by a number, in the number's unit, at times of any shape (...) that stay fixed.
+
+    name   of the number
+    t      (...) in s
+    nu     (..., 3)
+    chi    (..., N)
+    pose   (..., 3)
+    spins  (..., N, n-1) of the free rollers j = 2..n; None but for the roller model "free"
+
+    At a switch the motion jumps, and so does its derivative.
+    """
+
+    name: str
+    t: np.ndarray
+    nu: np.ndarray
+    chi: np.ndarray
+    pose: np.ndarray
+    spins: np.ndarray | None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(MadeOnDemand):
     """A motion of a vehicle with N wheels of n rollers; T rows.
@@ -94,6 +116,7 @@ class Trajectory(MadeOnDemand):
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
     made          how the arrays are computed when they are first read
     in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
+    followed      the derivatives that were asked for, see `sensitivity`; None where none were
     """
 
     vehicle: Vehicle
@@ -106,6 +129,7 @@ class Trajectory(MadeOnDemand):
     stats: Stats = field(default_factory=lambda: Stats({}))
     effects: EffectSet = EffectSet()
     in_part: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
+    followed: Any = None
 
     t = OnDemand()
     elapsed = OnDemand()
@@ -172,10 +196,32 @@ class Trajectory(MadeOnDemand):
         that row. Raises InvalidValueError for times outside the run, or where the dense output was not saved.
         """
         times = validation.real_array("t", t)
-        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
-            raise InvalidValueError("t", t, f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}")
-        y, row = self._state_and_row(times)
+        self._check_times(times)
+        y, row = self.state_and_row(times)
         return self._complete(times, y, row)
+
+    def sensitivity(self, name: str, t: ArrayLike | None = None) -> Sensitivity:
+        """The derivative of the motion by a number that `sensitivities` of simulate named.
+
+        name  as it was named
+        t     times of any shape within the run, at a switch that after it; None: the rows
+
+        Raises InvalidValueError for another name and for times outside the run.
+        """
+        if self.followed is None:
+            raise InvalidValueError("name", name, "simulate was not asked for it; name it in sensitivities=(...)")
+        if t is not None:
+            self._check_times(validation.real_array("t", t))
+        return self.followed.at(self, name, t)
+
+    def state_rows(self) -> np.ndarray:
+        """(T, 6 + N + E) nu, chi, pose and what the effects integrate, row by row."""
+        return self._rows(np.arange(len(self)))
+
+    def _check_times(self, times: np.ndarray) -> None:
+        if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
+            bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
+            raise InvalidValueError("t", times.tolist(), bound)
 
     def measure(self, t: ArrayLike, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
@@ -219,10 +265,10 @@ class Trajectory(MadeOnDemand):
 
     def state_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y = (nu, chi, pose), (T, 6 + N), and contact (T, N) at times (T,) within the run, and no more."""
-        y, row = self._state_and_row(times)
+        y, row = self.state_and_row(times)
         return y[..., : 6 + self.vehicle.wheels], self.contact[row]
 
-    def _state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def state_and_row(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """y (..., 6 + N + E) at times within the run, and the last row at or before each."""
         # Where t is large, several elapsed times round to one t. A time that equals a row's t is taken as that row.
         row = np.searchsorted(self.t, times, side="right") - 1
@@ -267,7 +313,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
-        slipping = Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
+        slipping = self._contacts_in(y)
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -286,14 +332,12 @@ class Trajectory(MadeOnDemand):
             return with_rows("energy", bound.energy(nu, chi, *bound.spins_or_nothing(samples.spins)))
 
         def contact_spin() -> np.ndarray:
-            own = self.kernel.wheel_rates(nu, chi)[1] if slipping is None else slipping.spins(nu, chi)
-            return with_rows("contact_spin", own)
+            inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
+            return with_rows("contact_spin", self.contact_spins_in(inside))
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
-        made |= {
-            name: (lambda k=k: None if slipping is None else slipping.forces(nu, chi)[k])
-            for k, name in enumerate(("slip", "ground_force"))
-        }
+        on_ground = cache(lambda: (None, None) if slipping is None else slipping.forces(nu, chi))
+        made |= {"slip": lambda: on_ground()[0], "ground_force": lambda: on_ground()[1]}
         samples = Samples(times, nu, chi, self.contact[row], pose, made)
         return samples
 
@@ -324,25 +368,40 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
+    def contact_spins_in(self, y: np.ndarray) -> np.ndarray:
+        """(..., N) in rad/s, of the rollers in contact relative to their disks.
+
+        y  (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
+        """
+        nu, chi = y[..., :3], y[..., 3 : 3 + self.vehicle.wheels]
+        contacts = self._contacts_in(y)
+        return self.kernel.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
+
     # Contacts that slip
+
+    def _contacts_in(self, y: np.ndarray) -> "Contacts | None":
+        """Those in states y (..., 6 + N + E), where wheels may slip."""
+        return Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
 
     @cached_property
     def contacts(self) -> "Contacts | None":
         """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
-        if not self.effects.slips:
-            return None
-        return Contacts(self._effect_kernel, self._state_vector.views(self._rows(np.arange(len(self)))))
+        return self._contacts_in(self._rows(np.arange(len(self)))) if self.effects.slips else None
 
     @cached_property
+    def _on_ground(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.contacts.forces(self.nu, self.chi)
+
+    @property
     def slip(self) -> np.ndarray | None:
         """(T, N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling direction
         e_z x n; None where wheels cannot slip."""
-        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[0]
+        return None if self.contacts is None else self._on_ground[0]
 
-    @cached_property
+    @property
     def ground_force(self) -> np.ndarray | None:
         """(T, N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
-        return None if self.contacts is None else self.contacts.forces(self.nu, self.chi)[1]
+        return None if self.contacts is None else self._on_ground[1]
 
     # Energy
 
@@ -404,7 +463,7 @@ class Trajectory(MadeOnDemand):
             y = self._rows(np.arange(len(self)))
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
         else:
-            y, _ = self._state_and_row(times)
+            y, _ = self.state_and_row(times)
             found |= self._drives_at(times)
         found |= self._contributions_of(y)
         return found if instruments is None else found | self.measure(times, instruments)

@@ -4,11 +4,12 @@ from collections.abc import Iterable
 from typing import Any
 
 from omniroll.kinds import Sizes
+from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.problems import Problem, nearest, shown
 from omniroll.scenes.reading import Lines
-from omniroll.scenes.schema import PRESET, SCENE, TABLES, Table, keys
+from omniroll.scenes.schema import OF_LOG, SCENE, TABLES, Table, keys
 
-PRESET_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
+PAPER_SIZES = {"wheels": 3, "rollers_per_wheel": 5}
 
 
 class Findings:
@@ -50,15 +51,16 @@ def checked_tables(tables: dict[str, Any], findings: Findings) -> dict[str, dict
 
 def sizes(vehicle: dict[str, Any]) -> Sizes:
     """N and n - 1 as far as [vehicle] says them."""
-    preset = _is_preset(vehicle)
-    given = {key: vehicle.get(key, default if preset else None) for key, default in PRESET_SIZES.items()}
+    preset = vehicle.get("preset")
+    usual: dict[str, int | None] = dict.fromkeys(PAPER_SIZES)
+    if isinstance(preset, str) and preset in ROBOTS:
+        usual = {key: getattr(ROBOTS[preset], key) for key in PAPER_SIZES}
+    elif preset is not None:
+        usual = dict(PAPER_SIZES)
+    given = {key: vehicle.get(key, default) for key, default in usual.items()}
     good = {key: value for key, value in given.items() if TABLES["vehicle"].key(key).kind.complaint(value, {}) is None}
     result = {"N": good["wheels"]} if "wheels" in good else {}
     return result | ({"n-1": good["rollers_per_wheel"] - 1} if "rollers_per_wheel" in good else {})
-
-
-def _is_preset(vehicle: dict[str, Any]) -> bool:
-    return any(key.name in vehicle for key in PRESET)
 
 
 def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Findings) -> dict[str, Any]:
@@ -69,7 +71,7 @@ def _good_keys(table: Table, content: dict[str, Any], known: Sizes, findings: Fi
     good = {}
     for key in table.keys:
         if key.name not in content:
-            if key.needed:
+            if key.needed and not ("log" in content and key.name in OF_LOG.get(table.name, ())):
                 findings.add(table.name, key.name, f"is missing; {key.kind.expected(known)}{_unit(key.unit)}")
             continue
         complaint = key.kind.complaint(content[key.name], known)

@@ -8,6 +8,7 @@ from omniroll import generated_data
 from omniroll.engine.compiled_engine import can_run, kernel_of
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
+from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.acting import MAKERS
 from omniroll.scenes.allowance import Allowance
 from omniroll.scenes.costs import nanoseconds, operations, prices
@@ -75,12 +76,23 @@ def runs_on(task: Task) -> str:
 def origins_of(scene: Scene) -> list[Origin]:
     """Where each number of the vehicle comes from, and of its motors where a data sheet gives them."""
     vehicle, table, drive = scene.vehicle, scene.tables["vehicle"], scene.tables.get("drive", {})
-    found = list(vehicle.origins) or [_origin_of_field(entry, vehicle, table) for entry in LENGTHS + INERTIAS]
+    found = list(vehicle.origins)
+    known = {origin.name for origin in found}
+    missing = [entry for entry in LENGTHS + INERTIAS if entry.name not in known and (not found or entry.name in table)]
+    found += [_origin_of_field(entry, vehicle, table) for entry in missing]
+    if robot := ROBOTS.get(drive.get("preset", "")):
+        found += [_in_drive(origin, drive) for origin in robot.motor_origins()]
     sheet = {entry.name: drive[entry.name] for entry in MOTOR_SHEET if entry.name in drive}
     if sheet:
         found += [Origin(entry.name, sheet[entry.name], entry.unit, GIVEN) for entry in MOTOR_SHEET]
         found += motor_constants(**sheet).values()
     return found
+
+
+def _in_drive(origin: Origin, drive: dict[str, Any]) -> Origin:
+    """A number of a robot's motors, or what [drive] gives in its place."""
+    given = drive.get(origin.name)
+    return origin if given is None else Origin(origin.name, given, origin.unit, GIVEN)
 
 
 def _origin_of_field(entry: Entry, vehicle: Vehicle, table: dict[str, Any]) -> Origin:

@@ -97,8 +97,7 @@ def _of_bearings(bearings: Bearings, vehicle: Vehicle) -> Iterator[Lint]:
         yield Lint("bearings", "roller_viscous", text)
     if bearings.wheel_viscous is not None and (damping := np.max(bearings.wheel_viscous)) > 0:
         bound = kernel(vehicle, "massless", "python")
-        wheels = bound.wheel_speeds(np.eye(3)).T
-        rates = np.linalg.eigvals(np.linalg.solve(bound.mass_matrix(np.zeros(vehicle.wheels)), wheels.T @ wheels))
+        rates = np.linalg.eigvals(bound.nu_dot_per_torque @ bound.wheel_rows)
         if (time := 1 / (damping * rates.real.max())) < BRIEF:
             text = f"stops a motion of the vehicle within {time:.2g} s"
             yield Lint("bearings", "wheel_viscous", f"{text}; is it in N m s?")

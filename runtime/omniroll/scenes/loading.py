@@ -16,6 +16,7 @@ from omniroll.results.reactions import Reactions, judged_reactions
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.acting import check_together, effects_of, with_layout
 from omniroll.scenes.checking import Findings, checked_tables, sizes
+from omniroll.scenes.logs import replay_logs
 from omniroll.scenes.problems import SceneError, shown
 from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
@@ -102,6 +103,7 @@ def load_scene(path: str | PathLike) -> Scene:
     _check_samples(tables.get("run", {}), findings)
     if "measurements" in tables and not {"step", "times"} & set(tables.get("run", {})):
         findings.add("measurements", None, "needs [run] step or times, at which instruments are read")
+    replay_logs(tables, vehicle, path.parent, findings)
     effects = effects_of(tables, findings)
     if vehicle is not None:
         vehicle = with_layout(vehicle, tables, findings)

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from omniroll import vocabulary
-from omniroll.kinds import Choice, Whole
+from omniroll.kinds import Choice, Whole, Word
+from omniroll.robots.catalogue import ROBOTS
 from omniroll.vehicles.data_sheet import BODIES
 from omniroll.vocabulary import Entry
 
@@ -31,15 +32,23 @@ class Table:
 
 # [vehicle] has three ways of saying what the vehicle is; the first keys go with each of them.
 SIZES = (
-    replace(vocabulary.WHEELS, kind=Whole(1, MOST_WHEELS), default="3 of a preset"),
-    replace(vocabulary.ROLLERS_PER_WHEEL, kind=Whole(3, MOST_ROLLERS), default="5 of a preset"),
+    replace(vocabulary.WHEELS, kind=Whole(1, MOST_WHEELS), default="3 of the preset paper"),
+    replace(vocabulary.ROLLERS_PER_WHEEL, kind=Whole(3, MOST_ROLLERS), default="5 of the preset paper"),
 )
 SHARED = (
     vocabulary.WHEEL_ANGLES,
     *vocabulary.LENGTHS,
     replace(vocabulary.YAW_SCALE, default="1; that of a preset"),
 )
-PRESET = (Entry("preset", Choice(("paper",)), "", "a vehicle by name", note="The other keys replace its numbers"),)
+PRESET = (
+    Entry(
+        "preset",
+        Choice(("paper", *ROBOTS)),
+        "",
+        "the paper's vehicle, or a robot of docs/robots.md",
+        note="The other keys replace its numbers",
+    ),
+)
 NUMBERS = (
     replace(vocabulary.INERTIAS[0], note="Beside parts it stands for platform_mass"),
     *vocabulary.INERTIAS[1:],
@@ -61,6 +70,22 @@ SHEET = vocabulary.DATA_SHEET
 
 # [drive] is one of two things; the first keys go with both.
 DRIVE = (vocabulary.ROW_TIMES, vocabulary.INTERPOLATION)
+# A log of commands stands for the rows of a table over time, and for their times.
+LOG = Entry(
+    "log",
+    Word(),
+    "",
+    "name of a CSV file beside the scene, with commands over time",
+    note="Its rows hold until the next unless interpolation says otherwise; docs/conventions.md has the columns",
+)
+MOTOR_PRESET = Entry(
+    "preset",
+    Choice(tuple(name for name, robot in ROBOTS.items() if robot.motor_numbers)),
+    "",
+    "the paper's vehicle, or a robot of docs/robots.md",
+    note="Its motors, where they are known; the other keys replace their numbers",
+)
+OF_LOG = {"drive": ("times", "torque", "voltage"), "controller": ("times", "target")}
 TORQUE = (vocabulary.TORQUE,)
 MOTOR = tuple(
     replace(entry, needed=False, note="It, or the three numbers of a data sheet, is needed with voltage")
@@ -100,19 +125,25 @@ SCENE = (
         "positive torque raises `chi`. By (2.2) a wheel whose `chi` grows rolls against its direction of rolling, "
         "which is the axle's, pointing outwards, turned by a right angle against the clock seen from above; so equal "
         "positive torques on evenly spaced wheels turn the vehicle clockwise.",
-        DRIVE + TORQUE + MOTOR,
+        (*DRIVE, LOG, *TORQUE, MOTOR_PRESET, *MOTOR),
     ),
     Table(
         "controller",
         "A sampled controller that tracks speeds, one proportional and integral loop for each wheel. Its output is "
         "held between samples.",
-        vocabulary.CONTROLLER,
+        (*vocabulary.CONTROLLER, LOG),
     ),
     Table(
         "function_controller",
         "A controller that is a Python function, registered under a name with `omniroll.register_controller` before "
         "the scene is read. Its output is held between its calls, and is added to that of `[controller]`.",
         vocabulary.FUNCTION_CONTROLLER,
+    ),
+    Table(
+        "path",
+        "A sampled controller that takes the vehicle along a path: inverse dynamics of the path's accelerations, and "
+        "feedback of the pose. Its output is held between samples, and is added to that of the other controllers.",
+        vocabulary.PATH,
     ),
     Table(
         "bearings",
@@ -126,7 +157,7 @@ SCENE = (
         "contact",
         "Wheels that may slip on the ground. Without this table they roll. A switch then changes no speed, and "
         "`[switching]` has no part: the roller that comes into contact has the spin that it has, and the ground spins "
-        "it up. Rollers cannot be `locked`. Such a scene runs on the Python engine.",
+        "it up. Rollers cannot be `locked`.",
         vocabulary.CONTACT,
     ),
     Table(

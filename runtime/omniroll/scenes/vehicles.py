@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from omniroll.errors import InvalidValueError
+from omniroll.robots.catalogue import ROBOTS
 from omniroll.scenes.checking import Findings
 from omniroll.scenes.problems import shown
 from omniroll.scenes.schema import NUMBERS, PARTS, SHARED, SHEET, SIZES
@@ -11,6 +12,7 @@ from omniroll.vehicles.data_sheet import BODIES, INSTEAD
 from omniroll.vehicles.vehicle import Vehicle
 
 ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
+SIZE_NAMES = tuple(key.name for key in SIZES)
 NUMBER_NAMES = tuple(key.name for key in NUMBERS)
 PART_NAMES = tuple(key.name for key in PARTS + SHEET)
 SHEET_NEEDS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius", "roller_radius", "roller_length")
@@ -60,6 +62,8 @@ def _judged_alone(content: dict[str, Any], wrong: set[str | None]) -> dict[str, 
 
 def _way(content: dict[str, Any]) -> tuple[Callable, tuple[str, ...], tuple[str, ...], str]:
     """How the table gives the vehicle: what makes it, the keys that it needs, those that it excludes, and why."""
+    if content.get("preset") in ROBOTS:
+        return _make_preset, (), (*SIZE_NAMES, *PART_NAMES), "the preset of a robot"
     if "preset" in content:
         return _make_preset, (), PART_NAMES, "a preset"
     if any(name in content for name in PART_NAMES):
@@ -88,9 +92,10 @@ def _say_what_is_missing(content: dict[str, Any], needed: tuple[str, ...], findi
 
 
 def _make_preset(content: dict[str, Any]) -> Vehicle:
-    sizes = {key: content[key] for key in ("wheels", "rollers_per_wheel") if key in content}
+    sizes = {key: content[key] for key in SIZE_NAMES if key in content}
     numbers = {key: value for key, value in content.items() if key not in ("preset", *sizes)}
-    vehicle = Vehicle.paper(**sizes)
+    robot = ROBOTS.get(content["preset"])
+    vehicle = Vehicle.paper(**sizes) if robot is None else robot.vehicle
     return vehicle.replace(**numbers) if numbers else vehicle
 
 

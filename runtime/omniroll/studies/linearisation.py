@@ -5,7 +5,6 @@ factorisation of M* for all columns. They hold between two events: until a rolle
 limit.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate, chain
@@ -18,9 +17,12 @@ from omniroll.effects.effect import Effect, Modal
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
+from omniroll.effects.linear_loop import held
+from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.torque import Drive, with_torque
-from omniroll.errors import AccuracyWarning, InvalidValueError
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 from omniroll.scenes.loading import Scene
 from omniroll.validation import choice, positive, trailing
@@ -31,7 +33,6 @@ from omniroll.vocabulary import ROLLER_MODEL
 DERIVATIVES = "derivatives"  # the registry's effect that brings the functions
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
 HEADING = (0, 0, 1)  # the heading's place in the pose
-SHARP_TIPS = "the rollers end in sharp tips, near which the derivatives lose digits, all of them at worst"
 MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
 
 
@@ -67,18 +68,11 @@ class LinearModel:
 
         step  in s, positive. Raises InvalidValueError for other steps, and for a model that is discrete already.
         """
-        from scipy.linalg import expm
-
         if self.step is not None:
             raise InvalidValueError("step", step, f"the model is discrete already, with a step of {self.step} s")
         step = positive("step", step)
-        size, inputs = self.A.shape[-1], self.B.shape[-1]
-        whole = np.zeros((*self.A.shape[:-2], size + inputs + 1, size + inputs + 1))
-        whole[..., :size, :size], whole[..., :size, size:-1], whole[..., :size, -1] = self.A, self.B, self.rates
-        passed = expm(whole * step)
-        return replace(
-            self, A=passed[..., :size, :size], B=passed[..., :size, size:-1], rates=passed[..., :size, -1], step=step
-        )
+        free, forced = held(self.A, np.concatenate([self.B, self.rates[..., None]], axis=-1), step)
+        return replace(self, A=free, B=forced[..., :-1], rates=forced[..., -1], step=step)
 
     def to_scipy(self):
         """The same as scipy.signal.StateSpace, for deviations from the state; of one state alone."""
@@ -127,10 +121,12 @@ def linearise(
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
 
-    Returns a LinearModel. Warns with AccuracyWarning where the rollers end in sharp tips, for which the derivatives
-    lose digits: they are solved for by elimination in M*. Raises InvalidValueError for axles that stick (wheel_coulomb
-    without wheel_speed), for Coulomb friction of free rollers, which makes each roller a state, for wheels that may
-    slip, and for values that do not fit.
+    Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the form of
+    forward_dynamics for such tips is differentiated as it stands.
+
+    Returns a LinearModel. Raises InvalidValueError for axles that stick (wheel_coulomb without wheel_speed), for
+    Coulomb friction of free rollers, which makes each roller a state, for wheels that may slip, and for values that do
+    not fit.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
@@ -146,8 +142,6 @@ def linearise(
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
     bound = _kernel(acting, vehicle, roller_model)
-    if bound.sharp:
-        warnings.warn(AccuracyWarning(SHARP_TIPS), stacklevel=2)
     points = _points(bound, given)
     models = [_near(bound, acting, given.get("start_time", 0), *point, tuple(outputs)) for point in points.flat]
     return _together(models, points.shape)
@@ -157,7 +151,7 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
     """What acts, without controllers, and with torques where nothing drives."""
     if not isinstance(effects, Sequence):
         return effects  # refused where effects are checked
-    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController)]
+    rest = [effect for effect in effects if not isinstance(effect, Controller | FunctionController | PathFollower)]
     return rest if any(isinstance(effect, Drive) for effect in rest) else with_torque(rest)
 
 
@@ -217,6 +211,8 @@ def _near(
     signals, modal = _settled(EffectRun(acting, bound, start_time), nu)
     known = signals | {"nu": nu, "chi": chi, "theta": pose[2], "heading": pose[2], "momenta": momenta}
     found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
+    if bound.sharp:
+        found |= _of_sharp_tips(bound, known)
     parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
     rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
     blocks = {
@@ -281,6 +277,23 @@ def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dic
     """The outputs of a generated function by name."""
     outputs = (argument.name for argument in bound.signatures[name].outputs)
     return dict(zip(outputs, call_named(bound, name, known), strict=True))
+
+
+def _of_sharp_tips(bound: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """nu' and its derivatives by the form of forward_dynamics for sharp tips, by the names of the generated ones."""
+    carrying, found = TangentKernel(bound), {}
+    for argument in bound.signatures["forward_dynamics"].inputs:
+        value = np.asarray(known[argument.name], float)
+        moved = with_tangent(value, np.eye(value.size).reshape(-1, *value.shape))
+        found[argument.name] = tangent_of(call_named(carrying, "forward_dynamics", {**known, argument.name: moved}))
+    slopes = {f"nu_dot_by_{name}": found[name] for name in ("chi", "torque") if name in found}
+    slopes |= {"nu_dot": call_named(bound, "forward_dynamics", known), "nu_dot_by_nu": found["nu"].T}
+    if "heading" in found:
+        (slopes["nu_dot_by_heading"],) = found["heading"]
+    if "momenta" in found:
+        by_momenta = found["momenta"].reshape(bound.wheels, 2, 3)
+        slopes["nu_dot_by_momentum_cos"], slopes["nu_dot_by_momentum_sin"] = by_momenta[:, 0], by_momenta[:, 1]
+    return slopes
 
 
 def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:

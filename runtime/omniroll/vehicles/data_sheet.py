@@ -11,7 +11,7 @@ from omniroll import vocabulary
 from omniroll.errors import InvalidValueError
 from omniroll.vehicles import parts
 
-GIVEN, DERIVED, ASSUMED = "given", "derived", "assumed"
+GIVEN, PUBLISHED, DERIVED, ASSUMED = "given", "published", "derived", "assumed"
 DENSITY = 1200.0  # kg/m^3, of polyurethane: wheels and rollers whose masses are not given
 ENTRIES = vocabulary.by_name(
     vocabulary.PARTS, vocabulary.SOLIDS, vocabulary.DATA_SHEET, vocabulary.LENGTHS, vocabulary.INERTIAS
@@ -32,8 +32,8 @@ NO_ROTOR = {
 class Origin:
     """Where a number of a vehicle or of its motors comes from.
 
-    kind    "given", "derived" from other numbers, or "assumed"
-    reason  how it was derived, or what was assumed; empty where it was given
+    kind    "given", "published" by others, "derived" from other numbers, or "assumed"
+    reason  the source, how it was derived, or what was assumed; empty where it was given
     """
 
     name: str

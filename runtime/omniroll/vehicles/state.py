@@ -21,6 +21,9 @@ class State:
              switches. The number of the roller in contact has no meaning where it rolls. None but for the roller
              model "free".
     rates    (N,) in rad/s, the wheels' rates where they may slip; None where they roll
+
+    nu, chi, pose and axial may have leading axes: the states of several motions that touch the ground with the same
+    rollers.
     """
 
     nu: np.ndarray
@@ -35,14 +38,14 @@ class State:
         if self.axial is None:
             return None
         if not self.contact.any():
-            return self.axial[:, 1:]
-        rollers = self.axial.shape[1]
+            return self.axial[..., 1:]
+        rollers = self.axial.shape[-1]
         places = (self.contact[:, None] + np.arange(1, rollers)) % rollers
-        return self.axial[np.arange(len(places))[:, None], places]
+        return self.axial[..., np.arange(len(places))[:, None], places]
 
     def with_free_axial(self, free: np.ndarray) -> "State":
         """The state with other axial speeds of the rollers j = 2..n, (N, n-1)."""
-        places = np.column_stack([np.zeros(len(free)), free])
+        places = np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1)
         return replace(self, axial=by_roller(places, self.contact))
 
     def contact_axial(self) -> np.ndarray:
@@ -77,4 +80,4 @@ def by_roller(values: np.ndarray, contact: np.ndarray) -> np.ndarray:
     """Reorder the last axis (n) from j = 1..n to physical rollers; the inverse of by_place."""
     rollers = values.shape[-1]
     places = place_of_roller(np.asarray(contact)[..., None], np.arange(rollers), rollers)
-    return np.take_along_axis(values, places - 1, axis=-1)
+    return np.take_along_axis(values, np.broadcast_to(places - 1, values.shape), axis=-1)

@@ -21,12 +21,18 @@ POINTS = 500  # samples of the energy among the rows
 class Shown:
     """A run, its name on the page, and the forces of the ground in its T rows.
 
-    forces  (T, N, 3) in N: along the axle, along the rolling direction, upwards; None where they are not known
+    forces  (T, N, 3) in N: along the axle, along the rolling direction, upwards; None where they are not known. Of
+            wheels that may slip the run has them, without the loads
     """
 
     run: Trajectory
     label: str
     forces: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        along = self.run.ground_force
+        if self.forces is None and along is not None:
+            object.__setattr__(self, "forces", np.concatenate([along, np.zeros_like(along[..., :1])], axis=-1))
 
     def description(self) -> dict[str, Any]:
         """What is not an array, as JSON can hold it; units SI."""
@@ -58,6 +64,8 @@ class Shown:
         axial         (N, n, 2, P) in rad/s, absolute axial speeds of the free rollers by physical number at the starts
                       and ends of the pieces; that of the roller in contact has no meaning. Only with free rollers
         forces        (2, P, N, 3) in N at the same places, as `forces` above. Only where they are known
+        slip          (2, P, N, 2) in m/s at the same places: along the axle, along the rolling direction. Only where
+                      wheels may slip
         switch_time   (K,) in s since the start; switch_wheel (K,)
         row_time      (T,) in s since the start
         ledger        (A, T) in J, gained since the start, by entry of the ledger
@@ -82,6 +90,8 @@ class Shown:
             arrays["axial"] = _axial(run, pieces)
         if self.forces is not None:
             arrays["forces"] = self.forces[pieces.rows].astype("f4")
+        if run.slip is not None:
+            arrays["slip"] = run.slip[pieces.rows].astype("f4")
         return arrays
 
     def _gains(self) -> Mapping[str, np.ndarray]:

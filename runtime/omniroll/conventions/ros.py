@@ -1,0 +1,110 @@
+"""ROS 2: omni_wheel_drive_controller of ros2_controllers, version 6.9.0, commit 94e74de3.
+
+Its formulas are those of src/odometry.cpp and src/omni_wheel_drive_controller.cpp there, its parameters those of
+src/omni_wheel_drive_controller_parameters.yaml. Wheel i = 0..N-1 stands at theta_i = 2 pi i/N + wheel_offset, and
+
+    w_i = (sin(theta_i) vx - cos(theta_i) vy - robot_radius wz)/wheel_radius    in rad/s.
+
+A positive rate turns the robot clockwise: that is this project's sign as well.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.conventions.drive_convention import DriveConvention
+from omniroll.errors import InvalidValueError
+from omniroll.vehicles.vehicle import Vehicle
+
+EVEN = 1e-9  # rad by which the angles of evenly spaced wheels may be off
+SHORTEST = 1e-6  # s and rad: the controller's own bounds below which it does not update, or drives straight on
+
+
+class RosOmniDrive(DriveConvention):
+    """A vehicle as omni_wheel_drive_controller drives it; speeds are rates in rad/s. `of` makes it."""
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> "RosOmniDrive":
+        """The vehicle's first wheel is the controller's first; the others follow counterclockwise.
+
+        vehicle  Vehicle
+
+        Raises InvalidValueError for fewer than three wheels, and where they are not evenly spaced on rays at
+        platform_radius: the controller knows no others.
+        """
+        if vehicle.wheels < 3:
+            raise InvalidValueError("wheels", vehicle.wheels, "must be at least 3 for omni_wheel_drive_controller")
+        if vehicle.has_layout:
+            bound = "must be on rays at platform_radius, and S the centre of mass, for omni_wheel_drive_controller"
+            raise InvalidValueError("wheel_places", vehicle.wheel_places, bound)
+        turned = (np.array(vehicle.wheel_angles) - vehicle.wheel_angles[0] + EVEN) % (2 * math.pi) - EVEN
+        order = np.argsort(turned, kind="stable")
+        even = 2 * math.pi * np.arange(vehicle.wheels) / vehicle.wheels
+        if np.abs(turned[order] - even).max() > EVEN:
+            bound = "must be evenly spaced for omni_wheel_drive_controller"
+            raise InvalidValueError("wheel_angles", vehicle.wheel_angles, bound)
+        return cls(vehicle, tuple(order.tolist()), (1.0,) * vehicle.wheels)
+
+    def parameters(self, wheel_names: Sequence[str]) -> dict[str, Any]:
+        """The controller's parameters that say what the robot is.
+
+        wheel_names  names of the joints, in the vehicle's own order
+
+        Raises InvalidValueError where there is not one name for each wheel.
+        """
+        if len(wheel_names) != self.vehicle.wheels:
+            raise InvalidValueError("wheel_names", wheel_names, f"must be {self.vehicle.wheels}, one for each wheel")
+        return {
+            "wheel_offset": self.vehicle.wheel_angles[0],
+            "wheel_names": [wheel_names[wheel] for wheel in self.order],
+            "robot_radius": self.vehicle.platform_radius,
+            "wheel_radius": self.vehicle.wheel_radius,
+        }
+
+    @staticmethod
+    def fields(parameters: dict[str, Any]) -> dict[str, Any]:
+        """wheels, wheel_angles, platform_radius and wheel_radius of a Vehicle, whose wheel i is the controller's.
+
+        parameters  of the controller by name: wheel_offset (0 where it is missing), wheel_names, robot_radius and
+                    wheel_radius
+
+        Raises InvalidValueError for parameters that are missing or not positive.
+        """
+        radii = {name: validation.positive(name, parameters.get(name)) for name in ("robot_radius", "wheel_radius")}
+        names = parameters.get("wheel_names")
+        if not isinstance(names, Sequence) or isinstance(names, str) or len(names) < 3:
+            raise InvalidValueError("wheel_names", names, "must be the names of three wheels or more")
+        offset = float(validation.real_array("wheel_offset", parameters.get("wheel_offset", 0.0), ()))
+        wheels = len(names)
+        return {
+            "wheels": wheels,
+            "wheel_angles": tuple(2 * math.pi * i / wheels + offset for i in range(wheels)),
+            "platform_radius": radii["robot_radius"],
+            "wheel_radius": radii["wheel_radius"],
+        }
+
+
+def moved(pose: ArrayLike, twist: ArrayLike, duration: float) -> np.ndarray:
+    """The pose (3,) after a constant twist, as the controller's odometry reckons it: along an arc, and straight on
+    where the heading changes by less than 1e-6 rad. Times below 1e-6 s leave the pose alone.
+
+    pose      (3,) x, y in m and the heading in rad, which is not wrapped
+    twist     (3,) vx, vy in m/s and wz in rad/s, in the robot's frame
+    duration  in s
+
+    Raises InvalidValueError for what is not such numbers.
+    """
+    x, y, heading = validation.real_array("pose", pose, (3,)).tolist()
+    duration = float(validation.real_array("duration", duration, ()))
+    if abs(duration) < SHORTEST:
+        return np.array([x, y, heading])
+    dx, dy, turn = (validation.real_array("twist", twist, (3,)) * duration).tolist()
+    cosine, sine, end = math.cos(heading), math.sin(heading), heading + turn
+    if abs(turn) < SHORTEST:
+        return np.array([x + dx * cosine - dy * sine, y + dx * sine + dy * cosine, end])
+    along, across = (math.sin(end) - sine) / turn, (math.cos(end) - cosine) / turn
+    return np.array([x + dx * along + dy * across, y - dx * across + dy * along, end])

@@ -1,0 +1,70 @@
+"""WPILib: MecanumDriveKinematics for four omni-wheels whose axles stand at 45 degrees, an "X drive".
+
+Formulas restated from allwpilib, commit caf0fb2d, wpimath, kinematics/MecanumDriveKinematics. WPILib has no class for
+omni-wheels. A wheel's row there is (1, -+1, ...) where that of an omni-wheel at 45 degrees is the same divided by
+sqrt(2): so the class serves, its places are the true ones, and the rim of an omni-wheel moves along its rolling
+direction at the class's speed over sqrt(2). Wheels are ordered FL, FR, RL, RR; speeds are in m/s, positive ones drive
+the robot forward.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll import validation
+from omniroll.conventions.drive_convention import DriveConvention
+from omniroll.errors import InvalidValueError
+from omniroll.vehicles.vehicle import Vehicle
+
+CORNERS = tuple(math.radians(angle) for angle in (45, -45, 135, -135))  # of FL, FR, RL, RR
+NEAR = 1e-9  # rad by which a wheel may be off its corner
+FORWARD = (1, -1, 1, -1)  # the sign of a rate that drives forward: by (2.2) a positive one carries the centre along
+# (sin(alpha), -cos(alpha)), which points forward on the left side and backward on the right one
+SMALL = 1e-9  # rad: below it WPILib takes the first terms of the series in a pose's exponential
+
+
+class WpilibDrive(DriveConvention):
+    """An X drive as MecanumDriveKinematics counts it; speeds are its wheel speeds in m/s. `of` makes it."""
+
+    @classmethod
+    def of(cls, vehicle: Vehicle) -> "WpilibDrive":
+        """The vehicle's wheels in the order FL, FR, RL, RR.
+
+        vehicle  Vehicle
+
+        Raises InvalidValueError unless four wheels stand on rays at 45, 135, 225 and 315 degrees.
+        """
+        if vehicle.wheels != 4 or vehicle.has_layout:
+            raise InvalidValueError("wheels", vehicle.wheels, "must be four on rays at platform_radius, an X drive")
+        away = np.array(CORNERS)[:, None] - np.array(vehicle.wheel_angles)
+        away = np.abs((away + math.pi) % (2 * math.pi) - math.pi)
+        if sorted(away.argmin(axis=1)) != [0, 1, 2, 3] or away.min(axis=1).max() > NEAR:
+            bound = "must be 45, 135, 225 and 315 degrees in some order: MecanumDriveKinematics fits no others"
+            raise InvalidValueError("wheel_angles", vehicle.wheel_angles, bound)
+        per_rate = math.sqrt(2) * vehicle.wheel_radius
+        return cls(vehicle, tuple(away.argmin(axis=1).tolist()), tuple(sign * per_rate for sign in FORWARD))
+
+    def places(self) -> np.ndarray:
+        """(4, 2) in m, the arguments of MecanumDriveKinematics: FL, FR, RL, RR; x forward, y to the left."""
+        angles = np.array(self.vehicle.wheel_angles)[list(self.order)]
+        return self.vehicle.platform_radius * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def moved(pose: ArrayLike, moved_by: ArrayLike) -> np.ndarray:
+    """The pose (3,) after a displacement at constant curvature: WPILib's pose + exp(twist).
+
+    pose      (3,) x, y in m and the heading in rad
+    moved_by  (3,) dx, dy in m in the robot's frame, and the change of the heading in rad. WPILib's odometry takes dx
+              and dy from the wheels and the heading from the gyro
+
+    Raises InvalidValueError for what is not such numbers.
+    """
+    x, y, heading = validation.real_array("pose", pose, (3,)).tolist()
+    dx, dy, turn = validation.real_array("moved_by", moved_by, (3,)).tolist()
+    small = abs(turn) < SMALL
+    sine = 1 - turn * turn / 6 if small else math.sin(turn) / turn
+    cosine = turn / 2 if small else (1 - math.cos(turn)) / turn
+    ahead, left = dx * sine - dy * cosine, dx * cosine + dy * sine
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([x + ahead * c - left * s, y + ahead * s + left * c, heading + turn])

@@ -1,0 +1,155 @@
+"""The numbers on which a run may depend, by name, and what each of them moves.
+
+    nu[0]  chi[2]  pose[1]  spins[0][3]                   of the start
+    mass  wheel_radius  wheel_angles[1]                   of the vehicle, the other numbers staying as they are
+    wheel_viscous  roller_coulomb[1]  torque_constant     of an effect: a field of it that the kernel knows
+    torque[1]  voltage[0]  torque[2][1]                   what a drive gives; of a table row 2, wheel 1
+    proportional  integral[0]  target[2]                  of a controller
+
+A name without a place moves all entries of the number together.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omniroll.effects.effect import Effect
+from omniroll.errors import InvalidValueError
+from omniroll.generated.python import parts
+from omniroll.kernels.kernel import OF_THE_VEHICLE, VEHICLE_SCALARS, Kernel
+from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
+
+NAME = re.compile(r"(\w+?)((?:\[\d+\])*)")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A number and what it moves.
+
+    name       as it was asked for
+    size       of the number; 1 where it is 0, or stands for a length, an angle or a speed of the start
+    start      tangents of nu, chi, pose and spins at the start, by name
+    constants  tangents of the arguments of `prepare`, by name
+    signals    tangents of fields of effects that are no constants of the kernel: by place of the effect and field
+    """
+
+    name: str
+    size: float = 1.0
+    start: Mapping[str, np.ndarray] = field(default_factory=dict)
+    constants: Mapping[str, np.ndarray] = field(default_factory=dict)
+    signals: Mapping[tuple[int, str], np.ndarray] = field(default_factory=dict)
+
+
+def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -> tuple[Column, ...]:
+    """The columns of these names. Raises InvalidValueError for a name that stands for no number of the run."""
+    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(n, str) for n in names):
+        raise InvalidValueError("sensitivities", names, "must be a sequence of names")
+    if len(set(names)) < len(names):
+        raise InvalidValueError("sensitivities", names, "must name each number once")
+    return tuple(_column(name, plain, effects) for name in names)
+
+
+def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
+    match = NAME.fullmatch(name)
+    number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
+    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain)
+    for k, effect in enumerate(effects):
+        found = found or _of_effect(name, number, place, plain, k, effect)
+    if found is None:
+        raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
+    return found
+
+
+def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:
+    """The shapes of what a run starts with, by name."""
+    spins = {"spins": (plain.wheels, plain.rollers_per_wheel - 1)} if plain.has_spins else {}
+    return {"nu": (3,), "chi": (plain.wheels,), "pose": (3,)} | spins
+
+
+def _known(plain: Kernel, effects: Sequence[Effect]) -> str:
+    names = [*start_shapes(plain), *VEHICLE_SCALARS, "wheel_angles"]
+    for effect in effects:
+        names += [n for n, argument in effect.numbers.items() if argument in plain.constant_names]
+        names += [n for n in effect.signals if getattr(effect, n) is not None]
+    return ", ".join(names)
+
+
+def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
+    shapes = start_shapes(plain)
+    return Column(name, start={number: _moved(name, shapes[number], place)}) if number in shapes else None
+
+
+def _of_vehicle(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
+    values = _values(plain)
+    if number in VEHICLE_SCALARS and number not in values:
+        _moved(name, (), place)
+        return Column(name)  # massless rollers do not feel their inertia
+    if number not in values or number not in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
+        return None
+    moved = _moved(name, values[number].shape, place)
+    return Column(name, _size(values[number]), constants=_with_places(number, moved, plain))
+
+
+def _of_effect(name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effect: Effect) -> Column | None:
+    values, argument = _values(plain), effect.numbers.get(number)
+    if argument in values:
+        moved = _moved(name, values[argument].shape, place)
+        return Column(name, _size(values[argument]), constants={argument: moved} | _rotor(number, moved, plain, effect))
+    if number in effect.signals and getattr(effect, number) is not None:
+        moved = _moved(name, effect.shape_of(number, plain.wheels), place)
+        return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
+    return None
+
+
+def _values(plain: Kernel) -> dict[str, np.ndarray]:
+    return dict(zip(plain.constant_names, plain.constants, strict=True))
+
+
+def _size(value: ArrayLike) -> float:
+    return float(np.abs(value).max()) or 1.0
+
+
+def _rotor(number: str, moved: np.ndarray, plain: Kernel, effect: Effect) -> dict[str, np.ndarray]:
+    """What a gear does to the inertia of a wheel, where the motor brings that of its rotor."""
+    inertia = getattr(effect, "rotor_inertia", 0.0)
+    if number != "gear_ratio" or not inertia:
+        return {}
+    ratio = complex(with_tangent(effect.gear_ratio, 1.0))
+    geared = parts.geared_inertia(plain.wheels, plain.rollers_per_wheel, 0.0, ratio, inertia)
+    return {"wheel_inertia": tangent_of(geared)}
+
+
+def _moved(name: str, shape: tuple[int, ...], place: tuple[int, ...]) -> np.ndarray:
+    """1 at a place, or everywhere where none is given."""
+    moved = np.zeros(shape)
+    try:
+        if len(place) > len(shape):
+            raise IndexError
+        moved[place] = 1.0
+    except IndexError:
+        raise InvalidValueError("sensitivities", name, f"its places go with the shape {shape}") from None
+    return moved
+
+
+def _with_places(number: str, moved: np.ndarray, plain: Kernel) -> dict[str, np.ndarray]:
+    """With the wheels' places, where the kernel takes them and they follow from the radius and the directions."""
+    follow = "wheel_places" in plain.constant_names and plain.vehicle.wheel_places is None
+    if not follow or number not in ("platform_radius", "wheel_angles"):
+        return {number: moved}
+    vehicle, zero = plain.vehicle, np.zeros(plain.wheels)
+    radius = with_tangent(vehicle.platform_radius, moved if number == "platform_radius" else 0.0)
+    angles = with_tangent(vehicle.wheel_angles, moved if number == "wheel_angles" else zero)
+    places = parts.places_on_rays(plain.wheels, plain.rollers_per_wheel, radius, angles)
+    return {number: moved, "wheel_places": tangent_of(np.array(places))}
+
+
+def stacked(columns: Sequence[Column], tangents: Callable[[Column], Mapping], shapes: Mapping) -> dict:
+    """(P, ...) tangents by key, 0 in the columns that have none; `shapes` of all keys."""
+    found = {key for column in columns for key in tangents(column)}
+    return {
+        key: np.stack([np.asarray(tangents(column).get(key, np.zeros(shapes[key]))) for column in columns])
+        for key in found
+    }

@@ -1,0 +1,182 @@
+"""What drives give in the motions beside a run: tangents of torques and damping in each of its phases.
+
+It goes along the run a second time: the samples of its controllers are taken again, on numbers that carry tangents.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from omniroll.effects.controller import Controller
+from omniroll.effects.effect import Effect, Process
+from omniroll.effects.motor import Motor
+from omniroll.effects.numbers import Curve, spread
+from omniroll.effects.torque import Torque, TorqueTable
+from omniroll.errors import InvalidValueError
+from omniroll.generated.python import parts
+from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+
+EPS = float(np.finfo(float).eps)
+ROUNDINGS = 16  # of a torque: one that is closer to the limit is at it
+FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process whose tangents are known
+
+
+def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
+    """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
+    for effect in effects:
+        known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
+        if effect.axles(plain) is not None or plain.slips or not known:
+            what = "axles that stick, wheels that slip and functions of your own are not followed"
+            raise InvalidValueError("sensitivities", type(effect).__name__, what)
+
+
+class DriveDeviations:
+    """P columns of tangents of what the drives give.
+
+    effects  of the run, in its order
+    bound    TangentKernel of the columns, (P,)
+    signals  (P, ...) tangents of the effects' fields, by place of the effect and field
+    """
+
+    def __init__(self, effects: Sequence[Effect], bound: TangentKernel, signals: Mapping, start_time: float):
+        self.bound, (self.columns,) = bound, bound.columns
+        self.motor = next((effect for effect in effects if isinstance(effect, Motor)), None)
+        self.curves: list[tuple[str, _Curve]] = []  # by the signal that they are added to
+        self.torques: list[Curve] = []  # (K, N) that motors have no part in
+        self.samplers: list[_Sampling] = []
+        for k, effect in enumerate(effects):
+            given = {name: signals[place, name] for place, name in signals if place == k}
+            if isinstance(effect, Controller):
+                self.samplers.append(_Sampling(effect, bound, given, start_time))
+            if isinstance(effect, Torque | TorqueTable):
+                self.torques.append(effect.process(bound, start_time).curve)
+            for name in ("torque", "voltage"):
+                if given and name in effect.signals:
+                    curve = _Curve(effect, name, bound.wheels, given, self.columns, start_time)
+                    self.curves.append((name, curve))
+
+    def next_time(self) -> float:
+        return min((sampler.next_time() for sampler in self.samplers), default=math.inf)
+
+    def pass_time(self, elapsed: float, nu: np.ndarray) -> None:
+        """The samples that are due, where nu (P, 3) carries tangents."""
+        for sampler in self.samplers:
+            if sampler.next_time() <= elapsed:
+                sampler.pass_time(nu)
+
+    def jump(self, elapsed: float) -> np.ndarray | None:
+        """(P,) by how much the time deviates at which a drive jumps now; None where none does.
+
+        Raises InvalidValueError where a controller samples at the same time: it may come before the jump or after it.
+        """
+        jumps = [moved for _, curve in self.curves if (moved := curve.jump(elapsed)) is not None]
+        if not jumps:
+            return None
+        if len(jumps) > 1 or any(sampler.next_time() <= elapsed for sampler in self.samplers):
+            bound = f"has no derivative: at t = {elapsed!r} after the start something else changes, too"
+            raise InvalidValueError("sensitivities", "times", bound)
+        return jumps[0]
+
+    def after(self, elapsed: float, drive: Mapping[str, np.ndarray], slopes: Mapping[str, np.ndarray]) -> dict:
+        """Tangents of value and slope (P, N) of each input from `elapsed` on, by name.
+
+        drive, slopes  (N,) torque and damping of the run from there on, and how fast they change
+        """
+        zero = np.zeros((self.columns, self.bound.wheels))
+        found = {name: (zero, zero) for name in ("torque", "voltage")}
+        for name, curve in self.curves:
+            found[name] = tuple(a + tangent_of(b) for a, b in zip(found[name], curve.after(elapsed), strict=True))
+        for sampler in self.samplers:
+            value, slope = found[sampler.signal]
+            found[sampler.signal] = value + tangent_of(sampler.output), slope
+        if self.motor is None:
+            return found
+        given = [curve.after(elapsed) for curve in self.torques]
+        given += [(sampler.output[0].real, 0.0) for sampler in self.samplers if sampler.signal == "torque"]
+        own = drive["torque"] - sum(value for value, _ in given), slopes["torque"] - sum(slope for _, slope in given)
+        return self._of_motors(found, *own, drive["damping"])
+
+    def _of_motors(self, found: Mapping, own: np.ndarray, own_slope: np.ndarray, damping: np.ndarray) -> dict:
+        """Torque and damping of the motors in their modes, whose torques are `own` and change with `own_slope`."""
+        limit, *_ = self.bound.motor_laws(np.ones(self.bound.wheels))
+        modes = np.where(self._at_limit(own, limit[0].real, damping), np.sign(own * limit[0].real), 0.0)
+        at_zero, per_volt, lost, *_ = self.bound.motor_laws(modes)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            volts, volts_slope = (np.where(modes == 0, value / per_volt[0].real, 0.0) for value in (own, own_slope))
+        (volts_moved, slope_moved), (torque, torque_slope) = found["voltage"], found["torque"]
+        value = at_zero + per_volt * with_tangent(volts, volts_moved)
+        slope = per_volt * with_tangent(volts_slope, slope_moved)
+        return {
+            "torque": (torque + tangent_of(value), torque_slope + tangent_of(slope)),
+            "damping": (tangent_of(lost), np.zeros_like(torque)),
+        }
+
+    def _at_limit(self, own: np.ndarray, limit: np.ndarray, damping: np.ndarray) -> np.ndarray:
+        """(N,) bool: a motor at its limit does not feel the rate."""
+        if self.motor.current_limit is None:
+            return np.zeros(self.bound.wheels, bool)
+        _, _, lost, *_ = self.bound.motor_laws(np.zeros(self.bound.wheels))
+        return damping == 0 if lost.real.any() else np.abs(own) >= (1 - ROUNDINGS * EPS) * np.abs(limit)
+
+
+class _Curve:
+    """A constant or a table over time that carries tangents: values (K, P, W), knots (K, P)."""
+
+    def __init__(self, effect: Effect, name: str, width: int, given: Mapping, columns: int, start_time: float):
+        own, times = np.array(getattr(effect, name), float), getattr(effect, "times", None)
+        values = own if times is not None else np.broadcast_to(own, (width,))
+        moved = given.get(name, np.zeros((columns, *values.shape)))
+        values = with_tangent(values, moved)
+        self.values = values[None] if times is None else values.swapaxes(0, 1)
+        self.knots = np.array([-math.inf]) if times is None else np.array(times) - start_time
+        self.moved = given.get("times", np.zeros((columns, len(self.knots)))).T
+        self.holds = times is None or getattr(effect, "interpolation", "linear") == "hold"
+
+    def after(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Value and slope (P, W) from `elapsed` to the next knot."""
+        segment = int(np.searchsorted(self.knots, elapsed, side="right")) - 1
+        held = self.values[max(segment, 0)]
+        if segment < 0 or segment == len(self.knots) - 1 or self.holds:
+            return held, np.zeros_like(held)
+        start, end = (with_tangent(self.knots[k], self.moved[k])[:, None] for k in (segment, segment + 1))
+        slope = (self.values[segment + 1] - held) / (end - start)
+        return held + slope * (elapsed - start), slope
+
+    def jump(self, elapsed: float) -> np.ndarray | None:
+        """(P,) by how much the time deviates at which a value that is held changes now; None where none does."""
+        (now,) = np.nonzero(self.knots == elapsed)
+        return self.moved[now[0]] if self.holds and len(now) and self.moved[now[0]].any() else None
+
+
+class _Sampling:
+    """A controller whose samples carry tangents."""
+
+    def __init__(self, controller: Controller, bound: TangentKernel, given: Mapping, start_time: float):
+        wheels = bound.wheels
+        self.controller, self.bound, self.signal = controller, bound, controller.output
+        self.target = _Curve(controller, "target", 3, given, *bound.columns, start_time)
+        self.gains = [
+            with_tangent(
+                spread(name, getattr(controller, name), wheels), given.get(name, np.zeros((*bound.columns, 1)))
+            )
+            for name in ("proportional", "integral")
+        ]
+        self.limit = math.inf if controller.limit is None else controller.limit
+        self.samples = 0
+        self.sum = self.output = np.zeros((*bound.columns, wheels), complex)
+
+    def next_time(self) -> float:
+        return self.samples * self.controller.sample_time
+
+    def pass_time(self, nu: np.ndarray) -> None:
+        wanted, _ = self.target.after(self.next_time())
+        error = self.bound.wheel_speeds(wanted - nu)
+        arguments = (np.moveaxis(values, -1, 0) for values in (error, self.sum, *self.gains))
+        found = parts.controller_sample(self.bound.wheels, 0, *arguments, self.controller.sample_time)
+        summed, output = (np.stack(values, axis=-1) for values in found)
+        clipped = np.abs(output.real) > self.limit
+        self.output = np.where(clipped, np.sign(output.real) * self.limit, output)
+        self.sum = np.where(clipped, self.sum, summed)
+        self.samples += 1

@@ -1,0 +1,150 @@
+"""A run once more in MuJoCo, with a body for each roller, contacts and friction."""
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from omniroll import extras
+from omniroll.effects.bearings import Bearings
+from omniroll.effects.slope import Slope
+from omniroll.errors import InvalidValueError
+from omniroll.exchange.mjcf import UP, to_mjcf
+from omniroll.kernels.kernel import kernel
+from omniroll.results.trajectory import Trajectory
+
+PURPOSE = "a comparison with MuJoCo"
+UNSTABLE = ("mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
+
+
+@dataclass(frozen=True, eq=False)
+class MujocoRun:
+    """What MuJoCo makes of a run of this project.
+
+    step     in s
+    t        (K,) in s, on the clock of the run
+    pose     (K, 3) x, y in m, the heading in rad
+    nu       (K, 3) in 1/s
+    seconds  that it took
+    model    the MJCF text
+    """
+
+    step: float
+    t: np.ndarray
+    pose: np.ndarray
+    nu: np.ndarray
+    seconds: float
+    model: str
+
+
+def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, friction: float) -> MujocoRun:
+    """The bodies of a run's vehicle from the same start, driven by what its drives gave.
+
+    trajectory  Trajectory, whose torques at the axles act at their times; what motors lose per rate of a wheel follows
+                the rates that MuJoCo finds
+    times       (K,) increasing, in s, within the run
+    step        in s, MuJoCo's time step
+    friction    coefficient between rollers and ground
+
+    Raises InvalidValueError where MuJoCo's simulation becomes unstable, MissingPackageError without the extra `mujoco`.
+    """
+    mujoco = extras.needed("mujoco", "mujoco", PURPOSE)
+    text = _model_text(trajectory, step, friction)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    _start(data, trajectory)
+    wheels = range(1, trajectory.vehicle.wheels + 1)
+    dofs = [int(model.joint(f"wheel{i}").dofadr[0]) for i in wheels]
+    begin, end = float(trajectory.t[0]), float(trajectory.t[-1])
+    steps = max(1, round((float(times[-1]) - begin) / step))
+    given, lost = _drive(trajectory, np.clip(begin + step * (np.arange(steps) + 0.5), begin, end))
+    rows, kept = [], np.unique(np.clip(np.round((times - begin) / step), 0, steps).astype(int))
+    began = time.perf_counter()
+    for k in range(steps + 1):
+        if k == kept[len(rows)]:
+            rows.append([*data.qpos[:7], *data.qvel[:6]])
+            if k == kept[-1]:
+                break
+        data.ctrl[:] = given[k] - lost[k] * data.qvel[dofs]
+        mujoco.mj_step(model, data)
+    seconds = time.perf_counter() - began
+    if any(data.warning[int(getattr(mujoco.mjtWarning, name))].number for name in UNSTABLE):
+        raise InvalidValueError("step", step, "must be smaller: MuJoCo's simulation became unstable")
+    pose, nu = _motion(np.array(rows), trajectory)
+    return MujocoRun(step, begin + step * kept, pose, nu, seconds, text)
+
+
+def left_out(trajectory: Trajectory) -> list[str]:
+    """How the two models differ besides contacts, in words."""
+    texts = []
+    if trajectory.roller_model != "free":
+        texts.append(f"the scene's rollers are {trajectory.roller_model}, MuJoCo's have mass and spin")
+    for effect in trajectory.effects.effects:
+        if isinstance(effect, Bearings):
+            smooth = {"wheel_coulomb": not effect.sticks, "roller_coulomb": True}
+            named = [name for name, absent in smooth.items() if absent and getattr(effect, name) is not None]
+            texts += [f"{name} is not in MuJoCo's model" for name in named]
+    return texts
+
+
+def _model_text(trajectory: Trajectory, step: float, friction: float) -> str:
+    vehicle, effects = trajectory.vehicle, trajectory.effects
+    options: dict[str, Any] = {"armature": effects.equipped(vehicle).wheel_inertia - vehicle.wheel_inertia}
+    for effect in effects.effects:
+        if isinstance(effect, Slope):
+            down = effect.gravity * math.sin(effect.angle)
+            options["gravity"] = (
+                down * math.cos(effect.direction), down * math.sin(effect.direction),
+                -effect.gravity * math.cos(effect.angle),
+            )  # fmt: skip
+        if isinstance(effect, Bearings) and effect.roller_viscous is not None:
+            options["roller_damping"] = float(np.max(effect.roller_viscous))
+    return to_mjcf(vehicle, step=step, friction=friction, **{"gravity": UP} | options)
+
+
+def _start(data: Any, trajectory: Trajectory) -> None:
+    """The state at the start of the run: wheels at their angles, rollers that spin as they do there."""
+    vehicle, nu, chi = trajectory.vehicle, trajectory.nu[0], trajectory.chi[0]
+    x, y, theta = trajectory.pose[0].tolist()
+    scale = vehicle.platform_radius
+    forward, left = scale * nu[0], scale * nu[1]
+    c, s = math.cos(theta), math.sin(theta)
+    data.qpos[:7] = x, y, vehicle.wheel_radius, math.cos(theta / 2), 0, 0, math.sin(theta / 2)
+    data.qvel[:6] = forward * c - left * s, forward * s + left * c, 0, 0, 0, nu[2] / vehicle.yaw_scale
+    rates = kernel(vehicle, "massless", "python").wheel_speeds(nu)
+    spins = trajectory.spins
+    for i in range(vehicle.wheels):
+        wheel = data.joint(f"wheel{i + 1}")
+        wheel.qpos[0], wheel.qvel[0] = chi[i], rates[i]
+        data.joint(f"roller{i + 1}_1").qvel[0] = trajectory.contact_spin[0, i]
+        if spins is not None:
+            for j in range(2, vehicle.rollers_per_wheel + 1):
+                data.joint(f"roller{i + 1}_{j}").qvel[0] = spins[0, i, j - 2]
+
+
+def _drive(trajectory: Trajectory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K, N) torques at the axles, and what they lose per rate; the bearings' among them."""
+    seen = trajectory.arrays(times)
+    shape = len(times), trajectory.vehicle.wheels
+    zero = np.zeros(shape)
+    torque = seen.get("torque", zero) + seen.get("bearing_torque", zero)
+    damping = seen.get("damping", zero)
+    for effect in trajectory.effects.effects:
+        if isinstance(effect, Bearings):
+            damping = damping + effect.constants(trajectory.vehicle).get("axle_damping", 0.0)
+    return torque, damping
+
+
+def _motion(rows: np.ndarray, trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+    """Pose and nu of rows of the platform's position, quaternion and velocities."""
+    vehicle = trajectory.vehicle
+    heading = 2 * np.arctan2(rows[:, 6], rows[:, 3])
+    first = trajectory.pose[0, 2]
+    heading = np.unwrap(np.concatenate([[first], heading]))[1:]
+    c, s = np.cos(heading), np.sin(heading)
+    forward, left = rows[:, 7] * c + rows[:, 8] * s, rows[:, 8] * c - rows[:, 7] * s
+    scale = vehicle.platform_radius
+    nu = np.column_stack([forward / scale, left / scale, rows[:, 12] * vehicle.yaw_scale])
+    return np.column_stack([rows[:, :2], heading]), nu

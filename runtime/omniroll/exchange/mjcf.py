@@ -1,0 +1,103 @@
+"""A vehicle as an MJCF file for MuJoCo, with a body for each roller."""
+
+import math
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from omniroll import validation
+from omniroll.exchange.bodies import Bodies, bodies_of
+from omniroll.kernels.kernel import wheel_places
+from omniroll.vehicles.vehicle import Vehicle
+from omniroll.vocabulary import STANDARD_GRAVITY
+
+SPHERES = 31  # of a roller
+UP = (0.0, 0.0, -STANDARD_GRAVITY)
+
+
+def to_mjcf(
+    vehicle: Vehicle,
+    *,
+    step: float = 5e-4,
+    friction: float = 1.0,
+    spheres: int = SPHERES,
+    gravity: tuple[float, float, float] = UP,
+    armature: float = 0.0,
+    roller_damping: float = 0.0,
+    bodies: Bodies | None = None,
+) -> str:
+    """The text of an MJCF file: the vehicle on a plane, in the position where the middles of rollers touch.
+
+    vehicle         Vehicle
+    step            in s, MuJoCo's time step; contacts are as stiff as it allows
+    friction        coefficient between rollers and ground
+    spheres         number of spheres that stand for a roller
+    gravity         (3,) in m/s^2
+    armature        in kg m^2, inertia that motors add at each wheel's axle
+    roller_damping  in N m s, of each roller's axle
+    bodies          Bodies; None: those that bodies_of finds
+
+    A roller is a row of spheres that touch its barrel from inside: each roller touches the plane at one place, where a
+    mesh would rest on several vertices, which resists its rolling. Joints are named wheel1, roller1_1 and so on, and
+    each wheel has an actuator motor1 that takes a torque. A wheel's joint axis points outward: a positive rate raises
+    chi. Raises InvalidValueError for numbers that are not positive, and as bodies_of does.
+    """
+    step, friction = validation.positive("step", step), validation.positive("friction", friction)
+    made = bodies_of(vehicle) if bodies is None else bodies
+    root = Element("mujoco", model="omniroll")
+    SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
+    SubElement(
+        root, "option", timestep=_text(step), gravity=_text(*gravity), integrator="implicitfast", cone="elliptic",
+        impratio="100", tolerance="1e-12",
+    )  # fmt: skip
+    contact = {"contype": "1", "conaffinity": "0", "friction": _text(friction, 0, 0)}
+    stiff = {"solref": _text(2 * step, 1), "solimp": "0.99 0.999 1e-4"}
+    SubElement(SubElement(root, "default"), "geom", type="sphere", **contact, **stiff)
+    world = SubElement(root, "worldbody")
+    SubElement(world, "geom", name="ground", type="plane", size="0 0 1", contype="0", conaffinity="1")
+    base = SubElement(world, "body", name="platform", pos=_text(0, 0, vehicle.wheel_radius))
+    SubElement(base, "freejoint")
+    across = made.platform_transverse_inertia
+    _inertial(base, made.platform_mass, (across, across, made.platform_inertia), (*made.platform_place, 0))
+    actuators = SubElement(root, "actuator")
+    slants = np.linspace(-math.pi, math.pi, validation.integer("spheres", spheres, 1)) / vehicle.rollers_per_wheel
+    places = wheel_places(vehicle)
+    for i, (alpha, place) in enumerate(zip(vehicle.wheel_angles, places, strict=True), 1):
+        wheel = SubElement(base, "body", name=f"wheel{i}", pos=_text(*place, 0), quat=_turn(alpha, 2))
+        SubElement(wheel, "joint", name=f"wheel{i}", type="hinge", axis="1 0 0", armature=_text(armature))
+        across = made.hub_transverse_inertia
+        _inertial(wheel, made.hub_mass, (made.hub_axial_inertia, across, across))
+        _rollers(wheel, i, vehicle, made, slants if spheres > 1 else np.zeros(1), roller_damping)
+        SubElement(actuators, "motor", name=f"motor{i}", joint=f"wheel{i}", gear="1")
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _rollers(wheel: Element, i: int, vehicle: Vehicle, made: Bodies, slants: np.ndarray, damping: float) -> None:
+    """The rollers of wheel i, the first below the axle; chi and the places of rollers grow about the axle."""
+    n, axis = vehicle.rollers_per_wheel, vehicle.roller_axis_radius
+    across = made.roller_transverse_inertia
+    for j, kappa in enumerate(2 * math.pi * np.arange(n) / n, 1):
+        place = _text(0, axis * math.sin(kappa), -axis * math.cos(kappa))
+        roller = SubElement(wheel, "body", name=f"roller{i}_{j}", pos=place, quat=_turn(kappa, 0))
+        SubElement(roller, "joint", name=f"roller{i}_{j}", type="hinge", axis="0 1 0", damping=_text(damping))
+        _inertial(roller, made.roller_mass, (across, made.roller_axial_inertia, across))
+        for slant in slants:
+            size = vehicle.wheel_radius - axis / math.cos(slant)
+            SubElement(roller, "geom", pos=_text(0, axis * math.tan(slant), 0), size=_text(size))
+
+
+def _inertial(body: Element, mass: float, inertia: tuple[float, ...], place: tuple[float, ...] = (0, 0, 0)) -> None:
+    SubElement(body, "inertial", pos=_text(*place), mass=_text(mass), diaginertia=_text(*inertia))
+
+
+def _turn(angle: float, axis: int) -> str:
+    """A quaternion w x y z: by `angle` about the axis x, y or z."""
+    quaternion = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+    quaternion[1 + axis] = math.sin(angle / 2)
+    return _text(*quaternion)
+
+
+def _text(*numbers: float) -> str:
+    return " ".join(f"{float(number):.17g}" for number in numbers)

@@ -1,0 +1,1 @@
+"""Real robots: their numbers, each with its source, or marked as an assumption with its reasoning."""

@@ -1,0 +1,67 @@
+"""Logs of commands that a scene replays: their rows take the place of a table's own."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from omniroll.conventions.logs import Log, read_log
+from omniroll.conventions.twists import nu_of_twist
+from omniroll.errors import InvalidValueError
+from omniroll.scenes.checking import Findings
+from omniroll.scenes.problems import shown
+from omniroll.scenes.schema import MOTOR, OF_LOG
+from omniroll.vehicles.vehicle import Vehicle
+
+MOTOR_NAMES = {"preset", *(key.name for key in MOTOR)}
+
+
+def replay_logs(tables: dict[str, dict[str, Any]], vehicle: Vehicle | None, folder: Path, findings: Findings) -> None:
+    """Put what their logs hold into [drive] and [controller]; what is wrong goes into `findings`."""
+    for name, given in OF_LOG.items():
+        table = tables.get(name, {})
+        if "log" not in table:
+            continue
+        for key in given:
+            if key in table:
+                findings.add(name, key, "cannot stand beside log, which gives it", shown(table[key]))
+        if findings.keys_in(name):
+            continue
+        try:
+            log = read_log(_beside(folder, table["log"]))
+            rows = _of_drive(table, log) if name == "drive" else _of_controller(vehicle, log)
+        except InvalidValueError as error:
+            findings.add(name, "log", error.bound, shown(table["log"]))
+        except OSError as error:
+            findings.add(name, "log", error.strerror or str(error), shown(table["log"]))
+        else:
+            replayed = {"times": log.times.tolist(), "interpolation": "hold"} | rows
+            tables[name] = replayed | {key: value for key, value in table.items() if key != "log"}
+
+
+def _beside(folder: Path, name: str) -> Path:
+    """The file in the folder of the scene. Raises InvalidValueError: a scene reads no file elsewhere."""
+    path = folder / name
+    if Path(name).name != name or path.resolve().parent != folder.resolve():
+        raise InvalidValueError("log", name, "must be the name of a file in the scene's own folder")
+    return path
+
+
+def _of_drive(table: dict[str, Any], log: Log) -> dict[str, Any]:
+    """Voltages where the table has numbers of a motor, torques otherwise."""
+    kind = "voltage" if MOTOR_NAMES & set(table) else "torque"
+    if kind not in log.commands:
+        others = ", ".join(log.commands)
+        why = "; with numbers of a motor they are voltages" if kind == "voltage" else ""
+        hint = "; a log of twists belongs to [controller]" if "twist" in log.commands else ""
+        raise InvalidValueError("log", None, f"must have columns {kind}_1 and so on{why}; it has {others}{hint}")
+    return {kind: log.commands[kind].tolist()}
+
+
+def _of_controller(vehicle: Vehicle | None, log: Log) -> dict[str, Any]:
+    """The target; at rest where the vehicle is not known, so that the other keys are checked all the same."""
+    if "twist" not in log.commands:
+        others = ", ".join(log.commands)
+        raise InvalidValueError("log", None, f"must have columns vx, vy, wz; it has {others}, which belong to [drive]")
+    twists = log.commands["twist"]
+    return {"target": (np.zeros_like(twists) if vehicle is None else nu_of_twist(vehicle, twists)).tolist()}

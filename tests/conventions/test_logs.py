@@ -1,0 +1,134 @@
+"""Logs of commands: what is read, what is refused, and that a scene replays them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.conventions.logs import read_log
+
+SCENE = """[vehicle]
+preset = "paper"
+[start]
+nu = [0, 0, 0]
+[run]
+duration = 0.5
+step = 0.01
+[drive]
+log = "log.csv"
+"""
+TORQUES = "t,torque_1,torque_2,torque_3\n0,0.01,0,-0.01\n0.2,0.02,0.01,0\n"
+TRACKED = SCENE.split("[drive]")[0] + '[controller]\nlog = "log.csv"\nproportional = 0.2\nsample_time = 0.01\n'
+
+
+def scene(tmp_path, log, text=SCENE):
+    (tmp_path / "log.csv").write_text(log)
+    (tmp_path / "scene.toml").write_text(text)
+    return omniroll.load_scene(tmp_path / "scene.toml")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "time,vx,vy,wz",
+        "stamp,other,linear.x,linear.y,angular.z",
+        "t,/a/twist.linear.x,/a/twist.linear.y,/a/twist.angular.z",
+    ],
+)
+def test_twists_by_their_usual_names(tmp_path, names):
+    extra = ["5"] if "other" in names else []
+    (tmp_path / "log.csv").write_text(f"{names}\n" + ",".join(["0", *extra, "1", "2", "3"]) + "\n")
+    log = read_log(tmp_path / "log.csv")
+    assert log.times.tolist() == [0] and log.commands["twist"].tolist() == [[1, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("", "must have a column t"),
+        ("t,torque_1,torque_3\n0,1,2\n", "must have a column t"),
+        ("torque_1\n0\n", "must have a column t"),
+        ("t,vx,vy,wz\n", "times increase"),
+        ("t,vx,vy,wz\n0,1,2,3\n0,1,2,3\n", "times increase"),
+        ("t,vx,vy,wz\n0,1,2\n", "row 1 after the names"),
+        ("t,vx,vy,wz\n0,1,2,3\n1,1,2,x\n", "row 2 after the names"),
+        ("t,vx,vy,wz\n0,1,2,nan\n", "row 1 after the names has others"),
+    ],
+)
+def test_what_is_no_log(tmp_path, text, words):
+    (tmp_path / "log.csv").write_text(text)
+    with pytest.raises(omniroll.InvalidValueError, match=words):
+        read_log(tmp_path / "log.csv")
+
+
+def test_a_scene_replays_torques_that_hold(tmp_path):
+    found = scene(tmp_path, TORQUES)
+    (torque,) = found.options["effects"]
+    assert torque == omniroll.TorqueTable([0.0, 0.2], [[0.01, 0, -0.01], [0.02, 0.01, 0]], "hold")
+    linear = scene(tmp_path, TORQUES, SCENE + 'interpolation = "linear"\n')
+    assert linear.options["effects"][0].interpolation == "linear"
+
+
+def test_a_scene_replays_voltages_with_a_motor(tmp_path):
+    log = (
+        "t,torque_1,torque_2,torque_3,motor_voltage_1,motor_voltage_2,motor_voltage_3\n0,9,9,9,1,2,3\n0.1,9,9,9,4,5,6\n"
+    )
+    motor = "torque_constant = 0.02\nresistance = 1.0\n"
+    (found,) = scene(tmp_path, log, SCENE + motor).options["effects"]
+    assert found.voltage == ((1, 2, 3), (4, 5, 6)) and found.interpolation == "hold"
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_a_command_holds_until_the_next(tmp_path, engine):
+    """The vehicle follows each twist until the next row; a linear target would be half way between them."""
+    log = "t,vx,vy,wz\n0,0.1,0,0\n0.4,0,0.2,0\n"
+    found = scene(tmp_path, log, TRACKED)
+    run = omniroll.run(found, engine=engine)
+    seen = run.sample(np.array([0.38, 0.5])).nu * found.vehicle.platform_radius
+    assert seen[0, 0] == pytest.approx(0.1, rel=0.1) and abs(seen[0, 1]) < 0.01
+    assert seen[1, 1] > 0.1
+    linear = omniroll.run(scene(tmp_path, log, TRACKED + 'interpolation = "linear"\n'), engine=engine)
+    assert linear.sample(0.38).nu[1] * found.vehicle.platform_radius > 0.1
+
+
+def test_a_run_s_own_samples_can_be_replayed(tmp_path):
+    """The voltages that a run's samples hold, replayed, give the same motion as far as they hold the voltages."""
+    motor = omniroll.Motor(voltage=[2.0, -1.0, 0.5], torque_constant=0.02, resistance=1.5)
+    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(0, 0, 0), duration=0.5, effects=[motor])
+    times = np.linspace(0, 0.5, 51)
+    volts = run.measure(times)["motor_voltage"]
+    rows = [f"{t:.17g},{u:.17g},{v:.17g},{w:.17g}" for t, (u, v, w) in zip(times, volts, strict=True)]
+    log = "\n".join(["t,motor_voltage_1,motor_voltage_2,motor_voltage_3", *rows])
+    again = omniroll.run(scene(tmp_path, log, SCENE + "torque_constant = 0.02\nresistance = 1.5\n"))
+    assert again.pose[-1] == pytest.approx(run.pose[-1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "log, text, words",
+    [
+        (TORQUES, SCENE + "torque = 1.0\n", "torque = 1.0: cannot stand beside log"),
+        (TORQUES, SCENE + "torque_constant = 0.02\nresistance = 1.0\n", "must have columns voltage_1"),
+        ("t,vx,vy,wz\n0,1,2,3\n", SCENE, "belongs to \\[controller\\]"),
+        (TORQUES, TRACKED, "must have columns vx, vy, wz"),
+        (TORQUES, SCENE.replace("log.csv", "other.csv"), "No such file"),
+        (TORQUES, SCENE.replace("log.csv", "../log.csv"), "own folder"),
+        (TORQUES, SCENE.replace("log.csv", "/etc/passwd"), "own folder"),
+        (TORQUES, SCENE.replace("log.csv", "."), "own folder"),
+        (TORQUES.replace("torque_3", "x"), SCENE, "3 columns, one for each wheel"),
+        ("nothing", SCENE, "it has nothing"),
+    ],
+)
+def test_what_a_scene_cannot_replay(tmp_path, log, text, words):
+    with pytest.raises(omniroll.SceneError, match=words):
+        scene(tmp_path, log, text)
+
+
+def test_a_link_out_of_the_folder_is_not_followed(tmp_path):
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (tmp_path / "outside.csv").write_text(TORQUES)
+    (inner / "log.csv").symlink_to(tmp_path / "outside.csv")
+    Path(inner, "scene.toml").write_text(SCENE)
+    with pytest.raises(omniroll.SceneError, match="own folder"):
+        omniroll.load_scene(inner / "scene.toml")

@@ -1,0 +1,227 @@
+"""Vehicles from URDF and MJCF and back, and runs beside MuJoCo."""
+
+import json
+import math
+import sys
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import cli
+from omniroll.exchange.bodies import bodies_of
+from omniroll.exchange.importing import import_vehicle
+from omniroll.exchange.mjcf import to_mjcf
+from omniroll.robots.catalogue import ROBOTS, robot
+
+from .urdf import CYLINDER, NUMBERS, joint, link, urdf
+
+NUMBERS_OF_A_VEHICLE = ("mass", "yaw_inertia", "wheel_inertia", "roller_inertia", "platform_radius", "wheel_radius")
+
+
+@pytest.fixture(scope="module")
+def mujoco():
+    return pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+
+
+@pytest.fixture
+def read(mujoco, tmp_path):
+    def reading(text, name="robot.urdf", **numbers):
+        (tmp_path / name).write_text(text)
+        return import_vehicle(tmp_path / name, **numbers)
+
+    return reading
+
+
+def assert_same(one, other, rel=1e-12):
+    """The same vehicle but for rounding."""
+    for name, value in one.as_dict().items():
+        found = getattr(other, name)
+        if value is None:
+            assert found is None, name
+        elif name == "wheel_angles":
+            assert np.abs(np.exp(1j * (np.array(found) - value)) - 1).max() < rel
+        else:
+            np.testing.assert_allclose(found, value, rtol=rel, atol=1e-15, err_msg=name)
+
+
+def test_a_urdf_file_says_what_its_vehicle_is(read):
+    """Each number worked out here by hand from the bodies in the file."""
+    found = read(urdf()).vehicle
+    (base, _, _, yaw), (hub, axial, across), (roller, along, athwart) = (NUMBERS[k] for k in ("base", "hub", "roller"))
+    r, R, n = NUMBERS["r"], NUMBERS["R"], NUMBERS["rollers"]
+    assert (found.wheels, found.rollers_per_wheel) == (3, 8)
+    assert found.mass == pytest.approx(base + 3 * (hub + n * roller), rel=1e-13)
+    assert found.wheel_inertia == pytest.approx(axial + n * (athwart + roller * r**2), rel=1e-12)
+    assert found.roller_inertia == pytest.approx(along, rel=1e-12)
+    assert found.wheel_radius == pytest.approx(r + NUMBERS["roller_radius"], rel=1e-12)
+    assert found.platform_radius == pytest.approx(R, rel=1e-12)
+    of_wheel = across + (hub + n * roller) * R**2 + n * (roller * r**2 / 2 + (along + athwart) / 2)
+    assert found.yaw_inertia == pytest.approx(yaw + 3 * of_wheel, rel=1e-12)
+    angles = np.array(found.wheel_angles) - 0.3 - 2 * np.pi * np.arange(3) / 3
+    assert np.abs(np.exp(1j * angles) - 1).max() < 1e-12
+    assert found.center_of_mass == (0, 0) and found.wheel_places is None
+
+
+@pytest.mark.parametrize("changes", [{}, {"wheels": 4, "rollers": 12, "r": 0.05, "R": 0.2}, {"inward": True}])
+def test_there_and_back(read, changes):
+    first = read(urdf(**changes)).vehicle
+    again = read(to_mjcf(first), "robot.xml").vehicle
+    assert_same(first, again)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_robots_there_and_back(read, name):
+    vehicle = robot(name).vehicle
+    assert_same(vehicle, read(to_mjcf(vehicle, spheres=1), "robot.xml").vehicle)
+
+
+def test_a_layout_there_and_back(read):
+    places = [(0.1, 0.1), (-0.1, 0.12), (-0.13, -0.1), (0.1, -0.1)]
+    layout = {"wheel_places": places, "wheel_angles": [0.8, 2.2, -2.3, -0.8], "center_of_mass": (0.01, 0.005)}
+    vehicle = omniroll.Vehicle.paper(4, 8).replace(yaw_scale=1.0, **layout)
+    again = read(to_mjcf(vehicle, spheres=1), "robot.xml").vehicle
+    assert_same(vehicle, again.replace(platform_radius=vehicle.platform_radius))
+
+
+def test_mujoco_compiles_what_is_exported(mujoco):
+    vehicle = omniroll.Vehicle.paper()
+    model = mujoco.MjModel.from_xml_string(to_mjcf(vehicle, step=1e-3))
+    assert (model.nbody, model.njnt, model.nu) == (2 + 3 + 15, 1 + 3 + 15, 3)
+    assert sum(model.body_mass) == pytest.approx(vehicle.mass, rel=1e-14)
+    assert not any(model.dof_damping) and not any(model.dof_armature) and not any(model.dof_frictionloss)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_bodies_are_positive_and_obey_the_triangle(name):
+    made = bodies_of(robot(name).vehicle)
+    assert min(value for key, value in asdict(made).items() if key != "platform_place") > 0
+    assert made.hub_axial_inertia <= 2 * made.hub_transverse_inertia
+    assert made.roller_axial_inertia <= 2 * made.roller_transverse_inertia
+
+
+def test_parts_stay_what_they_were():
+    made = bodies_of(robot("robot-soccer-kit").vehicle)
+    assert made.roller_mass == 0.00337198 and made.hub_mass == 0.0266331
+
+
+def test_two_rows_count_as_one_and_this_is_said(read):
+    found = read(urdf(offset=0.006, rollers=10))
+    assert found.row_offset == pytest.approx(0.006) and found.vehicle.platform_radius == pytest.approx(0.12)
+    assert any("alternates by 10 %" in words for words in found.assumed)
+
+
+def test_axles_that_point_inward_are_turned_and_this_is_said(read):
+    assert_same(read(urdf()).vehicle, read(urdf(inward=True)).vehicle)
+    assert any("point inward" in words for words in read(urdf(inward=True)).assumed)
+
+
+def test_friction_of_joints(read):
+    assert read(urdf(damping=0.02)).friction == {"wheel_viscous": 0.02}
+
+
+def test_a_platform_of_several_parts_and_its_tensor_are_turned(read):
+    """A box on the platform whose tensor is given in axes turned by 90 degrees: y of the tensor is the vertical."""
+    box = link("box", 1.0, (0.01, 0.02, 0.015), at=(0.03, 0, 0.1), rpy=(math.pi / 2, 0, 0))
+    arm = link("arm", 0.5, (1e-3, 1e-3, 1e-3))
+    more = box + joint("weld", "base_link", "box", (0, 0, 0), kind="fixed")
+    more += arm + joint("elbow", "box", "arm", (0, 0, 0.2), axis=(0, 0, 1))
+    plain, found = read(urdf()).vehicle, read(urdf(more=more))
+    assert found.vehicle.mass == pytest.approx(plain.mass + 1.5, rel=1e-13)
+    assert found.vehicle.yaw_inertia == pytest.approx(plain.yaw_inertia + 0.02 + 0.03**2 + 1e-3, rel=1e-12)
+    assert found.vehicle.center_of_mass == pytest.approx((0.03 / found.vehicle.mass, 0), abs=1e-12)
+    assert any("arm is held" in words for words in found.assumed)
+
+
+def test_a_platform_that_is_turned_and_moved_in_its_world(read):
+    text = to_mjcf(omniroll.Vehicle.paper().replace(yaw_scale=1.0))
+    moved = text.replace('name="platform" pos="0 0 ', 'name="platform" quat="0.6 0 0 0.8" pos="3 -2 ')
+    assert moved != text
+    assert_same(read(text, "a.xml").vehicle, read(moved, "b.xml").vehicle)
+
+
+def test_sizes_from_wherever_they_are(read):
+    assert read(urdf(solid=False), wheel_radius=0.038).vehicle.wheel_radius == 0.038
+    with pytest.raises(omniroll.InvalidValueError, match="give it"):
+        read(urdf(solid=False))
+
+
+def test_meshes_are_not_read(read):
+    mesh = '<collision><geometry><mesh filename="package://nowhere/a.stl"/></geometry></collision></link>'
+    text = urdf().replace("</link>", mesh, 1)
+    found = read(text)
+    assert_same(read(urdf()).vehicle, found.vehicle)
+    assert any("meshes were not read" in words for words in found.assumed)
+
+
+def test_armatures_of_wheels_count_and_of_rollers_do_not(read):
+    """As MuJoCo Menagerie's soccer kit has them: a default for all joints falls on the rollers, too."""
+    vehicle = omniroll.Vehicle.paper().replace(yaw_scale=1.0)
+    text = to_mjcf(vehicle, armature=0.005).replace('axis="0 1 0"', 'axis="0 1 0" armature="0.005"')
+    found = read(text, "robot.xml")
+    assert_same(vehicle.replace(wheel_inertia=vehicle.wheel_inertia + 0.005), found.vehicle)
+    assert any("a roller has no motor" in words for words in found.assumed)
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (urdf(slant=math.pi / 4), "45 degrees with its plane: only 0 is modelled, no mecanum"),
+        (urdf(rollers=2), "must have wheels"),
+        (urdf().replace('<axis xyz="1.0 0.0 0.0"', '<axis xyz="0.0 0.0 1.0"', 1), "not horizontal .*: wheel0"),
+        (urdf(base=(2.0, 0.001, 0.001, 0.011)), "MuJoCo reads; it says: .*inertia"),
+        ("<robot>", "MuJoCo reads"),
+        ("not a file of the kind", "MuJoCo reads"),
+        (urdf().replace(f'<mass value="{NUMBERS["roller"][0]}"', '<mass value="0.1"', 1), "wheels that are alike"),
+    ],
+)  # fmt: skip
+def test_what_is_no_such_vehicle(read, text, words):
+    with pytest.raises(omniroll.InvalidValueError, match=words):
+        read(text)
+
+
+def test_a_file_that_is_not_there(mujoco, tmp_path):
+    with pytest.raises(omniroll.InvalidValueError, match="must be a URDF or MJCF file"):
+        import_vehicle(tmp_path / "nothing.urdf")
+
+
+def test_the_extra_is_named_where_it_is_missing(monkeypatch, capsys, tmp_path):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    (tmp_path / "robot.urdf").write_text(urdf())
+    for call in (["vehicle", str(tmp_path / "robot.urdf")], ["compare", "scenes/motion-3.toml", "--with", "mujoco"]):
+        assert cli.main(call) == 1
+        said = capsys.readouterr().err
+        assert said.count("\n") == 1 and "omniroll[mujoco]" in said
+
+
+def test_what_is_printed_of_a_file_is_a_scene(read, tmp_path, capsys, mujoco):
+    (tmp_path / "robot.urdf").write_text(urdf())
+    assert cli.main(["vehicle", str(tmp_path / "robot.urdf")]) == 0
+    path = tmp_path / "robot.toml"
+    path.write_text(capsys.readouterr().out + "\n[start]\nnu = [1, 0, 0]\n[run]\nduration = 1\n")
+    assert omniroll.load_scene(path).vehicle == import_vehicle(tmp_path / "robot.urdf").vehicle
+
+
+def test_a_body_for_each_roller_moves_as_the_equations_do(mujoco, tmp_path, capsys):
+    """Smaller steps make stiffer contacts, and MuJoCo's motion comes nearer."""
+    path = tmp_path / "scene.toml"
+    path.write_text("[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0.3, 1]\n[run]\nduration = 1.0\n")
+    output = tmp_path / "out"
+    call = ["compare", str(path), "--with", "mujoco", "--duration", "0.3", "--step", "5e-4", "--output", str(output)]
+    assert cli.main([*call, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    coarse, fine = found["runs"]
+    assert fine["step"] == coarse["step"] / 2 and fine["t"][-1] == pytest.approx(0.3, abs=1e-3)
+    assert 0 < fine["place"][-1] < coarse["place"][-1] < 0.02 * found["way"]
+    assert {file.name for file in output.iterdir()} == {"model.xml", "compare.json", "compare.png"}
+    assert_same(omniroll.Vehicle.paper().replace(yaw_scale=1.0), import_vehicle(output / "model.xml").vehicle)
+
+
+def test_cylinders_of_wheels_are_no_rollers(read):
+    """A wheel as one cylinder says nothing of rollers."""
+    text = '<robot name="t">' + link("base_link", 1.0, (0.01, 0.01, 0.01))
+    text += link("w", 0.1, (1e-4, 1e-4, 1e-4), solid=CYLINDER.format(rpy="0 0 0", radius=0.03, length=0.02))
+    text += joint("a", "base_link", "w", (0.1, 0, 0)) + "</robot>"
+    with pytest.raises(omniroll.InvalidValueError, match="it has hinges of w"):
+        read(text)

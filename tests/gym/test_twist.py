@@ -1,0 +1,105 @@
+"""Environments of Gymnasium: its own checker passes, the vector's motions are those of a session, the seed decides."""
+
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import omniroll
+import omniroll.gym
+from omniroll.gym import TwistEnv, TwistTask, TwistVectorEnv
+
+TASK = TwistTask(steps=8)
+
+
+@pytest.mark.filterwarnings("ignore:.*Box observation space m.*imum value is .*inf")
+def test_gymnasiums_checker_passes():
+    check_env(gymnasium.make(omniroll.gym.TWIST).unwrapped, skip_render_check=True)
+
+
+def test_the_seed_decides():
+    env = TwistEnv(TASK)
+    first, again = env.reset(seed=4)[0], env.reset(seed=4)[0]
+    assert (first == again).all() and (env.reset()[0] != again).any()
+
+
+def test_an_episode_is_cut_off_after_its_steps():
+    env = TwistEnv(TASK)
+    env.reset(seed=1)
+    ends = [env.step(np.zeros(3))[2:4] for _ in range(8)]
+    assert ends == [(False, False)] * 7 + [(False, True)]
+
+
+def test_the_vector_moves_as_a_session():
+    """Each vehicle as one by itself with the same actions, from the same start."""
+    many = gymnasium.make_vec(omniroll.gym.TWIST, num_envs=3, vectorization_mode="vector_entry_point", steps=40)
+    seen, _ = many.reset(seed=7)
+    starts, targets = seen[:, 6:] * np.pi / 5, many.unwrapped.target.copy()
+    actions = np.random.default_rng(5).uniform(-1, 1, (30, 3, 3))
+    rewards = np.zeros((30, 3))
+    for step, action in enumerate(actions):
+        seen, rewards[step], *_ = many.step(action)
+    task = many.unwrapped.task
+    for k in range(3):
+        session = omniroll.Session(task.vehicle, driven=False, **task.options)
+        session.reset(chi=starts[k])
+        for step, action in enumerate(actions):
+            session.step(task.step, voltage=6.0 * action[k])
+            away = session.nu - targets[k]
+            wanted = -(away @ away) / 9 - 0.01 * (action[k] @ action[k]) / 3
+            assert rewards[step, k] == pytest.approx(wanted, abs=1e-9)
+        assert np.abs(seen[k, :3] * task.largest_nu - session.nu).max() < 1e-9
+
+
+def test_vehicles_begin_anew_one_by_one():
+    many = TwistVectorEnv(2, TASK)
+    many.reset(seed=2)
+    many.count[1] = 3
+    over, rewards = [], []
+    for _ in range(9):
+        _, reward, terminated, truncated, _ = many.step(np.ones((2, 3)))
+        over.append(truncated.tolist())
+        rewards.append(reward)
+        assert not terminated.any()
+    assert over[4] == [False, True] and over[7] == [True, False]
+    assert rewards[5][1] == 0 and rewards[5][0] < 0 and rewards[8][0] == 0
+
+
+def test_a_proportional_controller_gets_more_than_none():
+    """The task can be done, and its reward says so."""
+    env = TwistEnv(steps=200)
+    kernel = omniroll.kernel(env.task.vehicle)
+    gained = []
+    for gain in (0.0, 2.0):
+        seen, _ = env.reset(seed=3)
+        total = 0.0
+        for _ in range(200):
+            seen, reward, *_ = env.step(gain * kernel.wheel_speeds((seen[3:6] - seen[:3]) * env.task.largest_nu))
+            total += reward
+        gained.append(total)
+    assert gained[1] > gained[0] / 2
+
+
+@pytest.mark.parametrize(
+    "field, value", [("steps", 0), ("step", -1.0), ("largest_nu", (1, 0, 1)), ("largest_volts", 0)]
+)
+def test_wrong_numbers_are_refused(field, value):
+    with pytest.raises(omniroll.InvalidValueError) as raised:
+        TwistTask(**{field: value})
+    assert raised.value.field == field
+
+
+def test_without_the_extra_one_line_says_what_to_install():
+    program = """
+import sys
+sys.modules["gymnasium"] = None
+try:
+    import omniroll.gym
+except ImportError as error:
+    print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "omniroll.gym needs gymnasium, which is missing: pip install 'omniroll[gymnasium]'\n"

@@ -1,0 +1,176 @@
+"""Derivatives of runs: over many switches, at ties, at a joint, of numbers that do nothing."""
+
+import numpy as np
+
+import omniroll
+from hard import rounding
+from hard.case import Case, Measurement, Scale
+from hard.effect_kernels import with_effects
+from hard.kernel_errors import python_kernels
+from hard.sampling import Sample, sample
+from hard.setting import EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
+from omniroll import NoDerivativeError, Trajectory
+from omniroll.engine.switching import tau
+from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS
+
+SECTION = "Switches"
+SPEEDS = ("nu[0]", "nu[1]", "nu[2]")
+
+
+def followed(setting: Setting, names: tuple[str, ...], **task) -> Trajectory:
+    return omniroll.simulate(PAPER, **setting.options(**task), accuracy=1e-12, control=False, sensitivities=names)
+
+
+def faster(scale: Scale) -> list[Measurement]:
+    """A start k times as fast makes the same motion k times as fast: the derivatives by nu add up to t times the rates.
+
+    The error is over the growth of the motion beside the run, the largest of the derivatives.
+    """
+    found = []
+    for setting in settings(engines=("compiled",)):
+        duration = scale.of(20.0, 600.0)
+        run = followed(setting, SPEEDS, nu=(1.0, 0.3, 0.8), chi=(0.1, -0.2, 0.15), duration=duration)
+        nu, end = run.nu[0], {name: run.sensitivity(name, duration) for name in SPEEDS}
+        rates = {"pose": run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2]), "chi": run.kernel.wheel_speeds(run.nu[-1])}
+        growth = max(np.abs(getattr(end[name], part)).max() for name in SPEEDS for part in ("nu", "chi", "pose"))
+        error = 0.0
+        for part, rate in rates.items():
+            along = sum(nu[k] * getattr(end[name], part) for k, name in enumerate(SPEEDS))
+            error = max(error, float(np.abs(along - duration * rate).max()))
+        found.append(setting.measurement("error over the largest derivative", error / growth, 1e-9))
+    return found
+
+
+def refusal(setting: Setting, name: str, start: dict) -> tuple[tuple[int, ...], float] | None:
+    """The wheels and the time of the instant at which a run has no derivative by a number; None where it has one."""
+    try:
+        followed(setting, (name,), **start)
+    except NoDerivativeError as error:
+        return error.wheels, error.t
+    return None
+
+
+def ties(scale: Scale) -> list[Measurement]:
+    """Turning on the spot, wheel 1 behind by an ulp, tau/10, 10 tau: what parts the wheels, and what does not."""
+    found = []
+    for setting in settings(models=("locked", "free"), laws=("impact",), engines=("compiled",)):
+        random = np.random.default_rng(2)
+        wrong, count = 0, scale.of(2, 20)
+        for _ in range(count):
+            nu, chi = np.array([0, 0, random.uniform(0.3, 3)]), random.uniform(-0.5, 0.5)
+            rate = nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 0]
+            arrival = (JOINT - np.sign(rate) * chi) / abs(rate)
+            for gap in ("none", "ulp", 0.1, 10):
+                behind = {"none": 0.0, "ulp": np.spacing(chi)}.get(gap)
+                behind = gap * tau(arrival, arrival) * abs(rate) if behind is None else behind
+                start = {"nu": nu, "chi": (chi, chi - np.sign(rate) * behind, chi), "duration": 1.1 * arrival}
+                wrong += refusal(setting, "nu[2]", start) is not None
+                if gap != 10:  # else wheels 0 and 2 alone are together, and chi[0] parts these
+                    wrong += refusal(setting, "chi[0]", start) != ((0, 1, 2), setting.run(**start).switches.t[0])
+        found.append(setting.measurement(f"starts judged wrongly, of {7 * count}", wrong, 0))
+    return found
+
+
+def at_the_joint(scale: Scale) -> list[Measurement]:
+    """A start on the joint, outwards: the derivative is that of starts a little inside, as these come closer."""
+    found = []
+    for setting in settings(laws=("impact",), engines=("compiled",)):
+        nu = np.array([1.0, 0.3, 0.8])
+        side = np.sign(nu @ speeds_of_wheels(setting.task(nu=nu, duration=0).kernel)[:, 1])
+
+        def end(inside: float, setting=setting, nu=nu, side=side) -> np.ndarray:
+            start = {"nu": nu, "chi": (0.1, side * (JOINT - inside), -0.1), "duration": 1.0}
+            run = followed(setting, ("chi[1]", "mass"), **start)
+            ends = [run.sensitivity(name, 1.0) for name in ("chi[1]", "mass")]
+            return np.concatenate([getattr(one, part) for one in ends for part in ("nu", "chi", "pose")])
+
+        near, nearer, there = end(2e-6), end(1e-6), end(0.0)
+        error = np.abs(2 * nearer - near - there).max() / np.abs(there).max()
+        found.append(setting.measurement("distance to the limit from inside", float(error), 1e-9))
+    return found
+
+
+def of_nothing(scale: Scale) -> list[Measurement]:
+    """Columns of numbers that do nothing, over a run with switches."""
+    found = []
+    for setting in settings(models=("massless",), engines=("compiled",)):
+        names = ("roller_inertia", "roller_axis_radius")
+        run = followed(setting, names, nu=(1.0, 0.3, 0.8), duration=scale.of(5.0, 100.0))
+        ends = (run.sensitivity(name) for name in names)
+        largest = max(np.abs(getattr(end, part)).max() for end in ends for part in ("nu", "chi", "pose"))
+        found.append(setting.measurement("largest derivative by a number that does nothing", float(largest), 0))
+    return found
+
+
+def near_sharp_tips(scale: Scale) -> list[Measurement]:
+    """A and B of linearise for vehicles with sharp tips, against the generated derivatives in balls."""
+    set_name, name = "locked_sharp+drive+derivatives", "forward_dynamics_derivatives"
+    part = sample(60, scale.of(40, 1000), 3, 5, closest_tip=1e-9)
+    part = with_effects(part.at(np.flatnonzero(part.sharpness() > SHARP)), set_name, 160)
+    outputs = [argument.name for argument in rounding.functions(set_name, part)[name].outputs]
+    found = np.array([linearised(part, row, outputs) for row in range(len(part))]).T
+    judge = rounding.judged_by(part, set_name, [name])[name]
+    naive = judge.units(python_kernels(part, set_name)[name], EPS)[0] if scale.compares else None
+    worst = float(np.nanmax(judge.units(found, EPS)[0]))
+    setting = Setting("locked", "sharp tips", "python")
+    return [setting.measurement("error / ulp cond", worst, 64, None if naive is None else float(np.nanmax(naive)))]
+
+
+def linearised(part: Sample, row: int, outputs: list[str]) -> np.ndarray:
+    """nu' and its derivatives of one state, as the generated function puts them."""
+    numbers = {name: part.vehicle[name][row] for name in VEHICLE_SCALARS} | {
+        "wheel_angles": part.vehicle["wheel_angles"][row]
+    }
+    vehicle = omniroll.Vehicle(wheels=part.wheels, rollers_per_wheel=part.rollers, **numbers)
+    state = {name: part.state[name][row] for name in ("nu", "chi")}
+    torque = omniroll.Torque(part.state["torque"][row])
+    model = omniroll.linearise(vehicle, **state, roller_model="locked", effects=(torque,))
+    parts = {
+        "nu_dot": model.rates[:3], "nu_dot_by_nu": model.A[:3, :3], "nu_dot_by_chi": model.A[:3, 3 : 3 + part.wheels].T,
+        "nu_dot_by_torque": model.B[:3].T,
+    }  # fmt: skip
+    return np.concatenate([parts[name].ravel() for name in outputs])
+
+
+CASES = [
+    Case(
+        name="derivatives-over-switches",
+        section=SECTION,
+        title="Derivatives of a run by its start, over many switches",
+        naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
+        promise="a start k times as fast gives the derivatives of the same motion, k times as fast",
+        run=faster,
+    ),
+    Case(
+        name="derivatives-at-ties",
+        section=SECTION,
+        title="Derivatives where two wheels are no time, 1 ulp, tau/10 and 10 tau apart",
+        naive="projects the wheels in the order of their numbers, and gives that map's derivative",
+        promise="a number that keeps the wheels together has a derivative; one that parts them is refused, by instant",
+        run=ties,
+    ),
+    Case(
+        name="derivatives-from-a-joint",
+        section=SECTION,
+        title="Derivatives of a run that starts on a joint",
+        naive="takes the switch for a part of the start, which no number moves",
+        promise="the limit of starts inside the roller",
+        run=at_the_joint,
+    ),
+    Case(
+        name="derivatives-by-nothing",
+        section=SECTION,
+        title="Derivatives by numbers that do nothing",
+        naive="gives the rounding of differences",
+        promise="exact zeros",
+        run=of_nothing,
+    ),
+    Case(
+        name="derivatives-of-sharp-tips",
+        section=SECTION,
+        title="Linear models of vehicles whose rollers end in sharp tips",
+        naive="differentiates elimination in M*: the generated derivatives of the accelerations",
+        promise="64 ulp times the condition",
+        run=near_sharp_tips,
+    ),
+]

@@ -1,0 +1,218 @@
+"""Sensitivities of runs against differences of runs, over switches of both laws and with each effect."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import (
+    Bearings,
+    Contact,
+    Controller,
+    InvalidValueError,
+    Motor,
+    NoDerivativeError,
+    OneSidedWarning,
+    Slope,
+    Torque,
+    TorqueTable,
+)
+from tests.sensitivities.differences import START, VEHICLE, Case, derivative, differenced, motion
+
+# How much each number is changed; its size times about 1e-4.
+CHANGES = {
+    "nu[0]": 1e-4, "chi[1]": 1e-4, "pose[2]": 1e-4, "spins[1][2]": 1e-3, "mass": 1e-3, "yaw_inertia": 1e-6,
+    "wheel_inertia": 1e-6, "roller_inertia": 1e-9, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6,
+    "platform_radius": 1e-5, "yaw_scale": 1e-4, "wheel_angles[1]": 1e-4,
+}  # fmt: skip
+MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
+LIMITED = replace(MOTOR, current_limit=1.0)
+CONTROLLER = Controller(target=(1, 0, 0.5), proportional=1, integral=2, sample_time=0.05, output="voltage")
+VISCOUS = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
+COULOMB = Bearings(roller_coulomb=1e-4, roller_speed=0.8)
+TABLE = TorqueTable((0, 0.4, 0.8), ((0, 0, 0), (0.02, 0.01, 0.03), (0.01, 0.05, -0.02)))
+HELD = replace(LIMITED, times=(0, 0.37, 0.7), voltage=((1, 2, 3), (3, 1, -1), (0, 0, 1)), interpolation="hold")
+BACKWARDS = replace(LIMITED, back_emf=0.0, gear_ratio=-4.0)
+FOLLOWING = replace(CONTROLLER, times=(0, 0.52), target=((0, 0, 0), (1, 0, 0.5)))
+WITH_EFFECTS = [
+    (Case("free", effects=(VISCOUS,)), {"nu[0]": 1e-4, "wheel_viscous[1]": 1e-6, "roller_viscous": 1e-9}),
+    (Case("free", effects=(COULOMB,)), {"nu[0]": 1e-4, "roller_coulomb": 1e-9, "roller_speed": 1e-4}),
+    (Case("free", effects=(Slope(0.1, 0.4),)), {"pose[2]": 1e-4, "angle": 1e-4, "direction": 1e-4, "gravity": 1e-3}),
+    (Case("free", effects=(TABLE,)), {"torque[1][2]": 1e-4, "chi[1]": 1e-4}),
+    (Case("free", effects=(TABLE,)), {"times[1]": 1e-4, "times[2]": 1e-4}),
+    (Case("free", effects=(replace(TABLE, interpolation="hold"),)), {"times[1]": 1e-4, "torque[1][0]": 1e-4}),
+    (Case("locked", effects=(HELD,)), {"times[1]": 1e-4, "voltage[1][2]": 1e-3, "current_limit": 1e-4}),
+    (Case("locked", effects=(BACKWARDS,)), {"current_limit": 1e-4, "voltage[0]": 1e-4}),
+    (Case("free", effects=(replace(MOTOR, voltage=0), FOLLOWING)), {"times[1]": 1e-4, "target[1][0]": 1e-3}),
+    (Case("free", effects=(Torque((0.01, 0.02, -0.01)),)), {"torque[1]": 1e-5}),
+    (Case("free", effects=(MOTOR,)), {"voltage[1]": 1e-4, "gear_ratio": 1e-4, "back_emf": 1e-6, "resistance": 1e-4}),
+    (Case("free", effects=(LIMITED,)), {"torque_constant": 1e-6, "current_limit": 1e-4, "nu[0]": 1e-4}),
+    (Case("free", effects=(replace(MOTOR, voltage=0), CONTROLLER)),
+     {"target[0]": 1e-3, "proportional": 1e-3, "integral[1]": 1e-3, "voltage": 1e-3, "mass": 1e-3}),
+]  # fmt: skip
+
+
+def check(case, changes, t=None, tolerance=1e-9):
+    run = case.run(sensitivities=tuple(changes))
+    assert len(run.switches) > 1
+    for name, change in changes.items():
+        expected = differenced(case, name, change, t)
+        # Runs are exact to some 1e-14, which the difference divides by the change.
+        allowed = tolerance * np.abs(expected).max() + 1e-13 / change
+        assert np.abs(derivative(run, name, t) - expected).max() <= allowed, name
+
+
+@pytest.mark.parametrize("switching", ["smooth", "impact"])
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_they_are_the_differences_of_runs(roller_model, switching):
+    case = Case(roller_model, switching)
+    changes = {name: change for name, change in CHANGES.items() if roller_model == "free" or "spins" not in name}
+    check(case, changes)
+
+
+@pytest.mark.parametrize(
+    "case, changes", WITH_EFFECTS, ids=lambda case: type(case.effects[0]).__name__ if isinstance(case, Case) else ""
+)
+def test_with_each_effect(case, changes):
+    check(case, changes)
+
+
+@pytest.mark.parametrize("effects", [(), (VISCOUS,), (COULOMB,)], ids=["none", "viscous", "coulomb"])
+def test_between_rows(effects):
+    check(Case("free", effects=effects), {"nu[0]": 1e-4, "mass": 1e-3}, t=0.637)
+
+
+def test_what_does_nothing_has_derivatives_that_are_exactly_zero():
+    run = Case("massless").run(sensitivities=("roller_inertia", "roller_axis_radius", "pose[0]", "mass"))
+    for name in ("roller_inertia", "roller_axis_radius"):
+        assert not derivative(run, name).any()
+    assert derivative(run, "pose[0]").tolist() == [0, 0, 0, 0, 0, 0, 1, 0, 0]
+    limited = replace(LIMITED, voltage=(1, 2, 30), current_limit=0.1)
+    stuck = Case("locked", effects=(limited,), duration=0.2).run(sensitivities=("voltage[2]",))
+    assert not derivative(stuck, "voltage[2]").any()
+
+
+TIED = {"nu": (0.0, 0.0, 1.0), "chi": (0.1, 0.1, 0.1), "pose": (0.0, 0.0, 0.0), "spins": 0.0}
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_wheels_that_switch_together_and_stay_together(roller_model):
+    start = TIED if roller_model == "free" else {name: TIED[name] for name in ("nu", "chi", "pose")}
+    case = Case(roller_model, "impact", start=start, duration=4.0)
+    run = case.run(sensitivities=("mass", "nu[2]"))
+    assert len(run.switches) == 6
+    for name, change in {"mass": 1e-3, "nu[2]": 1e-4}.items():
+        assert derivative(run, name) == pytest.approx(differenced(case, name, change), abs=1e-8)
+
+
+def test_impacts_in_another_order_have_no_derivative():
+    case = Case("free", "impact", start=TIED, duration=4.0)
+    with pytest.raises(NoDerivativeError, match=r"wheels 0, 1, 2.*by chi\[0\]") as caught:
+        case.run(sensitivities=("mass", "chi[0]"))
+    switch = case.run().switches.t[0]
+    assert caught.value.wheels == (0, 1, 2) and caught.value.t == switch
+    assert pickle.loads(pickle.dumps(caught.value)).t == switch
+
+
+def test_the_smooth_law_has_one_derivative_for_each_order():
+    """Of a number that grows; with one that falls the wheels switch in the opposite order."""
+    case = Case("free", "smooth", start=TIED, duration=4.0)
+    with pytest.warns(OneSidedWarning, match=r"together, at t = 1\.23\d*, wheels 0, 1, 2: .* by nu\[0\]"):
+        found = derivative(case.run(sensitivities=("nu[0]",)), "nu[0]")
+
+    def one_sided(by):
+        ends = [motion(case.changed("nu[0]", by * part).run()) for part in (0, 0.5, 1)]
+        return (4 * ends[1] - ends[2] - 3 * ends[0]) / by
+
+    rising, falling = ((4 * one_sided(by / 2) - one_sided(by)) / 3 for by in (1e-4, -1e-4))
+    assert np.abs(found - rising).max() < 1e-7
+    assert np.abs(found - falling).max() > 1e-4
+
+
+def test_with_massless_rollers_every_order_has_the_same_one(recwarn):
+    case = Case("massless", "impact", start={name: TIED[name] for name in ("nu", "chi", "pose")}, duration=4.0)
+    found = derivative(case.run(sensitivities=("nu[0]",)), "nu[0]")
+    assert not [w for w in recwarn if w.category is OneSidedWarning]
+    assert found == pytest.approx(differenced(case, "nu[0]", 1e-4), abs=1e-9)
+
+
+def test_a_start_on_a_joint():
+    """The motions beside it that start inside the roller pass the joint a little later."""
+    outwards = np.sign(omniroll.kernel(VEHICLE, "free", "python").wheel_speeds(START["nu"])[1])
+    case = Case("free", start={"chi": (0.1, outwards * np.pi / VEHICLE.rollers_per_wheel, -0.1)})
+    run = case.run(sensitivities=("nu[0]", "mass"))
+    assert run.switches.t[0] == 0
+    for name, change in {"nu[0]": 1e-4, "mass": 1e-3}.items():
+        assert derivative(run, name) == pytest.approx(differenced(case, name, change), rel=1e-8, abs=1e-9)
+
+
+def test_a_wheel_that_grazes_its_joint_is_named():
+    """Wheel 0 starts at its joint and hardly moves: its rate is 1e-9 of the others'."""
+    joint = np.pi / VEHICLE.rollers_per_wheel
+    bound = omniroll.kernel(VEHICLE, "locked", "python")
+    still = np.linalg.svd(bound.wheel_rows[:1])[2][1]  # wheel 0 rests
+    nudge = bound.wheel_rows[0] / np.linalg.norm(bound.wheel_rows[0]) ** 2
+    nu = still + 1e-8 * nudge
+    start = {"nu": tuple(nu), "chi": (joint, 0.1, 0.1)}
+    with pytest.raises(NoDerivativeError, match="grazes") as caught:
+        Case("massless", start=start, duration=0.5).run(sensitivities=("nu[0]",))
+    assert caught.value.wheels == (0,) and caught.value.t == 0
+
+
+@pytest.mark.parametrize(
+    "names, message",
+    [
+        ("mass", "must be a sequence of names"),
+        (("mass", "mass"), "once"),
+        (("weight",), "is no number of this run; there are nu, chi, pose, mass"),
+        (("nu[3]",), r"places go with the shape \(3,\)"),
+        (("mass[0]",), "places"),
+        (("spins[0][0]",), "is no number"),
+        (("wheel_viscous",), "is no number"),
+    ],
+)
+def test_names_that_mean_nothing_are_refused(names, message):
+    with pytest.raises(InvalidValueError, match=message):
+        Case("locked").run(sensitivities=names)
+
+
+@pytest.mark.parametrize("effect", [Bearings(wheel_coulomb=1e-3), Contact(40.0)])
+def test_effects_that_are_not_followed_are_refused(effect):
+    with pytest.raises(InvalidValueError, match="not followed"):
+        Case("free", effects=(effect,), start={"spins": 0}).run(sensitivities=("mass",))
+
+
+def test_a_trajectory_that_was_not_asked_says_so_and_one_that_was_can_be_pickled():
+    with pytest.raises(InvalidValueError, match="not asked"):
+        Case().run().sensitivity("mass")
+    run = Case().run(sensitivities=("mass",))
+    with pytest.raises(InvalidValueError, match="lie within the run"):
+        run.sensitivity("mass", 1.5)
+    again = pickle.loads(pickle.dumps(run))
+    for t in (None, 0.37):
+        assert np.array_equal(again.sensitivity("mass", t).nu, run.sensitivity("mass", t).nu)
+    rows = run.sensitivity("mass")
+    assert rows.nu.shape == run.nu.shape and rows.chi.shape == run.chi.shape and rows.pose.shape == run.pose.shape
+
+
+def test_a_scaled_motion_over_many_switches():
+    """With massless rollers the path is the same at any speed: everything depends on nu through its size alone."""
+    case = Case("massless", start={"nu": (1.0, 0.3, 0.8)}, duration=40.0)
+    run = case.run(sensitivities=("nu[0]", "nu[1]", "nu[2]"))
+    assert len(run.switches) > 100
+    along = sum(np.array(run.sensitivity(f"nu[{k}]").pose[-1]) * run.nu[0, k] for k in range(3))
+    rates = run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2])
+    assert along == pytest.approx(rates * case.duration, rel=1e-11)
+
+
+@pytest.mark.parametrize("effects", [(), (VISCOUS,)], ids=["none", "viscous"])
+def test_along_the_python_engine_they_are_the_same(effects):
+    """Its polynomials and steps are others; its motion is good to 1e-12, times what the motion makes of that."""
+    case, names = Case("free", effects=effects), ("nu[0]", "mass")
+    runs = [case.run(engine=engine, sensitivities=names, accuracy=1e-12) for engine in ("compiled", "python")]
+    for name in names:
+        for t in (0.37, None):
+            one, other = (derivative(run, name, t) for run in runs)
+            assert np.abs(one - other).max() <= 1e-10 * np.abs(one).max()
