@@ -2,7 +2,7 @@
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
 goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
-the set without effects, and those of all effects, which run any scene where a scene's own set cannot be compiled.
+the set without effects, and the general ones, which run scenes whose own set cannot be compiled.
 """
 
 import json

@@ -108,7 +108,11 @@ ROLLERS_PER_WHEEL = derived(
 LENGTHS = (
     derived("platform_radius", bounded("platform_radius")),
     derived("wheel_radius", bounded("wheel_radius")),
-    derived("roller_axis_radius", bounded("roller_axis_radius"), default="that of truncated rollers, section 4"),
+    derived(
+        "roller_axis_radius",
+        bounded("roller_axis_radius"),
+        default="wheel_radius less roller_radius, or that of truncated rollers, section 4",
+    ),  # fmt: skip
 )
 WHEEL_ANGLES = derived("wheel_angles", PER_WHEEL, default="evenly spaced, the first 0")
 INERTIAS = (
@@ -496,15 +500,16 @@ INSTRUMENTS = (
     Entry("seed", Whole(0), "", "of the noise", "0", note="The same seed gives the same noise"),
 )
 
+KINDS_OF_ERROR = {
+    "resolution": (NOT_NEGATIVE, "step of the readings of"),
+    "noise": (NOT_NEGATIVE, "standard deviation of the noise of"),
+    "bias": (NUMBER, "what is added to"),
+}
 ERRORS = tuple(  # of readings, by their names
     Entry(f"{entry.name}_{error}", kind, entry.unit, f"{meaning} {entry.name}", "0")
     for entry in MEASUREMENTS
     if entry.name in WITH_ERRORS
-    for error, kind, meaning in (
-        ("resolution", NOT_NEGATIVE, "step of the readings of"),
-        ("noise", NOT_NEGATIVE, "standard deviation of the noise of"),
-        ("bias", NUMBER, "what is added to"),
-    )
+    for error, (kind, meaning) in KINDS_OF_ERROR.items()
 )
 
 # What the methods of a kernel take; a leading ... stands for any axes, which broadcast.

@@ -166,3 +166,9 @@ def test_a_wheels_maxima_is_told_where_it_is(tmp_path):
     assert made["MAXIMA_PREFIX"] == str(tmp_path / "sage_wheels")
     assert made["ECLDIR"] == str(tmp_path / "sage_wheels/lib/ecl-1.2") + "/"
     assert "MAXIMA_PREFIX" not in maxima.environment(Path("/usr/bin/maxima"))
+
+
+def test_lines_of_the_derivation_end_at_120():
+    files = sorted((Path(maxima.__file__).parent.parent / "maxima").rglob("*.mac"))
+    lines = ((file, number, line) for file in files for number, line in enumerate(file.read_text().splitlines(), 1))
+    assert files and not [f"{file.name}:{number}" for file, number, line in lines if len(line) > 120]

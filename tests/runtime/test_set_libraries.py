@@ -267,7 +267,7 @@ def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, fresh_cache
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
         f"compiled {sets.set_name('free', sets.general_sets('free')[0])}",
-        "compiled engine, precompiled kernel of all effects, since the one of this scene is not compiled",
+        "compiled engine, precompiled general kernel, since the one of this scene is not compiled",
     ]
 
 

@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     from omniroll.studies.accuracy.tables import text
 
     scene = load_scene(arguments.scene)
-    if "contact" in scene.tables:
+    if scene.slips:
         raise InvalidValueError("SCENE", arguments.scene.name, "must not have [contact]: the integrators compared roll")
     duration = _duration(arguments.duration, scene.options["duration"])
     if arguments.error is not None and not 0 < arguments.error < math.inf:

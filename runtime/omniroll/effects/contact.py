@@ -136,11 +136,7 @@ class Contact(Effect):
         """
         if self.load is not None:
             return self._given("load", vehicle.wheels)
-        places = vehicle.wheel_places
-        if places is None:
-            counts, radius = (vehicle.wheels, vehicle.rollers_per_wheel), vehicle.platform_radius
-            places = parts.places_on_rays(*counts, radius, vehicle.wheel_angles)
-        places = np.array(places)
+        places = vehicle.places()
         refuse_collinear(places)
         weight = vehicle.mass * (STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity)
         found = contact_loads(places, weight * np.array([1.0, *vehicle.center_of_mass])[None])[0]

@@ -94,7 +94,7 @@ def _kernel_of(kernel: Kernel) -> Kernel | None:
         general = general_kernel(kernel)
         if general is None:
             raise
-        warnings.warn(f"the precompiled engine of all effects runs, which is slower: {problem}", RuntimeWarning, 2)
+        warnings.warn(f"the precompiled general engine runs, which is slower: {problem}", RuntimeWarning, 2)
         return general
     return kernel
 

@@ -24,6 +24,8 @@ class Sessions:
     count    V
     options  arguments of Session; among the effects is a Motor
 
+    nu (V, 3) in 1/s and chi (V, N) in rad are the state of all, new after each step.
+
     Raises as Session does, and InvalidValueError for a count that is not positive, or effects that take no voltage.
     """
 
@@ -36,9 +38,8 @@ class Sessions:
             raise InvalidValueError("effects", options.get("effects"), "must have one Motor with a constant voltage")
         self.volts = [run.held["voltage"][0] for run in self.runs]
         self.elapsed = np.zeros(count)
-        self._nu = [run.nu for run in self.runs]
-        self._chi = [run.chi for run in self.runs]
-        self._pose = [run.pose for run in self.runs]
+        self._nu, self._chi = [run.nu for run in self.runs], [run.chi for run in self.runs]
+        self._read()
 
     def step(self, duration: float, voltage: np.ndarray, which: np.ndarray) -> list[int]:
         """Go on for a time; the numbers of those that could not.
@@ -58,6 +59,7 @@ class Sessions:
                 run.go_on(ends[k])
             except SimulationStopped:
                 stopped.append(k)
+        self._read()
         return stopped
 
     def reset(self, which: np.ndarray, chi: np.ndarray) -> None:
@@ -70,18 +72,8 @@ class Sessions:
         for k, own in zip(which.tolist(), chi, strict=True):
             self.runs[k].go_to_start()
             self.runs[k].chi[:] = own
+        self._read()
 
-    @property
-    def nu(self) -> np.ndarray:
-        """(V, 3) in 1/s."""
-        return np.array(self._nu)
-
-    @property
-    def chi(self) -> np.ndarray:
-        """(V, N) in rad."""
-        return np.array(self._chi)
-
-    @property
-    def pose(self) -> np.ndarray:
-        """(V, 3) x, y in m, theta in rad."""
-        return np.array(self._pose)
+    def _read(self) -> None:
+        """Take the state of all, once for those who read it more often."""
+        self.nu, self.chi = np.array(self._nu), np.array(self._chi)

@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import wheel_places
 from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -96,7 +95,7 @@ def _with_platform(vehicle: Vehicle, wheel: Bodies) -> Bodies:
 
 def _wheels_centre(vehicle: Vehicle) -> np.ndarray:
     """(2,) in m: the middle of the wheels' centres from S; exactly 0 where it is so but for rounding."""
-    places = np.array(wheel_places(vehicle))
+    places = vehicle.places()
     middle = places.mean(axis=0)
     return np.where(np.abs(middle) > SAME * np.abs(places).max(), middle, 0.0)
 
@@ -105,7 +104,7 @@ def _whole(vehicle: Vehicle, made: Bodies) -> dict[str, float]:
     """What bodies add up to, by the generated function, about S; wheels wherever they stand."""
     numbers = {name: value for name, value in asdict(made).items() if name != "platform_place"}
     rotor = dict.fromkeys(("rotor_mass", "rotor_axial_inertia", "rotor_transverse_inertia", "rotor_distance"), 0.0)
-    distance = float(np.sqrt(np.mean(np.sum(np.square(wheel_places(vehicle)), axis=1))))
+    distance = float(np.sqrt(np.mean(np.sum(np.square(vehicle.places()), axis=1))))
     found = parts.evaluate(
         "inertias", vehicle.wheels, vehicle.rollers_per_wheel, platform_radius=distance,
         roller_axis_radius=vehicle.roller_axis_radius, gear_ratio=1.0, **numbers, **rotor,

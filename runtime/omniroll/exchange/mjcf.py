@@ -8,7 +8,6 @@ import numpy as np
 
 from omniroll import validation
 from omniroll.exchange.bodies import Bodies, bodies_of
-from omniroll.kernels.kernel import wheel_places
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import STANDARD_GRAVITY
 
@@ -62,7 +61,7 @@ def to_mjcf(
     _inertial(base, made.platform_mass, (across, across, made.platform_inertia), (*made.platform_place, 0))
     actuators = SubElement(root, "actuator")
     slants = np.linspace(-math.pi, math.pi, validation.integer("spheres", spheres, 1)) / vehicle.rollers_per_wheel
-    places = wheel_places(vehicle)
+    places = vehicle.places()
     for i, (alpha, place) in enumerate(zip(vehicle.wheel_angles, places, strict=True), 1):
         wheel = SubElement(base, "body", name=f"wheel{i}", pos=_text(*place, 0), quat=_turn(alpha, 2))
         SubElement(wheel, "joint", name=f"wheel{i}", type="hinge", axis="1 0 0", armature=_text(armature))

@@ -67,14 +67,14 @@ def levels_here() -> list[str]:
 
 
 def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]]:
-    """The effects of the sets that run any scene of a roller model, where absent ones are at neutral values.
+    """The effects of the general sets of a roller model: those that a scene does not call for are at neutral values.
 
     registry  the effects of generated/data/effects.json
     base      the roller model
 
-    Where an effect changes what another one integrates, a set without it comes first; then one of all effects; then the
-    same with wheels that may slip, if they may with these rollers, under all laws that have neutral values. Another
-    effect that excludes one is left out, and so is one that changes no motion.
+    Where an effect changes what another one integrates, a set without it comes first; then one of every effect that has
+    neutral values, changes the motion and excludes no other effect, which leaves out axles that stick; then the same
+    with wheels that may slip, if they may with these rollers, under all laws that have neutral values.
     """
     names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
     slipping = [e["name"] for e in registry if e["neutral"] and SLIPPING in (e["name"], *e["needs"])]

@@ -25,7 +25,6 @@ from omniroll import generated_data
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
-from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import KERNEL_ARGUMENTS, ROLLER_MODELS, documented
 
@@ -134,7 +133,7 @@ def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants
     """The arguments of `prepare` by name: the vehicle's numbers, and those of the effects."""
     own = {name: getattr(vehicle, name) for name in VEHICLE_SCALARS} | {"wheel_angles": vehicle.wheel_angles}
     if "layout" in effects:
-        own |= {"wheel_places": wheel_places(vehicle), "center_of_mass": vehicle.center_of_mass}
+        own |= {"wheel_places": vehicle.places(), "center_of_mass": vehicle.center_of_mass}
     return own | dict(constants)
 
 
@@ -157,14 +156,6 @@ def _prepare_arguments(signature: Signature, given: Mapping[str, ArrayLike]) -> 
 def _constant(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     array = np.array(value, float)
     return array if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
-
-
-def wheel_places(vehicle: Vehicle) -> ArrayLike:
-    """(N, 2) in m: the wheels' centres in the platform's frame."""
-    if vehicle.wheel_places is not None:
-        return vehicle.wheel_places
-    counts = vehicle.wheels, vehicle.rollers_per_wheel
-    return parts.places_on_rays(*counts, vehicle.platform_radius, vehicle.wheel_angles)
 
 
 @documented(*KERNEL_ARGUMENTS)
@@ -701,18 +692,16 @@ def kept_kernel(
         made = PythonKernel(vehicle, roller_model, effects, constants)
         slower = "the Python kernel runs, which is slower"
         if general_kernel(made) is not None:
-            slower = (
-                "runs take the precompiled kernel of all effects, which is slower, and other calls the Python kernel"
-            )
+            slower = "runs take the precompiled general kernel, which is slower, and other calls the Python kernel"
         warnings.warn(f"{slower}: {problem}", RuntimeWarning, stacklevel=2)
         return made
 
 
 @lru_cache(maxsize=64)
 def general_kernel(bound: Kernel) -> CompiledKernel | None:
-    """The precompiled kernel of all effects that runs take in the place of this one: others are at neutral values.
+    """The precompiled general kernel that runs take in the place of this one; effects not called for are neutral.
 
-    None where there is none: it was not built, or does not know all effects.
+    None where there is none: it was not built, or lacks an effect of this one (axles that stick).
     """
     for effects in sets.general_sets(bound.base):
         if set(bound.effects) <= set(effects) and sets.is_general(bound.base, effects):

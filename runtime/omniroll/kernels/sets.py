@@ -16,8 +16,9 @@ Maxima) in a folder that is named after all that it depends on, so that it is fo
 omniroll.codegen.cache says where.
 
 Where there is no C compiler ($CC or cc) only the Python kernel of another set can be made. The compiled engine then
-runs on a general set, which is built with omniroll for any vehicle: it has all effects, and those that a scene does not
-call for are at neutral values.
+runs on a general set, which is built with omniroll for any vehicle. It has every effect that has neutral values and
+excludes no other effect; those that a scene does not call for are at neutral values. Axles that stick
+are in no general set.
 """
 
 import hashlib
@@ -77,7 +78,7 @@ def set_name(base: str, effects: tuple[str, ...]) -> str:
 
 @cache
 def general_sets(base: str) -> list[tuple[str, ...]]:
-    """The effects of the sets that are built with omniroll and run any scene with the rollers of this model."""
+    """The effects of the general sets of this roller model, which are built with omniroll; the largest is the last."""
     return building.general_sets(generated_data.load("effects")["effects"], base)
 
 

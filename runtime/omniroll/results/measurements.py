@@ -19,8 +19,6 @@ from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import with_accelerations
 from omniroll.vehicles.vehicle import Vehicle
 
-ERRORS = ("resolution", "noise", "bias")
-
 
 @vocabulary.documented(*vocabulary.INSTRUMENTS)
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Instruments:
     def __post_init__(self) -> None:
         for entry in vocabulary.INSTRUMENTS:
             object.__setattr__(self, entry.name, entry.checked(getattr(self, entry.name)))
-        for name in ERRORS:
+        for name in vocabulary.KINDS_OF_ERROR:
             object.__setattr__(self, name, _checked(name, getattr(self, name)))
 
     def read(self, true: Mapping[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ class Allowance:
     """
 
     def __init__(self, seconds: float = math.inf, clock: Callable[[], float] = time.monotonic):
-        self.seconds, self.clock = seconds, clock
+        self.clock = clock
         self.end = clock() + seconds
         self.left_out: list[str] = []
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from omniroll.effects import Bearings, Contact, Effect, Motor, Slope, Torque
+from omniroll.effects import Bearings, Effect, Motor, Slope, Torque
 from omniroll.effects.torque import Drive
 from omniroll.engine.runs import Progress
 from omniroll.engine.simulate import checked_task, one_run
@@ -95,8 +95,7 @@ def _other_models(scene: Scene) -> Iterator[Variant]:
         if other != model:
             at_rest = {} if other == "free" else {"spins": 0}
             yield Variant(other, f"in place of {model}", {"roller_model": other} | at_rest)
-    slips = any(isinstance(effect, Contact) for effect in scene.options.get("effects", ()))
-    for other in () if slips else LAWS:  # wheels that may slip ask for no law
+    for other in () if scene.slips else LAWS:  # wheels that may slip ask for no law
         if other != law:
             yield Variant(other, f"in place of {law}", {"switching": other})
 

@@ -70,7 +70,7 @@ def runs_on(task: Task) -> str:
         return f"Python engine, {task.kernel.backend} kernel"
     if bound is task.kernel:
         return "compiled engine, compiled kernel"
-    return "compiled engine, precompiled kernel of all effects, since the one of this scene is not compiled"
+    return "compiled engine, precompiled general kernel, since the one of this scene is not compiled"
 
 
 def origins_of(scene: Scene) -> list[Origin]:

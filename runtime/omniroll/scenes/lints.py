@@ -25,10 +25,9 @@ def lints(scene: Scene, without_inertia: float | None = None) -> list[Lint]:
 
 def _of_choices(scene: Scene, without_inertia: float | None) -> Iterator[Lint]:
     model, law = scene.options.get("roller_model", "free"), scene.options.get("switching", "impact")
-    slips = "contact" in scene.tables
-    if slips and "switching" in scene.tables:
+    if scene.slips and "switching" in scene.tables:
         yield Lint("switching", "law", "has no part where wheels may slip: a switch changes no speed there")
-    if model == "free" and law == "smooth" and not slips:
+    if model == "free" and law == "smooth" and not scene.slips:
         yield Lint(
             "switching", "law", "the law smooth lets the energy of free rollers rise at switches; impact never does"
         )

@@ -84,14 +84,12 @@ def _of_motor(motor: Motor, effects: tuple, vehicle: Vehicle) -> Iterator[Lint]:
 
 
 def _of_bearings(bearings: Bearings, vehicle: Vehicle) -> Iterator[Lint]:
-    thickness, load = vehicle.wheel_radius - vehicle.roller_axis_radius, _load(vehicle)
-    coulomb, viscous = (
-        np.max(value or 0.0) / thickness for value in (bearings.roller_coulomb, bearings.roller_viscous)
-    )
+    radius, load = vehicle.roller_radius, _load(vehicle)
+    coulomb, viscous = (np.max(value or 0.0) / radius for value in (bearings.roller_coulomb, bearings.roller_viscous))
     if coulomb > FRICTION * load:
         text = f"needs {coulomb:.3g} N at a roller's rim to turn it, where a wheel carries {load:.3g} N"
         yield Lint("bearings", "roller_coulomb", f"{text}: the rollers never turn")
-    drag = viscous * WALK / thickness
+    drag = viscous * WALK / radius
     if drag > FRICTION * load:
         text = f"brakes a roller's rim with {drag:.3g} N at {WALK:g} m/s, where a wheel carries {load:.3g} N"
         yield Lint("bearings", "roller_viscous", text)

@@ -87,14 +87,13 @@ def _is_even(vehicle: Vehicle) -> bool:
 def of_numbers(vehicle: Vehicle) -> Iterator[Lint]:
     """Mass and inertias beside the sizes."""
     rollers, share = vehicle.rollers_per_wheel, vehicle.mass / vehicle.wheels
-    thickness = vehicle.wheel_radius - vehicle.roller_axis_radius
     most = ring(share, vehicle.wheel_radius)
     if vehicle.wheel_inertia > most:
         text = f"{vehicle.wheel_inertia:.3g} kg m^2 is more than a wheel with its share of the mass can have"
         yield Lint("vehicle", "wheel_inertia", f"{text}, {most:.3g}; only a rotor behind a gear gives more")
     yield from _of_yaw("yaw_inertia", vehicle.yaw_inertia, vehicle.mass, vehicle)
     # With all of its mass at its largest radius a roller weighs least; the wheel's inertia says what it weighs at most.
-    least = vehicle.roller_inertia / ring(1.0, thickness)
+    least = vehicle.roller_inertia / ring(1.0, vehicle.roller_radius)
     if least > vehicle.wheel_inertia / ring(rollers, vehicle.roller_axis_radius):
         text = f"needs rollers of {least:.3g} kg or more; {rollers} of them make wheel_inertia larger than it is"
         yield Lint("vehicle", "roller_inertia", text)
@@ -102,9 +101,9 @@ def of_numbers(vehicle: Vehicle) -> Iterator[Lint]:
         text = f"needs rollers of {least:.3g} kg or more; those of a wheel outweigh the wheel's share of the mass"
         yield Lint("vehicle", "roller_inertia", f"{text}, {share:.3g} kg")
     tip = _joint_height(vehicle)
-    if tip < BLUNT * thickness:
+    if tip < BLUNT * vehicle.roller_radius:
         text = f"the joint is close to the tips: a roller's axis is {tip:.3g} m above the ground there"
-        yield Lint("vehicle", "roller_axis_radius", f"{text}, {thickness:.3g} m in the roller's middle")
+        yield Lint("vehicle", "roller_axis_radius", f"{text}, {vehicle.roller_radius:.3g} m in the roller's middle")
 
 
 def _of_yaw(name: str, inertia: float, mass: float, vehicle: Vehicle) -> Iterator[Lint]:
@@ -165,7 +164,7 @@ def _of_inertias(parts: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
 def _of_rollers(parts: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
     if parts.get("roller_mass", 0) > parts.get("hub_mass", math.inf):
         yield Lint("vehicle", "roller_mass", "a roller is heavier than the wheel that carries it")
-    thickness, tip = vehicle.wheel_radius - vehicle.roller_axis_radius, _joint_height(vehicle)
+    thickness, tip = vehicle.roller_radius, _joint_height(vehicle)
     radius = parts.get("roller_radius")
     if radius is not None and not tip * (1 - FIT) <= radius <= thickness * (1 + FIT):
         text = f"{radius:.3g} m does not fit: wheel_radius and roller_axis_radius make rollers of {thickness:.3g} m"

@@ -22,7 +22,7 @@ from omniroll.scenes.reading import read
 from omniroll.scenes.schema import keys
 from omniroll.scenes.vehicles import vehicle_of
 from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import INSTRUMENTS, WITH_ERRORS
+from omniroll.vocabulary import INSTRUMENTS, KINDS_OF_ERROR, WITH_ERRORS
 
 OPTIONS = {  # argument of simulate: the table and key that it comes from
     "nu": ("start", "nu"),
@@ -55,6 +55,11 @@ class Scene:
     options: dict[str, Any] = field(default_factory=dict)
     tables: dict[str, dict[str, Any]] = field(default_factory=dict)
 
+    @property
+    def slips(self) -> bool:
+        """Whether its wheels may slip."""
+        return "contact" in self.tables
+
     def doubts(self) -> tuple[UserWarning, ...]:
         """What is allowed in its effects and yet looks wrong, as simulate warns of it."""
         return EffectSet.checked(self.options.get("effects", ()), self.vehicle).doubts(self.vehicle)
@@ -67,7 +72,7 @@ class Scene:
         plain = {entry.name: given[entry.name] for entry in INSTRUMENTS if entry.name in given}
         errors = {
             error: {name: given[f"{name}_{error}"] for name in WITH_ERRORS if f"{name}_{error}" in given}
-            for error in ("resolution", "noise", "bias")
+            for error in KINDS_OF_ERROR
         }
         return Instruments(**plain, **errors)
 

@@ -230,7 +230,7 @@ def as_json(summary: dict[str, Any]) -> str:
     def plain(value: Any) -> Any:
         if isinstance(value, dict):
             return {name: plain(part) for name, part in value.items()}
-        if isinstance(value, list):
+        if isinstance(value, (list, tuple)):
             return [plain(part) for part in value]
         return None if isinstance(value, float) and not math.isfinite(value) else value
 

@@ -15,7 +15,7 @@ ALWAYS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius")
 SIZE_NAMES = tuple(key.name for key in SIZES)
 NUMBER_NAMES = tuple(key.name for key in NUMBERS)
 PART_NAMES = tuple(key.name for key in PARTS + SHEET)
-SHEET_NEEDS = ("wheels", "rollers_per_wheel", "platform_radius", "wheel_radius", "roller_radius", "roller_length")
+SHEET_NEEDS = (*ALWAYS, "roller_radius", "roller_length")
 # Numbers that break no bound of the derivation. They take the place of numbers that are missing or wrong, so that the
 # bounds judge the numbers that are there.
 LENIENT = {

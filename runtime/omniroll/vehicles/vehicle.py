@@ -188,6 +188,18 @@ class Vehicle:
         """Whether wheels stand elsewhere than on rays at platform_radius, or the centre of mass beside S."""
         return self.wheel_places is not None or self.center_of_mass != (0.0, 0.0)
 
+    @property
+    def roller_radius(self) -> float:
+        """Radius of a roller in its middle, in m."""
+        return self.wheel_radius - self.roller_axis_radius
+
+    def places(self) -> np.ndarray:
+        """(N, 2) places of the wheels' centres in the platform's frame, in m; section 2 where they are not given."""
+        if self.wheel_places is not None:
+            return np.array(self.wheel_places)
+        counts = self.wheels, self.rollers_per_wheel
+        return np.array(parts.places_on_rays(*counts, self.platform_radius, self.wheel_angles))
+
     def sharpness(self) -> float:
         """How much a contact roller's inertia at the joint outgrows the vehicle's mass (generated/data).
 

@@ -48,7 +48,7 @@ class Shown:
                 "wheels": vehicle.wheels,
                 "rollers": vehicle.rollers_per_wheel,
                 "angles": vehicle.wheel_angles,
-                "places": _places(run),
+                "places": run.vehicle.places().tolist(),
                 "platform_radius": vehicle.platform_radius,
                 "wheel_radius": vehicle.wheel_radius,
                 "roller_axis_radius": vehicle.roller_axis_radius,
@@ -100,15 +100,6 @@ class Shown:
         switched = (run.contact[1:] != run.contact[:-1]).any(axis=1)
         jumps = np.append(0.0, np.where(switched, np.diff(run.energy), 0.0))
         return run.contributions() | {"switches": np.cumsum(jumps)}
-
-
-def _places(run: Trajectory) -> list[list[float]]:
-    """(N, 2) places of the wheels' centres in the platform's frame, in m."""
-    vehicle = run.vehicle
-    if vehicle.wheel_places is not None:
-        return [list(place) for place in vehicle.wheel_places]
-    angles = np.array(vehicle.wheel_angles)
-    return (vehicle.platform_radius * np.column_stack([np.cos(angles), np.sin(angles)])).tolist()
 
 
 def _axial(run: Trajectory, pieces: Pieces) -> np.ndarray:

@@ -22,9 +22,8 @@ from omniroll.errors import OmnirollError
 from omniroll.studies.accuracy.acting import Event
 
 AT_REST = 16  # a rate of the start, or after an impact, is zero within this many roundings of a double
-KEPT = (
-    1e-13  # bearings can give what is beyond their bounds by this part, which is more than landing on an event leaves
-)
+# Bearings are taken to give what is beyond their bounds by this part: landing on an event leaves less.
+BEYOND = 1e-13
 PARALLEL = 1e-12  # sine of the angle below which directions are parallel
 
 
@@ -49,7 +48,7 @@ class Excess:
 
     @property
     def is_positive(self) -> bool:
-        return float(self.value) > KEPT * float(self.reach)
+        return float(self.value) > BEYOND * float(self.reach)
 
 
 class Sticking:

@@ -1,6 +1,5 @@
 """The study of one motion: reference, errors and times of every integrator, the ladder of models, advice."""
 
-import json
 import math
 import time
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import SimulationStopped
 from omniroll.scenes import Scene
+from omniroll.scenes.result_folder import as_json
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
 from omniroll.studies.accuracy.models import ladder
@@ -78,14 +78,7 @@ class Study:
         return FINER * self.models_confirmed
 
     def as_json(self) -> str:
-        def plain(value: Any) -> Any:
-            if isinstance(value, float) and not math.isfinite(value):
-                return None
-            if isinstance(value, dict):
-                return {key: plain(item) for key, item in value.items()}
-            return [plain(item) for item in value] if isinstance(value, (list, tuple)) else value
-
-        return json.dumps(plain(asdict(self)), indent=1, allow_nan=False)
+        return as_json(asdict(self))
 
     def as_csv(self) -> str:
         names = list(Point.__dataclass_fields__)
