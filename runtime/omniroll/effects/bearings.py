@@ -20,6 +20,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll.effects import registry
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
@@ -151,4 +152,5 @@ class Bearings(Effect):
         return after["axial"] if "axial" in names else None
 
     def _names(self, kernel: Kernel) -> set[str]:
-        return {quantity.name for quantity in self.quantities(kernel.roller_model, kernel.effects)}
+        """What is integrated for all effects of a kernel: of rollers, the ground says what where wheels may slip."""
+        return {quantity.name for quantity in registry.quantities(kernel.effects, kernel.roller_model)}
