@@ -207,9 +207,10 @@ class EngineSet:
 
 
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
+GRIPS = "ground_dynamics"  # a set in which contacts stick on the ground has it; the engine has no modes of these
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION))
+    runs = all(map(effects.function, MOTION)) and effects.function(GRIPS) is None
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

@@ -41,6 +41,7 @@ CALLS = {
     "prove_derivatives": 'prove_derivatives("locked")',
     "prove_momenta_derivatives": 'prove_momenta_derivatives("free")',
     "prove_slip": 'prove_slip("free")',
+    "prove_ground": 'prove_ground("free")',
     "prove_slip_rollers": 'prove_slip_rollers("free")',
 }
 # Claims that hold whatever the signs are, asked of the wrong thing.

@@ -45,6 +45,7 @@ GROUPS = {  # of the reference; what belongs to none stands behind them
         "view", "View", "Results", "load_results", "unfinished",
     ),
     "Scenes": ("Scene", "load_scene", "run"),
+    "Logs and fits": ("fit", "Fit", "Log", "Number"),
     "Linear models and derivatives": ("linearise", "LinearModel", "gradient", "Sensitivity"),
     "Kernels": ("kernel", "Kernel"),
 }  # fmt: skip

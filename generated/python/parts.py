@@ -183,6 +183,28 @@ def spin_inertia(wheels, rollers_per_wheel, wheel_inertia, gear_ratio, rotor_axi
     return spin_inertia_of
 
 
+def standing_loads(wheels, rollers_per_wheel, mass, gravity_strength, center):
+    """Sum and moments of the normal loads of a vehicle at rest on level ground.
+
+    Equations: (3.1).
+    mass [kg]: mass of the whole vehicle.
+    gravity_strength [m/s^2]: gravity.
+    center[2] [m]: place of the centre of mass in the platform's axes.
+    Returns:
+      load_sums[3] [N, N m, N m]: sums over the wheels of the loads N_i, of N_i xi_i and of N_i eta_i.
+    Operations: once 3 mul. Intermediates: 1.
+    """
+    load_sums = [None] * 3
+    M = mass
+    center_x = center[0]
+    center_y = center[1]
+    gravity_strength_M = gravity_strength*M
+    load_sums[0] = gravity_strength_M
+    load_sums[1] = gravity_strength_M*center_x
+    load_sums[2] = gravity_strength_M*center_y
+    return load_sums
+
+
 def across_plane(wheels, rollers_per_wheel, gravity_strength, plane_angle):
     """Gravity across an inclined plane.
 

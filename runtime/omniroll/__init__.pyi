@@ -19,6 +19,7 @@ from .engine.switching import tau as tau
 from .errors import AccuracyWarning as AccuracyWarning
 from .errors import InvalidValueError as InvalidValueError
 from .errors import KernelsMissingError as KernelsMissingError
+from .errors import LogError as LogError
 from .errors import MissingPackageError as MissingPackageError
 from .errors import NoDerivativeError as NoDerivativeError
 from .errors import OmnirollError as OmnirollError
@@ -30,6 +31,10 @@ from .errors import UnstableControllerWarning as UnstableControllerWarning
 from .exchange.importing import Imported as Imported
 from .exchange.importing import import_vehicle as import_vehicle
 from .exchange.mjcf import to_mjcf as to_mjcf
+from .identification.answer import Fit as Fit
+from .identification.fitting import fit as fit
+from .identification.log import Log as Log
+from .identification.model import Number as Number
 from .kernels.dynamics import accelerations as accelerations
 from .kernels.kernel import Kernel as Kernel
 from .kernels.kernel import kernel as kernel

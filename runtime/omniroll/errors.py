@@ -35,6 +35,27 @@ class InvalidValueError(OmnirollError, ValueError):
         return type(self), (self.field, self.value, self.bound)
 
 
+class LogError(InvalidValueError):
+    """A log that makes no sense.
+
+    source  name of the file, or of the log
+    line    number of the line in the file, the line of names being 1; of arrays, the row from 0; or None
+    field   name of the column, or None
+    value   what stands there, or None
+    bound   what is wrong, in words
+    """
+
+    def __init__(self, source: str, line: int | None, field: str | None, value: Any, bound: str):
+        super().__init__(field, value, bound)
+        place = ":".join(str(part) for part in (source, line) if part is not None)
+        what = " = ".join(part for part in (field, None if value is None else _shown(value)) if part)
+        self.args = (f"{place}: {what + ': ' if what else ''}{bound}",)
+        self.source, self.line = source, line
+
+    def __reduce__(self):
+        return type(self), (self.source, self.line, self.field, self.value, self.bound)
+
+
 class KernelsMissingError(OmnirollError, RuntimeError):
     """The compiled kernels were asked for and are not there."""
 

@@ -63,18 +63,22 @@ class Pace:
 
 
 def forewarning(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
-    """A function that says once, soon after the start, that the work will take longer than a day."""
-    pace, said = Pace(clock), False
+    """A function that says once, soon after the work has begun, that it will take longer than a day. Work that begins
+    anew, as a run does after the coarser one that its error estimate needs, is looked at again."""
+    pace, looked, said = Pace(clock), False, False
 
     def report(done: float, total: float) -> None:
-        nonlocal said
+        nonlocal looked, said
         if said:
             return
         pace.note(done)
         if pace.took < SOON:
+            looked = False
+        if looked or pace.took < SOON:
             return
-        said, left = True, pace.left(done, total)
-        if left > DAY:
+        looked, left = True, pace.left(done, total)
+        said = left > DAY
+        if said:
             text = f"at its present pace this takes {duration(left)}; Ctrl-C ends it and keeps what there is"
             print(f"{done:.4g} of {total:.4g} {unit} done: {text}", file=sys.stderr, flush=True)
 

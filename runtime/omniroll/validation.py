@@ -1,9 +1,10 @@
 """Checks of what a user gives. Each raises InvalidValueError with the field, the value and the bound."""
 
+import inspect
 import math
 import operator
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +107,42 @@ def file_path(field: str, value: Any) -> Path:
     if not isinstance(value, (str, os.PathLike)):
         raise InvalidValueError(field, value, "must be a path, str or path")
     return Path(value)
+
+
+def text(field: str, value: Any) -> str:
+    """`value`, which must be a str."""
+    if not isinstance(value, str):
+        raise InvalidValueError(field, value, "must be a text")
+    return value
+
+
+def sequence(field: str, value: Any, bound: str) -> list:
+    """`value` as a list: a sequence that is no text. `bound` says what its entries must be."""
+    if isinstance(value, (str, bytes, bytearray, memoryview)) or not isinstance(value, Sequence):
+        raise InvalidValueError(field, value, bound)
+    return list(value)
+
+
+def function(field: str, value: Any, *arguments: str) -> Callable:
+    """`value`, which must be a function, not a class, that can be called with these arguments."""
+    bound = f"must be a function that is called as {field}({', '.join(arguments)})"
+    if not callable(value) or isinstance(value, type):
+        raise InvalidValueError(field, value, bound)
+    try:
+        inspect.signature(value).bind(*arguments)
+    except TypeError:
+        raise InvalidValueError(field, value, bound) from None
+    except ValueError:  # a function of C that does not say what it takes
+        pass
+    return value
+
+
+def known(given: dict[str, Any], names: Iterable[str], of: str) -> None:
+    """Refuse an argument by a name that is none of `names`, the arguments of a function."""
+    names = tuple(names)
+    for name, value in given.items():
+        if name not in names:
+            raise InvalidValueError(name, value, f"is no argument of {of}; these are {', '.join(names)}")
 
 
 def choice(field: str, value: Any, choices: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from omniroll.kinds import Choice, Numbers, Whole, Word
 
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
-GROUND_LAWS = ("viscous", "regularised")
+GROUND_LAWS = ("viscous", "regularised", "coulomb")
 ENGINES = ("compiled", "python")
 OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
@@ -393,7 +393,8 @@ CONTACT = (
         "",
         "the law of the ground's friction",
         "viscous",
-        note="viscous: in proportion to the slip; regularised: Coulomb's friction, which fades below a named speed",
+        note="viscous: in proportion to the slip; coulomb: Coulomb's friction, under which contacts stick and slip; "
+        "regularised: the same, made smooth: it fades below a named speed",
     ),
     Entry(
         "coefficient",
@@ -409,7 +410,17 @@ CONTACT = (
         "1",
         "coefficient of friction between rollers and ground",
         optional=True,
-        note="Of the law regularised. Two numbers are along the axles and along the rolling directions: an ellipse",
+        note="Of the laws coulomb and regularised. Two numbers are along the axles and along the rolling directions: "
+        "an ellipse",
+    ),
+    Entry(
+        "static_friction",
+        Numbers(shapes=TWO, above=0),
+        "1",
+        "coefficient of friction where a contact sticks",
+        "friction",
+        optional=True,
+        note="Of the law coulomb; at least friction, in each direction",
     ),
     Entry(
         "speed",

@@ -1,6 +1,7 @@
 """[contact] in a scene: what runs, what is kept, what is refused, what looks wrong."""
 
 import csv
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import omniroll
 from omniroll import cli
 from omniroll.engine.simulate import checked_task
+from omniroll.results import slip_map
 from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.costs import operations
 from omniroll.scenes.lints import lints
@@ -74,6 +76,45 @@ def test_what_makes_no_sense_is_named(written, contact, more, said):
 def test_a_law_of_a_switch_has_no_part(written):
     scene = load_scene(written("coefficient = 30", '[switching]\nlaw = "smooth"'))
     assert [(lint.table, lint.key) for lint in lints(scene)] == [("switching", "law")]
+
+
+@pytest.mark.parametrize(
+    "contact, key",
+    [
+        ('law = "coulomb"\nfriction = 5', "friction"),
+        ('law = "regularised"\nfriction = 0.5\nspeed = 1e-7', "speed"),
+        ('law = "coulomb"\nfriction = 0.5\nload = 70', "load"),
+        ('law = "coulomb"\nfriction = 0.5\nload = 7', None),
+    ],
+)
+def test_numbers_that_no_ground_has_are_named(written, contact, key):
+    found = [lint.key for lint in lints(load_scene(written(contact))) if lint.table == "contact"]
+    assert found == ([] if key is None else [key])
+
+
+@pytest.mark.parametrize(
+    "name, modes", [("wheel-spin", {(1, 1, 1), (0, 1, 0)}), ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)})]
+)
+def test_shipped_scenes_do_what_they_say(name, modes, tmp_path):
+    """Wheels spin and grip again; on the ramp two let go for good. The picture of it is drawn."""
+    path = Path(__file__).parents[2] / "scenes" / f"{name}.toml"
+    assert cli.main(["run", str(path), "--output", str(tmp_path), "--plot"]) == 0
+    run = omniroll.Trajectory.load(tmp_path / "trajectory.npz")
+    assert modes <= {tuple(row) for row in run.sticks.astype(int)} and (tmp_path / "slip.png").stat().st_size > 10_000
+    assert run.sticks[-1].all() == (name == "wheel-spin")
+    assert abs(run.ledger.residual) <= 1e-9 * sum(map(abs, run.ledger.contributions.values()))
+
+
+def test_tracks_are_those_of_the_contacts():
+    vehicle = omniroll.Vehicle.paper()
+    run = omniroll.simulate(vehicle, nu=(1, 0, 1), duration=0.05, roller_model="massless", control=False,
+                            effects=[omniroll.Contact(5.0, wheel_rates=0)])  # fmt: skip
+    place, speed = slip_map.tracks(run, run.t)
+    x, y, theta = run.pose.T
+    for wheel, angle in enumerate(vehicle.wheel_angles):
+        wanted = np.stack([x, y]) + vehicle.platform_radius * np.stack([np.cos(theta + angle), np.sin(theta + angle)])
+        assert place[:, wheel].T == pytest.approx(wanted, abs=1e-14)
+    assert speed == pytest.approx(np.hypot(*np.moveaxis(run.slip, -1, 0)), rel=1e-12)
 
 
 def test_one_function_gives_all_accelerations(written):

@@ -10,6 +10,7 @@ import pytest
 
 import omniroll
 from omniroll import cli
+from omniroll.exchange.beside_mujoco import run_in_mujoco
 from omniroll.exchange.bodies import bodies_of
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
@@ -216,6 +217,16 @@ def test_a_body_for_each_roller_moves_as_the_equations_do(mujoco, tmp_path, caps
     assert 0 < fine["place"][-1] < coarse["place"][-1] < 0.02 * found["way"]
     assert {file.name for file in output.iterdir()} == {"model.xml", "compare.json", "compare.png"}
     assert_same(omniroll.Vehicle.paper().replace(yaw_scale=1.0), import_vehicle(output / "model.xml").vehicle)
+
+
+def test_motors_drive_the_bodies_as_they_drive_the_vehicle(mujoco):
+    """From rest: without the torques the bodies would stay, and without what motors lose by their rate be too fast."""
+    motor = omniroll.Motor([4, -2, -2], torque_constant=0.012, resistance=2.5, gear_ratio=20, rotor_inertia=4e-7)
+    run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(0, 0, 0), duration=0.35, effects=[motor])
+    other = run_in_mujoco(run, np.linspace(0, 0.35, 8), 1e-3, 1.0)
+    own = run.sample(other.t)
+    way = np.linalg.norm(own.pose[-1, :2])
+    assert way > 0.1 and np.linalg.norm(other.pose[-1, :2] - own.pose[-1, :2]) < 0.01 * way
 
 
 def test_cylinders_of_wheels_are_no_rollers(read):

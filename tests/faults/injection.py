@@ -2,9 +2,10 @@
 
 Run as a program, with shim.c preloaded:
 
-    python -m faults.injection FOLDER SCENE-BEFORE SCENE-NEW HOW [EVERY]
+    python -m faults.injection FOLDER SCENE-BEFORE SCENE-NEW HOW [EVERY [stream]]
 
-FOLDER is made and used. HOW is one of HOW below; with EVERY only every so many calls are struck. It prints a JSON
+FOLDER is made and used. HOW is one of HOW below; with EVERY only every so many calls are struck; with "stream" the new
+results go to the disk part by part. It prints a JSON
 object: how many calls were struck, how often the old and the new results stood afterwards, and what was wrong.
 """
 
@@ -16,6 +17,8 @@ import shutil
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +26,8 @@ import numpy as np
 from omniroll.errors import OmnirollError
 from omniroll.scenes.loading import load_scene
 from omniroll.scenes.outcome import FILES, Outcome, result_folder, run_scene, write
-from omniroll.scenes.result_folder import Results, load_results
+from omniroll.scenes.result_folder import PARTS, ResultFolder, Results, load_results
+from omniroll.scenes.streaming import Stream
 
 HERE = Path(__file__).parent
 HOW = {"error": (0, errno.EIO), "full": (1, errno.ENOSPC), "kill": (2, 0)}
@@ -46,11 +50,31 @@ def injected(shim: Path, *arguments: object) -> dict:
     return json.loads(done.stdout)
 
 
-def attempt(folder: Path, outcome: Outcome) -> bool:
+Making = Callable[[ResultFolder], Outcome]
+
+
+def in_memory(scene: str) -> Making:
+    """A run, made once."""
+    outcome = run_scene(load_scene(scene))
+    return lambda results: outcome
+
+
+def in_parts(scene: str) -> Making:
+    """A run that is made each time it is written, since it is written while it goes on."""
+    memory = 3e4  # bytes: a few rows
+
+    def made(results: ResultFolder) -> Outcome:
+        outcome = run_scene(load_scene(scene), stream=Stream(results.unfinished, memory))
+        return replace(outcome, seconds=0.0)  # the only number that differs from time to time
+
+    return made
+
+
+def attempt(folder: Path, making: Making) -> bool:
     """Write the results as `omniroll run` does; whether it says that they are kept."""
     try:
         with result_folder(folder) as results:
-            write(outcome, results, picture=False)
+            write(making(results), results, picture=False)
     except (OSError, OmnirollError):
         return False
     return True
@@ -75,9 +99,9 @@ def wrong(folder: Path, contents: dict[str, dict[str, bytes]], said: bool) -> tu
     with result_folder(folder):  # the next run puts in order what was cut off
         pass
     again = load_results(folder)
-    if standing(again, contents) != stands or {p.parent for p in again.places.values()} != {folder}:
+    if standing(again, contents) != stands or not {p.parent for p in again.places.values()} <= {folder, folder / PARTS}:
         problems.append("the next run does not put the folder in order")
-    if {name for name in FILES if (folder / name).exists()} != set(contents[stands]):
+    if set(content(folder)) != set(contents[stands]):
         problems.append("files of the other run are left")
     return stands, problems
 
@@ -91,15 +115,21 @@ def standing(found: Results, contents: dict[str, dict[str, bytes]]) -> str:
     return "mixed"
 
 
-def main(place: str, scene_before: str, scene_new: str, how: str, every: str = "1") -> None:
+def content(folder: Path) -> dict[str, bytes]:
+    """Of each file of the results, by its name."""
+    paths = [*(folder / name for name in FILES if (folder / name).exists()), *folder.glob(f"{PARTS}/*")]
+    return {path.name: path.read_bytes() for path in paths}
+
+
+def main(place: str, scene_before: str, scene_new: str, how: str, every: str = "1", way: str = "") -> None:
     kind, number = HOW[how]
     shim = ctypes.CDLL(None)
     folder, before, new = (Path(place) / name for name in ("work", "before", "new"))
-    outcomes = {before: run_scene(load_scene(scene_before)), new: run_scene(load_scene(scene_new))}
+    makings = {before: in_memory(scene_before), new: in_parts(scene_new) if way else in_memory(scene_new)}
     contents = {}
-    for path, outcome in outcomes.items():
-        assert attempt(path, outcome)
-        contents[path.name] = {name: (path / name).read_bytes() for name in FILES if (path / name).exists()}
+    for path, making in makings.items():
+        assert attempt(path, making)
+        contents[path.name] = content(path)
     said = {"struck": 0, "before": 0, "new": 0, "wrong": []}
     call = 1
     while True:
@@ -109,7 +139,7 @@ def main(place: str, scene_before: str, scene_new: str, how: str, every: str = "
         if not child:
             os.close(2)
             shim.faults_arm(os.fsencode(folder), ctypes.c_long(call), kind, number)
-            kept = attempt(folder, outcomes[new])
+            kept = attempt(folder, makings[new])
             os._exit((3 if kept else 4) if shim.faults_count() >= call else 5)
         _, status = os.waitpid(child, 0)
         ended = os.waitstatus_to_exitcode(status)

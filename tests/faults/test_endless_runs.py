@@ -1,6 +1,7 @@
 """Runs that could not end, or would take more memory than there is: stopped while they are young, with the reason."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from omniroll.engine.control import made
 from omniroll.engine.outlook import Outlook, shown_bytes
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stiffness import sharpest
+from omniroll.scenes import allowance as allowances
 from omniroll.scenes import costs, explanation
 from omniroll.scenes.allowance import Allowance
 
@@ -62,6 +64,17 @@ def test_the_time_constant_is_the_terms():
         assert found.time == pytest.approx(1 / rates.real.max(), rel=1e-2)
     assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[omniroll.Slope(0.1)])) is None
     assert sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20)) is None
+
+
+def test_phases_of_one_step_are_watched_too():
+    """Samples may follow so closely that each phase is one step, which no further step follows."""
+    closely = omniroll.Controller(target=(1, 0, 0), proportional=1e-3, sample_time=1e-9)
+    run = done([closely], "python", memory=1e6)
+    assert "at its present pace the run needs" in str(run.stop) and run.stats()["steps"] < 1000
+    task = checked_task(PAPER, nu=(1, 0, 1), duration=1, effects=[replace(closely, sample_time=1e-3)], engine="python")
+    asked = iter(["", "", "that is enough"])
+    ended = made(replace(task, interrupted=lambda: next(asked)), 1e-9)
+    assert "that is enough" in str(ended.stop) and ended.stop.t == 3e-3
 
 
 @pytest.mark.parametrize("start, duration", [({}, 1e30), ({"spins": 1e30}, 0.001)])
@@ -201,6 +214,15 @@ def test_explain_says_what_it_had_no_time_for(explained_scene, monkeypatch):
     found = explained_scene("")
     assert {"the estimate of locked", "the estimate of slope"} <= set(found["left_out"])
     assert "Left out; estimates and prices may take 0 s together" in explain.text(found)
+
+
+def test_a_price_is_not_measured_on_a_run_without_end(explained_scene, monkeypatch):
+    """The Python engine follows a stiff motor in millions of steps, which memory would hold."""
+    monkeypatch.setattr(allowances, "LONGEST", 0.1)
+    motor = "[drive]\nvoltage = 2.0\ntorque_constant = 12\nresistance = 2.0\n"
+    found = explained_scene(f"engine = 'python'\n{motor}")
+    assert [price["microseconds"] for price in found["prices"]] == [None]
+    assert "it takes more than 0.1 s: Motor has a time constant of" in found["left_out"][0]
 
 
 def test_an_allowance_ends():

@@ -17,6 +17,7 @@ import omniroll
 from omniroll.errors import OmnirollError
 
 VEHICLE = omniroll.Vehicle.paper()
+SCENE = Path(__file__).resolve().parents[2] / "scenes/motion-3.toml"
 MOTION = {"nu": (1.0, 0.0, 1.0), "duration": 0.02, "control": False, "memory": 1e6}  # what is long fills it soon
 PARTS = {
     "wheels": 3, "rollers_per_wheel": 5, "platform_radius": 0.15, "wheel_radius": 0.07, "platform_mass": 1.0,
@@ -86,6 +87,11 @@ def run() -> omniroll.Trajectory:
     return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.5)
 
 
+@cache
+def sensitive_run() -> omniroll.Trajectory:
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.2, sensitivities=["nu[0]"])
+
+
 def session(method: str, **arguments: Any) -> None:
     """A method of a session, and a step after it: what was refused has left no trace."""
     made = omniroll.Session(VEHICLE, nu=(1, 0, 1))
@@ -101,6 +107,27 @@ def batch(**arguments: Any) -> Any:
     return omniroll.Batch(**arguments).accelerations(**split)
 
 
+def acting(kind: type, **arguments: Any) -> Any:
+    """An effect, which may be refused only where it meets a vehicle."""
+    effects = [kind(**arguments)]
+    return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0, effects=effects, engine="python")
+
+
+@cache
+def scene() -> omniroll.Scene:
+    return omniroll.load_scene(SCENE)
+
+
+@cache
+def linear_model() -> omniroll.LinearModel:
+    return omniroll.linearise(VEHICLE, roller_model="massless")
+
+
+@cache
+def page() -> omniroll.View:
+    return omniroll.view(run())
+
+
 CALLS = (
     Call("Vehicle", omniroll.Vehicle, VEHICLE.as_dict()),
     Call("Vehicle.paper", omniroll.Vehicle.paper, {"wheels": 3, "rollers_per_wheel": 5}),
@@ -109,7 +136,7 @@ CALLS = (
     Call("Vehicle.replace", VEHICLE.replace, {"mass": 1.0, "wheel_angles": None}),
     Call("cylinder", omniroll.cylinder, {"mass": 1.0, "radius": 0.1, "length": 0.1}),
     Call("simulate", omniroll.simulate, {
-        "vehicle": VEHICLE, **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
+        "vehicle": VEHICLE, "sensitivities": (), **MOTION, "chi": 0, "spins": 0, "pose": (0, 0, 0), "start_time": 0.0,
         "roller_model": "free", "switching": "impact", "accuracy": 1e-6, "engine": "compiled", "progress": None,
         "effects": (),
     }),
@@ -128,24 +155,49 @@ CALLS = (
     Call("Session.step, voltage", partial(session, "step"), {"duration": 0.01, "voltage": None, "target": None}),
     Call("Session.reset", partial(session, "reset"), {"nu": (1, 0, 0), "chi": 0, "spins": 0, "pose": (0, 0, 0)}),
     Call("Session.restore", partial(session, "restore"), {"saved": None}),
-    Call("Torque", omniroll.Torque, {"torque": 0.1}),
-    Call("TorqueTable", omniroll.TorqueTable, {
+    Call("Session.measure", partial(session, "measure"), {"instruments": None}),
+    Call("Torque", partial(acting, omniroll.Torque), {"torque": 0.1}),
+    Call("TorqueTable", partial(acting, omniroll.TorqueTable), {
         "times": (0, 1), "torque": ((0, 0, 0), (1, 1, 1)), "interpolation": "linear"}),
-    Call("Motor", omniroll.Motor, {
+    Call("Motor", partial(acting, omniroll.Motor), {
         "voltage": 1.0, "torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 4, "back_emf": 0.02,
         "current_limit": 1.0, "rotor_inertia": 0.0, "times": None, "interpolation": "linear"}),
     Call("Motor.from_data_sheet", omniroll.Motor.from_data_sheet, {
         "voltage": 1.0, "rated_voltage": 24.0, "stall_torque": 0.9, "free_speed": 650.0}),
-    Call("Controller", omniroll.Controller, {
+    Call("Controller", partial(acting, omniroll.Controller), {
         "target": (1, 0, 0), "proportional": 0.01, "sample_time": 0.01, "integral": 0.0, "output": "torque",
         "limit": None, "times": None}),
     Call("FunctionController", omniroll.FunctionController, {
         "function": print, "sample_time": 0.01, "output": "torque"}),
     Call("register_controller", omniroll.register_controller, {"name": "fuzzed"}),
-    Call("Bearings", omniroll.Bearings, {
+    Call("Bearings", partial(acting, omniroll.Bearings), {
         "wheel_viscous": 1e-3, "wheel_coulomb": None, "wheel_speed": None, "wheel_break_away": None,
         "roller_viscous": None, "roller_coulomb": None, "roller_speed": None}),
-    Call("Slope", omniroll.Slope, {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
+    Call("Slope", partial(acting, omniroll.Slope), {"angle": 0.1, "direction": 0.0, "gravity": 9.8}),
+    Call("Contact", partial(acting, omniroll.Contact), {
+        "coefficient": 100.0, "law": "viscous", "friction": None, "speed": None, "load": None, "normal_gravity": None,
+        "wheel_rates": None, "contact_spins": None}),
+    Call("Contact, regularised", partial(acting, omniroll.Contact), {
+        "law": "regularised", "friction": (0.5, 0.4), "speed": 0.01, "load": None, "normal_gravity": None}),
+    Call("PathFollower", partial(acting, omniroll.PathFollower), {
+        "times": (0, 1), "poses": ((0, 0, 0), (1, 0, 0)), "sample_time": 0.01, "bandwidth": 1.0, "output": "torque",
+        "limit": None}),
+    Call("robot", omniroll.robot, {"name": "robot-soccer-kit"}),
+    Call("import_vehicle", omniroll.import_vehicle, {"path": "robot.urdf"}),
+    Call("register_effect", lambda name, kind: omniroll.register_effect(name)(kind), {"name": "fuzzed", "kind": Odd}),
+    Call("Instruments", omniroll.Instruments, {
+        "counts_per_turn": 4096.0, "place": (0.0, 0.0), "seed": 0, "resolution": {"gyro": 0.1}, "noise": {},
+        "bias": {}}),
+    Call("Instruments.counts", omniroll.Instruments().counts, {"wheel_angle": 1.0}),
+    Call("linearise", omniroll.linearise, {
+        "what": VEHICLE, "nu": (1, 0, 1), "chi": 0, "spins": 0, "pose": (0, 0, 0), "roller_model": "massless",
+        "effects": None, "outputs": ("nu", "pose")}),
+    Call("LinearModel.discrete", lambda step: linear_model().discrete(step), {"step": 0.01}),
+    Call("Kernel.call", omniroll.kernel(VEHICLE).call, {"name": "wheel_speeds"}),
+    Call("Kernel.energy", lambda **state: omniroll.kernel(VEHICLE).energy(*state.values()) is None, {
+        "nu": (1, 0, 1), "chi": (0, 0, 0), "spins": np.zeros((3, 4))}),
+    Call("Batch.accelerations", batch, {
+        "vehicles": VEHICLE, "roller_model": "locked", "nu": np.ones((3, 2)), "chi": np.zeros((3, 2))}),
     Call("reactions", omniroll.reactions, {
         "trajectory": None, "height": 0.1, "friction": None, "gravity": None, "wheel_mass": None,
         "platform_products": (0, 0), "spin_inertia": None}),
@@ -154,7 +206,28 @@ CALLS = (
     Call("Trajectory.physical_roller", lambda j: run().physical_roller(j), {"j": 1}),
     Call("Trajectory.place_of_roller", lambda roller: run().place_of_roller(roller), {"roller": 1}),
     Call("Trajectory.quantity", lambda name: run().quantity(name), {"name": "drive_work"}),
-    Call("load_scene", omniroll.load_scene, {"path": "scenes/motion-3.toml"}),
+    Call("Trajectory.measure", lambda t, instruments: run().measure(t, instruments), {
+        "t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.save", lambda path, dense: run().save(path, dense=dense), {"path": "run.npz", "dense": True}),
+    Call("Trajectory.load", omniroll.Trajectory.load, {"path": "run.npz"}),
+    Call("Trajectory.joined", omniroll.Trajectory.joined, {"parts": ()}),
+    Call("load_scene", omniroll.load_scene, {"path": SCENE}),
+    Call("run", lambda given, **changes: omniroll.run(given, **changes), {"given": None, **MOTION}),
+    Call("Scene.sample_times", lambda end: scene().sample_times(end), {"end": 1.0}),
+    Call("Trajectory.arrays", lambda **at: run().arrays(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_pandas", lambda **at: run().to_pandas(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_xarray", lambda **at: run().to_xarray(**at), {"t": (0.1, 0.2), "instruments": None}),
+    Call("Trajectory.to_parquet", lambda **at: run().to_parquet(**at), {
+        "path": "run.parquet", "t": (0.1, 0.2), "instruments": None}),
+    Call("Results.parts", lambda **times: list(omniroll.Results(None, {}).parts(**times)), {"start": 0.0, "end": 1.0}),
+    Call("load_results", omniroll.load_results, {"folder": "."}),
+    Call("unfinished", omniroll.unfinished, {"folder": "."}),
+    Call("view", lambda runs, **options: omniroll.view(runs, **options), {
+        "runs": None, "labels": None, "reactions": None, "title": None}),
+    Call("View.save", lambda path: page().save(path), {"path": "page.html"}),
+    Call("Trajectory.sensitivity", lambda name, t: sensitive_run().sensitivity(name, t), {"name": "nu[0]", "t": 0.1}),
+    Call("gradient", lambda trajectory, **loss: omniroll.gradient(trajectory, **loss), {
+        "trajectory": None, "names": ("nu[0]",), "t": (0.1, 0.2), "nu": np.ones((2, 3)), "chi": None, "pose": None}),
     Call("tau", omniroll.tau, {"t": 1.0, "h": 0.1}),
 )  # fmt: skip
 
@@ -176,22 +249,25 @@ def results_of(made: Any) -> tuple:
 
 
 def try_call(seed: int) -> str:
-    """Make the call of this number, once; what came of it in a word. Any error but a typed one passes through."""
+    """Make the call of this number, once; what came of it in a word. It may write files into the working folder.
+
+    Raises AssertionError for any error but a typed one.
+    """
     rng = np.random.default_rng(seed)
     call = CALLS[rng.integers(len(CALLS))]
-    good = {name: run() if name == "trajectory" else value for name, value in call.good.items()}
+    ready = {"trajectory": run, "runs": run, "given": scene}
+    good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
     names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
     wrong = {str(name): WILD[rng.integers(len(WILD))] for name in names}
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            made = call.function(**(good | wrong))
+            finite(*results_of(call.function(**(good | wrong))))
     except (OmnirollError, OSError) as error:
         assert str(error) and len(str(error)) < 10_000
         return "refused"
     except Exception as error:
         raise AssertionError(f"call {seed}: {call.name} of {_shown(wrong)}: {type(error).__name__}: {error}") from error
-    finite(*results_of(made))
     return "done"
 
 

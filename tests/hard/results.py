@@ -60,6 +60,11 @@ def failing_calls(scale: Scale) -> list[Measurement]:
             if not said["before"] or not said["new"]:
                 raise AssertionError("the faults did not come before and after the new results stand")
             found.append(Measurement(WHAT.format(said["struck"]), "call", how, "", len(said["wrong"]), 0))
+        if scale is Scale.FULL:
+            in_parts = scenes[0], scene(place / "long.toml", "duration = 20\nstep = 1")
+            for how in HOW:
+                said = injected(shim, place / f"{how}-in-parts", *in_parts, how, 1, "stream")
+                found.append(Measurement(WHAT.format(said["struck"]), "part", how, "", len(said["wrong"]), 0))
     return found
 
 

@@ -1,5 +1,6 @@
 """Wrong arguments of every public function, and wrong scenes, by number."""
 
+import contextlib
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -26,7 +27,8 @@ def broken(attempt: Callable[[int], str], count: int, what: str) -> list[Measure
 
 
 def calls(scale: Scale) -> list[Measurement]:
-    return broken(try_call, scale.of(100, 100_000), "public functions")
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        return broken(try_call, scale.of(100, 100_000), "public functions")
 
 
 def scenes(scale: Scale) -> list[Measurement]:

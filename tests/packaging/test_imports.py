@@ -18,7 +18,7 @@ PACKAGE = Path(omniroll.__file__).parent
 ORDER = (
     "errors", "extras", "validation", "progress", "durable", "interruption", "generated", "generated_data", "kinds",
     "vocabulary", "vehicles", "codegen", "kernels", "effects", "robots", "results", "conventions", "exchange", "viewer",
-    "engine", "scenes", "studies", "gym", "omniroll", "commands", "cli", "__main__",
+    "engine", "scenes", "identification", "studies", "gym", "omniroll", "commands", "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
     "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow", "tqdm",

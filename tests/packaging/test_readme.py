@@ -19,6 +19,7 @@ EXAMPLES = (
     "sessions",
     "linearising",
     "sensitivities",
+    "fitting",
     "viewing",
     "tables",
     "path-following",
@@ -71,7 +72,7 @@ def test_the_commands_of_the_first_tutorial_do_what_it_says(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     lines = [line for block in blocks("sh", PAGES["tutorials/first-vehicle"])[1:] for line in block.splitlines()]
     assert [cli.main(shlex.split(line.removesuffix(" --open"))[1:]) for line in lines] == [0, 0, 0]
-    assert {"picture.png", "view.html"} <= {path.name for path in (tmp_path / "out/run/my-robot").iterdir()}
+    assert {"picture.png", "runs.html"} <= {path.name for path in (tmp_path / "out/run/my-robot").iterdir()}
 
 
 def test_the_command_is_on_the_path_before_it_is_used():

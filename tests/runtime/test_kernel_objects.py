@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Kernel, Vehicle, kernel
+from omniroll import InvalidValueError, Kernel, Vehicle, kernel
 from omniroll.kernels.kernel import ROLLER_MODELS, kept_kernel
 
 VEHICLE = Vehicle.paper(4, 7).replace(wheel_angles=(0.0, 1.4, 3.3, 4.9))
@@ -88,7 +88,15 @@ def test_wrong_names_and_shapes():
         kernel(VEHICLE, "free", "x")
     with pytest.raises(ValueError, match="number_type = 'x'"):
         kernel(VEHICLE, "free", number_type="x")
-    with pytest.raises(ValueError, match="nu: shape"):
-        kernel(VEHICLE, "free").pose_rates([1, 2], 0)
+    for backend in ("compiled", "python"):
+        bound = kernel(VEHICLE, "free", backend)
+        with pytest.raises(InvalidValueError, match=r"nu = \[1, 2\]: must have the shape \(..., 3\), not \(2,\)"):
+            bound.pose_rates([1, 2], 0)
+        with pytest.raises(InvalidValueError, match="nu = 'one': must be real numbers"):
+            bound.pose_rates("one", 0)
+        with pytest.raises(InvalidValueError, match="leading axes of the arguments must broadcast"):
+            bound.pose_rates(np.zeros((2, 3)), np.zeros(3))
+        with pytest.raises(InvalidValueError, match="name = 'sing': is no function of this kernel"):
+            bound.call("sing")
     with pytest.raises(TypeError, match="energy takes nu, chi, spins"):
         kernel(VEHICLE, "free").energy([1, 2, 3], np.zeros(4))

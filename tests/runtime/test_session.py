@@ -583,7 +583,7 @@ def test_a_step_of_which_one_value_is_wrong_holds_none():
         ("nu", lambda: Session(PAPER, nu=(1, 0))),
         ("effects", lambda: Session(PAPER, effects=["motor"])),
         ("effects", lambda: Session(PAPER, effects=3)),
-        ("start", lambda: Session(PAPER).reset(speed=1)),
+        ("speed", lambda: Session(PAPER).reset(speed=1)),
         ("chi", lambda: Session(PAPER).reset(chi=3)),
         ("saved", lambda: Session(PAPER).restore(b"")),
         ("saved", lambda: Session(PAPER).restore(Session(PAPER.replace(mass=9)).save())),

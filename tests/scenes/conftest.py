@@ -1,5 +1,6 @@
 """Scenes for tests."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,11 +21,13 @@ def quick_timing(monkeypatch) -> None:
 
 @pytest.fixture
 def shortened(tmp_path) -> Callable[..., Path]:
-    """Makes a copy of a scene that runs for SHORT seconds, with more lines in [run]."""
+    """Makes a copy of a scene that runs for SHORT seconds, with more lines in [run]; logs stand beside it."""
 
     def make(scene: Path, more: str = "") -> Path:
         lines = scene.read_text().splitlines()
         text = "\n".join(f"duration = {SHORT}" if line.startswith("duration") else line for line in lines)
+        for log in scene.parent.glob("*.csv"):
+            shutil.copy(log, tmp_path)
         path = tmp_path / scene.name
         path.write_text(text.replace("[run]", f"[run]\n{more}") + "\n")
         return path

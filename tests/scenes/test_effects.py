@@ -3,6 +3,7 @@
 import json
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import omniroll
 from omniroll import cli, generated_data
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import RollingWarning
-from omniroll.scenes import SceneError, load_scene
+from omniroll.scenes import SceneError, allowance, load_scene
 from omniroll.scenes.estimates import estimates
 from omniroll.scenes.explanation import called_by, effects_on, events_of
 
@@ -169,10 +170,11 @@ def test_distances_that_the_runs_cannot_tell_from_none_have_no_coefficient(tmp_p
 
 
 def test_estimates_do_not_take_for_ever(tmp_path, monkeypatch):
-    from omniroll.scenes import estimates as module
-
-    monkeypatch.setattr(module, "LONGEST", -1.0)
-    assert estimates(scene_of(tmp_path, "")) == (1, [])
+    monkeypatch.setattr(allowance, "LONGEST", -1.0)
+    scene = scene_of(tmp_path, "")
+    left_out = allowance.Allowance()
+    assert estimates(replace(scene, options=scene.options | {"nu": (30, 0, 30)}), left_out) == (1, [])
+    assert "stopped: it takes more than -1 s" in left_out.left_out[0]
 
 
 def test_a_vehicle_that_bears_no_other_centre_of_mass_is_explained(tmp_path, capsys):

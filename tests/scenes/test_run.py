@@ -12,6 +12,7 @@ import omniroll
 from omniroll import cli
 from omniroll.engine.switching import SwitchingModel
 from omniroll.scenes import load_scene
+from omniroll.scenes.outcome import run_scene
 
 SCENES = sorted(Path("scenes").glob("*.toml"))
 
@@ -117,3 +118,10 @@ def test_a_folder_that_cannot_be_made_is_exit_code_1_before_the_run(tmp_path, ca
     (tmp_path / "file").write_text("")
     assert cli.main(["run", "scenes/motion-3.toml", "--output", str(tmp_path / "file/out")]) == 1
     assert "Not a directory" in capsys.readouterr().err
+
+
+def test_the_coarser_run_tells_its_progress_too():
+    told = []
+    run_scene(load_scene("scenes/motion-3.toml"), lambda done, total: told.append((done, total)))
+    starts = [k for k in range(1, len(told)) if told[k][0] < told[k - 1][0]]
+    assert len(starts) == 1 and told[-1] == told[starts[0] - 1] == (20.0, 20.0)

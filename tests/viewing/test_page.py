@@ -9,7 +9,8 @@ import pytest
 
 import omniroll
 from omniroll.cli import main
-from omniroll.commands import BAD_CALL
+from omniroll.commands import BAD_CALL, FAILED
+from omniroll.scenes.result_folder import load_results
 from viewing.runs import KIT, ROOT, locked, massless, soccer_kit
 from viewing.unpacking import unpacked
 
@@ -101,8 +102,9 @@ def kept(tmp_path, monkeypatch):
 def test_run_and_view_write_the_same_data(kept, capsys):
     of_run, arrays = unpacked((kept / "view.html").read_text(encoding="utf-8"))
     assert main(["view", str(kept), "--title", "kit"]) == 0
-    assert capsys.readouterr().out.strip().endswith("view.html")
-    of_view, again = unpacked((kept / "view.html").read_text(encoding="utf-8"))
+    assert capsys.readouterr().out.strip().endswith("runs.html")
+    load_results(kept)  # the page of the run has a checksum, and stands
+    of_view, again = unpacked((kept / "runs.html").read_text(encoding="utf-8"))
     assert of_run == of_view and arrays.keys() == again.keys() and "0/forces" in arrays
     assert all(np.array_equal(arrays[name], again[name]) for name in arrays)
 
@@ -118,11 +120,11 @@ def test_what_holds_no_run_is_refused(kept, tmp_path, capsys):
     assert main(["view", str(tmp_path / "kit.toml")]) == BAD_CALL
     assert "omniroll run SCENE --view" in capsys.readouterr().err
     assert main(["view", str(tmp_path)]) == BAD_CALL
-    assert "trajectory.npz" in capsys.readouterr().err
+    assert "not a folder that `omniroll run` wrote" in capsys.readouterr().err
     table = (kept / "reactions.csv").read_text(encoding="utf-8").splitlines(keepends=True)
     (kept / "reactions.csv").write_text("".join(table[:-1]), encoding="utf-8")
-    assert main(["view", str(kept)]) == BAD_CALL
-    assert "does not belong" in capsys.readouterr().err
+    assert main(["view", str(kept)]) == FAILED
+    assert "reactions.csv is not the file that" in capsys.readouterr().err
 
 
 # What the package holds

@@ -112,7 +112,7 @@ def _prices(prices: list[dict[str, Any]]) -> list[str]:
     """What each effect adds to the time of a run."""
     lines = ["", "Price of each effect: what it adds to the time of a run, measured here"] if prices else []
     for price in prices:
-        shown = "not known: the scene does not run without it"
+        shown = "not known: the scene does not run without it, or not in time"
         if price["microseconds"] is not None:
             shown = f"{price['microseconds']:.3g} us per simulated s, {price['percent']:.0f} % of the whole"
         lines.append(f"  {price['effect']:<14} {shown}")

@@ -11,6 +11,7 @@ from typing import Any
 from shtab import DIRECTORY, FILE
 
 from omniroll import extras
+from omniroll.engine.runs import MEMORY
 from omniroll.interruption import Interruption
 from omniroll.progress import reporting
 from omniroll.results.ledger import WORDS
@@ -18,6 +19,7 @@ from omniroll.scenes import load_scene
 from omniroll.scenes.lints import lints
 from omniroll.scenes.outcome import VIEW, Outcome, result_folder, run_scene, write
 from omniroll.scenes.result_folder import Parts, as_json
+from omniroll.scenes.streaming import Stream, refuse_unless_streamable
 from omniroll.viewer.page import View, view
 
 SUMMARY = "simulate a scene; keep its results as NPZ and CSV, with pictures where they are wanted"
@@ -37,6 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     ).complete = DIRECTORY
     parser.add_argument("--plot", action="store_true", help="draw path, heading, energy and speeds into picture.png")
     parser.add_argument("--view", action="store_true", help="write view.html, on which the run moves, and open it")
+    parser.add_argument(
+        "--stream", action="store_true",
+        help="write the motion to the disk part by part, so that memory holds one part; without an error estimate",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
 
 
@@ -46,16 +52,20 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load_scene(arguments.scene)
     if arguments.plot:
         extras.needed("matplotlib", "plots", "--plot")
+    if arguments.stream:
+        refuse_unless_streamable(scene, plot=arguments.plot, view=arguments.view)
     folder = arguments.output or Path("out/run") / scene.name
     wrong = lints(scene)
     _warn(map(str, wrong))
     with result_folder(folder) as results, Interruption() as interruption:
+        memory = scene.options.get("memory", MEMORY)
+        stream = Stream(results.unfinished, memory) if arguments.stream else None
         parts = Parts(results.unfinished, PARTS, time.monotonic)
         with reporting(None, scene.options["duration"], "s", delay=DELAY) as report:
-            outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption)
+            outcome = run_scene(scene, report, keep=parts.look, interrupted=interruption, stream=stream)
         page = page_of(outcome) if arguments.view else None
         summary = write(outcome, results, picture=arguments.plot, page=page)
-    files = ", ".join([*summary["files"], "summary.json"])
+    files = ", ".join([*summary["files"], "summary.json", *_parts(summary)])
     print(as_json(summary) if arguments.json else text(outcome) + f"\n\n{folder}: {files}")
     if arguments.view:
         webbrowser.open((folder / VIEW).resolve().as_uri())
@@ -67,6 +77,12 @@ def run(arguments: argparse.Namespace) -> int:
     if outcome.stopped is not None:
         raise outcome.stopped
     return 0
+
+
+def _parts(summary: dict[str, Any]) -> list[str]:
+    """The parts of a run that went to the disk, in short."""
+    parts = summary.get("parts", [])
+    return [f"parts/ ({len(parts)} of them, {sum(part['rows'] for part in parts)} rows)"] if parts else []
 
 
 def page_of(outcome: Outcome) -> View:

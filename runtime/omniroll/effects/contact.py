@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import validation
 from omniroll.effects.effect import Effect
+from omniroll.effects.ground import Grip
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
@@ -22,8 +24,14 @@ from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
 
-NEEDED = {"viscous": ("coefficient",), "regularised": ("friction", "speed")}  # numbers of each law
-OPTIONAL = {"viscous": (), "regularised": ("load", "normal_gravity")}
+# Numbers of each law.
+NEEDED = {"viscous": ("coefficient",), "coulomb": ("friction",), "regularised": ("friction", "speed")}
+OPTIONAL = {
+    "viscous": (),
+    "coulomb": ("static_friction", "load", "normal_gravity"),
+    "regularised": ("load", "normal_gravity"),
+}
+COEFFICIENTS = ("coefficient", "friction", "static_friction")
 
 
 def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
@@ -31,8 +39,9 @@ def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
     numbers = per_wheel(name, value)
     if np.ndim(numbers) and len(numbers) != 2:
         raise InvalidValueError(name, value, "must be one number, or two: along the axle and the rolling direction")
-    if np.min(numbers) < 0 or (name == "friction" and np.min(numbers) == 0):
-        raise InvalidValueError(name, value, "must be positive" if name == "friction" else "must not be negative")
+    if np.min(numbers) < 0 or (name != "coefficient" and np.min(numbers) == 0):
+        bound = "must not be negative" if name == "coefficient" else "must be positive"
+        raise InvalidValueError(name, value, bound)
     return numbers
 
 
@@ -59,6 +68,7 @@ class Contact(Effect):
     coefficient: ArrayLike | None = None
     law: str = "viscous"
     friction: ArrayLike | None = None
+    static_friction: ArrayLike | None = None
     speed: float | None = None
     load: ArrayLike | None = None
     normal_gravity: float | None = None
@@ -70,15 +80,20 @@ class Contact(Effect):
         for name in NEEDED[self.law]:
             if getattr(self, name) is None:
                 raise InvalidValueError(name, None, f"must be given with the law {self.law}")
-        for name in ("coefficient", "friction", "speed", "load", "normal_gravity"):
+        for name in (*COEFFICIENTS, "speed", "load", "normal_gravity"):
             if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
-        for name in ("coefficient", "friction"):
+        for name in COEFFICIENTS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _along_and_across(name, getattr(self, name)))
+        if self.static_friction is not None and (np.subtract(self.static_friction, self.friction) < 0).any():
+            raise InvalidValueError(
+                "static_friction", self.static_friction, f"must be at least friction, {self.friction}"
+            )
         for name in ("load", "wheel_rates", "contact_spins"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, per_wheel(name, getattr(self, name)))
+                validation.magnitude(name, np.atleast_1d(getattr(self, name)), axes=1)
         if self.load is not None and np.min(self.load) < 0:
             raise InvalidValueError("load", self.load, "must not be negative")
 
@@ -91,7 +106,7 @@ class Contact(Effect):
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
-        if self.law == "regularised" and slope is not None and self.load is None and self.normal_gravity is None:
+        if self.law != "viscous" and slope is not None and self.load is None and self.normal_gravity is None:
             (across,) = parts.evaluate(
                 "across_plane",
                 vehicle.wheels,
@@ -123,6 +138,9 @@ class Contact(Effect):
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
         if self.law == "viscous":
             return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
+        if self.law == "coulomb":
+            self.grip(vehicle)
+            return {}
         loads = tuple(self.loads(vehicle).tolist())
         friction = _of_wheels(self.friction, vehicle)
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
@@ -138,11 +156,29 @@ class Contact(Effect):
             return self._given("load", vehicle.wheels)
         places = vehicle.places()
         refuse_collinear(places)
-        weight = vehicle.mass * (STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity)
-        found = contact_loads(places, weight * np.array([1.0, *vehicle.center_of_mass])[None])[0]
+        standing = {
+            "mass": vehicle.mass,
+            "gravity_strength": STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity,
+            "center": vehicle.center_of_mass,
+        }
+        sums = parts.evaluate("standing_loads", vehicle.wheels, vehicle.rollers_per_wheel, **standing)
+        found = contact_loads(places, np.array(sums)[None])[0]
         if found.min() < 0:
             raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
         return found
+
+    def grip(self, vehicle: Vehicle) -> Grip | None:
+        if self.law != "coulomb":
+            return None
+        static = self.friction if self.static_friction is None else self.static_friction
+        both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (self.friction, static))
+        return Grip(self.loads(vehicle), *both)
+
+    def recorded(self) -> tuple[str, ...]:
+        return ("sticks", "slip_heading") if self.law == "coulomb" else ()
+
+    def events(self) -> tuple[str, ...]:
+        return ("contacts that come to rest, stick and let go",) if self.law == "coulomb" else ()
 
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))

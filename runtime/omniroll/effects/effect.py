@@ -25,6 +25,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from omniroll.effects import registry
+from omniroll.effects.ground import Grip
 from omniroll.effects.guards import Guard
 from omniroll.effects.named import name_of
 from omniroll.effects.numbers import Curve
@@ -285,6 +286,14 @@ class Effect:
         kernel  Kernel of the run
         """
         return None
+
+    def grip(self, vehicle: Vehicle) -> Grip | None:
+        """The friction of contacts that stick and slip on the ground; None where this effect has none."""
+        return None
+
+    def recorded(self) -> tuple[str, ...]:
+        """Names of signals (N,) of each phase that the rows of a run keep beside the inputs of drives."""
+        return ()
 
     def process(self, kernel: Kernel, start_time: float) -> Process:
         """Its process in a run.

@@ -14,6 +14,8 @@ import numpy as np
 from omniroll import generated_data
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Table
+from omniroll.effects.ground import Grip, Ground
+from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.registry import Quantity
@@ -70,15 +72,15 @@ class EffectSet:
             constants |= own
         return constants
 
-    def kernel(self, vehicle: Vehicle, roller_model: str, backend: str) -> Kernel:
-        """The kernel with these effects, and no others."""
+    def kernel(self, vehicle: Vehicle, roller_model: str, backend: str, also: tuple[str, ...] = ()) -> Kernel:
+        """The kernel with these effects, and no others but `also`: effects of the registry that only have functions."""
         if not self.effects:
-            return kernel(vehicle, roller_model, backend)
+            return kernel(vehicle, roller_model, backend, effects=also)
         for effect in self.effects:
             effect.check_model(roller_model)
         vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
-        return kernel(vehicle, roller_model, backend, effects=self._kernel_effects, constants=constants)
+        return kernel(vehicle, roller_model, backend, effects=(*self._kernel_effects, *also), constants=constants)
 
     @cached_property
     def _kernel_effects(self) -> tuple[str, ...]:
@@ -130,6 +132,12 @@ class EffectSet:
         """What an engine must know of a run with these effects before it starts."""
         return Plan(EffectRun(self, bound, start_time))
 
+    @kept
+    def grip(self, vehicle: Vehicle) -> Grip | None:
+        """The friction of contacts that may stick; None where there is no such law."""
+        equipped = self.equipped(vehicle)
+        return next((grip for effect in self.effects if (grip := effect.grip(equipped)) is not None), None)
+
     def begin(self, bound: Kernel, state: State) -> State:
         """The state at the start of a run, from that of a vehicle that rolls."""
         for effect in self.effects:
@@ -163,11 +171,12 @@ class EffectSet:
 
     @kept
     def drives(self) -> tuple[str, ...]:
-        """Names of the inputs in a trajectory's columns `drive`, in their order."""
+        """Names of the inputs, and of what else rows keep, in a trajectory's columns `drive`, in their order."""
         present = {name for effect in self.effects for name in effect.kernel_effects()}
         entries = generated_data.load("effects")["effects"]
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
-        return tuple(name for name in DRIVES if name in given)
+        recorded = (name for effect in self.effects for name in effect.recorded())
+        return (*(name for name in DRIVES if name in given), *recorded)
 
     @kept
     def potentials(self) -> dict[str, str]:
@@ -198,6 +207,7 @@ class EffectRun:
 
     drives   names of the drives' inputs of the kernel that there are
     axles    the wheels' axles where they may stick, or None
+    ground   the contacts where they may stick on the ground, or None
     """
 
     def __init__(self, effects: EffectSet, bound: Kernel, start_time: float):
@@ -207,6 +217,8 @@ class EffectRun:
         self.drives = effects.drives()
         self.slipping = self.state_vector.slices.get("rates")  # where y has the rates of wheels that may slip
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
+        grip = effects.grip(bound.vehicle)
+        self.ground = None if grip is None else Ground(bound, grip)
 
     @cached_property
     def bound_rates(self) -> BoundRates:
@@ -244,6 +256,8 @@ class EffectRun:
         guards = self.begin_phase(elapsed, carry)
         feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
+        if self.ground is not None:
+            return self._on_the_ground(constants, y), Guards(guards, self.state_vector.size)
         if self.axles is None:
             return self.bound_rates.flow(constants, self.signals), Guards(guards, self.state_vector.size)
         self._decide(constants, y)
@@ -264,6 +278,21 @@ class EffectRun:
         _, force = held(np.zeros(self.kernel.wheels), np.zeros((3, 3)))
         size = np.abs(force) + np.abs(self.axles.rows.T) @ np.broadcast_to(drives, self.kernel.wheels)
         self.axles.decide(self.kernel.mass_matrix(self.state_vector.view(y, "chi")), held, size)
+
+    def _on_the_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> GroundFlow:
+        """The rates in the modes of the contacts, which are decided for the phase that starts now."""
+        ground, rates = self.ground, self.bound_rates
+
+        def dynamics(sticks: np.ndarray, pushed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            flow = rates.flow({**constants, "sticks": sticks, "ground_push": pushed}, self.signals)
+            flow(0.0, y)
+            return rates.buffers["ground_force"].copy(), rates.buffers["slip_dot"].copy()
+
+        plain = rates.flow({**constants, "sticks": np.zeros(self.kernel.wheels)}, self.signals)
+        ground.decide(GroundFlow(ground, rates, plain).slip(y), dynamics)
+        self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
+        self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
+        return GroundFlow(ground, rates, rates.flow(constants, self.signals))
 
     def _held_flow(
         self, constants: Mapping[str, np.ndarray], signals: Mapping[str, Signal], directions: np.ndarray
@@ -336,6 +365,8 @@ class EffectRun:
             start += len(influence.guards)
             if own.any():
                 process.pass_guards(own)
+        if self.ground is not None and passed[start:].any():
+            self.ground.pass_guards(passed[start:])
         if self.axles is not None and passed[start:].any():
             self.axles.pass_guards(passed[start:])
 

@@ -4,6 +4,8 @@ The vehicle is taken at rest, with massless rollers, and its speeds are small: n
 wheels' speeds W nu, the torque b of an output u that is held for a time, and what the torques lose per wheel rate, d.
 """
 
+import math
+
 import numpy as np
 
 from omniroll.kernels.kernel import kernel
@@ -18,7 +20,8 @@ def growth(
     integral: np.ndarray,
     sample_time: float,
 ) -> float:
-    """The factor by which the errors grow in the long run from one sample to the next; up to 1 they do not.
+    """The factor by which the errors grow in the long run from one sample to the next; up to 1 they do not. It is
+    infinite where the test leaves the number range.
 
     per_output    (N,) in N m, the torque at the axle of an output of 1
     damping       (N,) in N m s, what the torque at the axle loses per rate of the wheel
@@ -34,7 +37,7 @@ def growth(
     loop = free + forced @ of_nu
     if integral.any():
         loop = np.block([[loop, forced @ of_sums], [-sample_time * np.eye(3), np.eye(3)]])
-    return float(np.abs(np.linalg.eigvals(loop)).max())
+    return float(np.abs(np.linalg.eigvals(loop)).max()) if np.isfinite(loop).all() else math.inf
 
 
 def held(rates: np.ndarray, inputs: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:

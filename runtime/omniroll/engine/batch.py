@@ -14,10 +14,12 @@ from omniroll.engine.compiled_engine import MOST_WHEELS, aligned
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, kernel
-from omniroll.validation import choice
+from omniroll.validation import choice, sequence
 from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODELS
+
+VEHICLES = "must be a Vehicle or a sequence of them, at least one"
 
 
 class Batch:
@@ -32,7 +34,7 @@ class Batch:
     def __init__(self, vehicles: Vehicle | Sequence[Vehicle], roller_model: str = "free"):
         choice("roller_model", roller_model, ROLLER_MODELS)
         self.shared = isinstance(vehicles, Vehicle)
-        self.vehicles = [vehicles] if self.shared else list(vehicles)
+        self.vehicles = [vehicles] if self.shared else sequence("vehicles", vehicles, VEHICLES)
         kernels = _checked(self.vehicles, roller_model)
         first = kernels[0]
         self.wheels, self.rollers_per_wheel, self.has_momenta = first.wheels, first.rollers_per_wheel, first.has_spins
@@ -51,7 +53,7 @@ class Batch:
         Each result is that of Kernel.forward_dynamics to the last bits; calls may run in several threads. Raises
         InvalidValueError for other shapes, angles beyond the roller and results that are not finite.
         """
-        count = np.shape(nu)[-1] if self.shared and np.ndim(nu) == 2 else len(self.vehicles)
+        count = self._count(nu)
         shapes = self._shapes(count, momenta)
         given = {"nu": nu, "chi": chi, "momenta": momenta}
         arrays = {field: _doubles(field, given[field], shape) for field, shape in shapes.items()}
@@ -76,7 +78,7 @@ class Batch:
         The function may run in one thread at a time. Raises InvalidValueError for arrays of another shape, kind or
         order.
         """
-        count = np.shape(nu_dot)[-1] if self.shared and np.ndim(nu_dot) == 2 else len(self.vehicles)
+        count = self._count(nu_dot)
         shapes = self._shapes(count, momenta)
         given = {"nu": nu, "chi": chi, "momenta": momenta}
         arrays = {field: given[field] for field in shapes} | {"nu_dot": nu_dot}
@@ -86,6 +88,14 @@ class Batch:
         pointers.append(self._pointer(arrays["momenta"]) if self.has_momenta else self._ffi.NULL)
         head = (count, self.wheels, self.rollers_per_wheel, self._pointer(self._constants), self.shared)
         return partial(self._function, *head, *pointers, self._pointer(nu_dot))
+
+    def _count(self, nu: np.ndarray) -> int:
+        """How many states there are: as many as vehicles, or as columns of nu where one vehicle serves them all."""
+        try:
+            shape = np.shape(nu)
+        except Exception:  # ragged rows, or an object whose own code fails: refused where it is read
+            shape = ()
+        return shape[-1] if self.shared and len(shape) == 2 else len(self.vehicles)
 
     def _shapes(self, count: int, momenta: np.ndarray | None) -> dict[str, tuple[int, ...]]:
         """Shapes of the inputs for `count` vehicles; refuses momenta that are missing, or one too many."""
@@ -109,7 +119,7 @@ class Batch:
 def _checked(vehicles: list[Vehicle], roller_model: str) -> list[CompiledKernel]:
     """The vehicles' kernels, of one N, n and set."""
     if not vehicles or not all(isinstance(vehicle, Vehicle) for vehicle in vehicles):
-        raise InvalidValueError("vehicles", vehicles, "must be a Vehicle or a sequence of them, at least one")
+        raise InvalidValueError("vehicles", vehicles, VEHICLES)
     first = vehicles[0]
     if first.wheels > MOST_WHEELS:
         raise InvalidValueError("vehicles", first, f"must have at most {MOST_WHEELS} wheels")
@@ -139,7 +149,7 @@ def _doubles(field: str, value: np.ndarray, shape: tuple[int, ...]) -> np.ndarra
     """`value` as a contiguous array of doubles."""
     try:
         array = np.ascontiguousarray(value, dtype=float)
-    except (TypeError, ValueError):
+    except Exception:  # ragged rows, texts, or an object whose own code fails
         raise InvalidValueError(field, value, "must be an array of real numbers") from None
     if array.shape != shape:
         raise InvalidValueError(field, array.shape, f"must have the shape {shape}")

@@ -10,6 +10,7 @@ control of another, is never copied.
 
 import math
 import warnings
+from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from math import comb
 from typing import Any
@@ -21,7 +22,7 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
-from omniroll.engine.outlook import FIRST, Outlook
+from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
     SWITCHES_WITHOUT_PROGRESS,
     TOO_MANY_ROWS,
@@ -43,6 +44,7 @@ from omniroll.vehicles.state import State
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
+CALLS = 8  # that fill the memory of a run at least
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 3 * MOST_WHEELS  # run.c
 GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
@@ -63,7 +65,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    bound = None if task.kernel.wheels > MOST_WHEELS else kernel_of(task)
+    bound = None if task.kernel.wheels > MOST_WHEELS or task.kernel.grips else kernel_of(task)
     if bound is None:
         return False
     if not task.effects:
@@ -130,6 +132,7 @@ class CompiledRun:
         self._fill()
         self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
         self.called: list[tuple[int, Process]] = []  # samplers whose samples are taken here
+        self.forgotten = Forgotten()
         if self.task.effects:
             self._describe_what_acts()
 
@@ -139,11 +142,12 @@ class CompiledRun:
     def advance(self) -> "CompiledRun":
         """Simulate, up to the duration or to where the run cannot go on."""
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
-        self.outlook = Outlook(self.task.duration, self.space.bytes_per_row, self.task.memory)
-        self.status, room = FULL, min(FIRST, ROWS)
+        self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
+        most = min(ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
+        self.status, room = FULL, min(FIRST, most)
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room)
-            room = min(2 * room, ROWS)
+            room = min(2 * room, most)
             self.status = step(*arguments)
             while self.status == ASK and not self._is_ended():
                 self._answer()
@@ -158,7 +162,7 @@ class CompiledRun:
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""
-        if self.run.row_count * self.space.bytes_per_row > self.task.memory:
+        if self.bytes_held > self.task.memory:
             self.status = TOO_LONG
         elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
             self.status = HOPELESS
@@ -194,6 +198,19 @@ class CompiledRun:
     def row_count(self) -> int:
         """How many rows there are so far."""
         return self.run.row_count
+
+    @property
+    def bytes_held(self) -> float:
+        """Bytes that the rows and steps in memory take."""
+        return self.run.row_count * self.space.bytes_per_row
+
+    def forget(self) -> None:
+        """Take all rows but the last one from memory, and all switches."""
+        run, space = self.run, self.space
+        last, switches = run.row_count - 1, run.switch_count
+        self.forgotten = self.forgotten.and_of(self.task, space, switches)
+        space.rows[0] = space.rows[last]
+        run.row_count, run.switch_count = 1, 0
 
     def end(self) -> dict[str, Any]:
         """t, nu, chi, contact, pose and the free rollers' axial speeds (N, n-1) or None, where the run has come.
@@ -367,7 +384,7 @@ class CompiledRun:
             "evaluations": int(run.sweep_count) * NODES,
             "tolerance": self.tolerance,
             "step_error": self._step_error(),
-            "switches": int(np.count_nonzero(self.space.switches[: run.switch_count, 2:])),
+            "switches": self.forgotten.switches + _wheels_switched(self.space, run.switch_count),
         }
 
     def _step_error(self) -> float:
@@ -396,6 +413,32 @@ class CompiledRun:
         return SimulationStopped(
             reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=shown_state(self)
         )
+
+
+def _wheels_switched(space: "Workspace", switches: int) -> int:
+    return int(np.count_nonzero(space.switches[:switches, 2:]))
+
+
+@dataclass(frozen=True)
+class Forgotten:
+    """What must be known of rows that memory does not hold any more.
+
+    switches  how many wheels switched in them
+    axial     the free rollers' axial speeds after the last switch, None: those of the start
+    row       that they belong to, None: the first one that memory holds
+    """
+
+    switches: int = 0
+    axial: np.ndarray | None = None
+    row: np.ndarray | None = None
+
+    def and_of(self, task: Task, space: "Workspace", switches: int) -> "Forgotten":
+        """The same with the rows that memory holds now, among which there were so many switches."""
+        count = self.switches + _wheels_switched(space, switches)
+        if task.kernel.has_spins and switches:
+            row = int(space.switches[switches - 1, 1])
+            return Forgotten(count, space.switch_axial[switches - 1].copy(), space.rows[row].copy())
+        return Forgotten(count, self.axial, space.rows[0].copy() if self.row is None else self.row)
 
 
 def aligned(size: int) -> np.ndarray:
@@ -569,8 +612,9 @@ class Recorded:
         self.switches = _kept(space.switches, before, switches)
         if self.has_spins:  # what the free rollers had after the last switch before these rows, and where that was
             self.later_axial = _kept(space.switch_axial, before, switches)
-            self.axial_before = space.switch_axial[before - 1].copy() if before else run.task.state.free_axial()
-            self.row_before = space.rows[int(space.switches[before - 1, 1]) if before else 0].copy()
+            known = run.forgotten.and_of(run.task, space, before)
+            self.axial_before = run.task.state.free_axial() if known.axial is None else known.axial
+            self.row_before = known.row
 
     @cached_property
     def elapsed(self) -> np.ndarray:

@@ -117,11 +117,11 @@ def controlled(task: Task) -> Controlled:
     There is no estimate where one of the two cannot go on. Where that is a run that was made again, the one before it
     stands, with its own estimate.
     """
-    quiet, accuracy = replace(task, progress=None, keep=None), task.accuracy
+    quiet, accuracy = replace(task, progress=None, coarse=None, keep=None), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
     floor = _Floor(quiet, aside)
-    control = made(moved(quiet, aside), min(CONTROL * accuracy, COARSEST))
+    control = made(replace(moved(quiet, aside), progress=task.coarse), min(CONTROL * accuracy, COARSEST))
     if task.interrupted is not None and task.interrupted():  # the coarser run is all that there is
         return Controlled(control, None, floor.sensitivity)
     for trial in range(TRIALS):

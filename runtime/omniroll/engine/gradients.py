@@ -43,6 +43,9 @@ def gradient(
     start there are. Raises InvalidValueError for values that do not fit, and for names and effects without
     sensitivities; NoDerivativeError as simulate does, and where wheels switch together and the order matters.
     """
+    if not isinstance(run, Trajectory):
+        raise InvalidValueError("run", run, "must be a Trajectory")
+    names = [validation.text("names", name) for name in validation.sequence("names", names, "must be names of numbers")]
     motion = Motion(run)
     refuse_what_is_not_followed(run.effects.effects, motion.plain)
     times = validation.real_array("t", t)

@@ -1,9 +1,12 @@
-"""What ends a phase in which axles stick: the guards of the effects, and the facets of what the bearings can hold.
+"""What ends a phase in which something sticks: the guards of the effects, and functions of the motion, such as the
+facets of what the bearings of axles can hold.
 
 A facet's excess is no linear function of time and state as a guard is. On a step it is taken as the polynomial through
 as many places as the step has coefficients, so that its first zero is found as that of a guard; then it is located on
 the motion itself.
 """
+
+from abc import ABC, abstractmethod
 
 import numpy as np
 
@@ -15,44 +18,44 @@ from omniroll.results.dense import bernstein_through, values_at
 PROBE = 1e-4  # of a step: over this time the rate of an excess is measured
 
 
-class HoldingGuards:
-    """The guards (m,) of a phase, then its facets (K,); what the integrator asks of Guards.
+class MotionGuards(ABC):
+    """The guards (m,) of a phase, then K functions of its motion; what the integrator asks of Guards."""
 
-    guards      of the effects
-    axles       in their modes
-    flow        the rates of the phase
-    held_force  (3,) where flow leaves the force that holds what sticks
-    """
-
-    def __init__(self, guards: Guards, axles: Axles, flow: Flow, held_force: np.ndarray):
-        self.guards, self.axles, self.flow, self.held_force = guards, axles, flow, held_force
+    def __init__(self, guards: Guards, count: int):
+        self.guards, self.count = guards, count
         self.probe = 1.0
 
     def __len__(self) -> int:
-        return len(self.guards) + len(self.axles.facets.reach)
+        return len(self.guards) + self.count
 
-    def _facets(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(K,) excess of the facets, and its rounding."""
-        self.flow(time, y)
-        return self.axles.facets.excess(self.held_force), self.axles.facet_rounding(self.held_force)
+    @abstractmethod
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(K,) the functions' values, and their rounding."""
+
+    def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """(K,) their rates."""
+        return (self._own(time + self.probe, y + self.probe * rates)[0] - values) / self.probe
+
+    def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
+        """The time that a step from here may last."""
+        return self.guards.longest_step(time, y, rates)
 
     def values(self, time: float, y: np.ndarray) -> np.ndarray:
         """(m + K,) values."""
-        return np.concatenate([self.guards.values(time, y), self._facets(time, y)[0]])
+        return np.concatenate([self.guards.values(time, y), self._own(time, y)[0]])
 
     def beyond(self, time: float, y: np.ndarray) -> np.ndarray:
         """(m + K,) bool: passed."""
-        excess, rounding = self._facets(time, y)
-        return np.concatenate([self.guards.beyond(time, y), excess > PASSED * rounding])
+        values, rounding = self._own(time, y)
+        return np.concatenate([self.guards.beyond(time, y), values > PASSED * rounding])
 
     def waits(self, time: float, y: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(m + K,) times until each becomes positive at its present rate, negative beyond; and their rounding."""
         waits, noise = self.guards.waits(time, y, rates)
-        excess, rounding = self._facets(time, y)
-        later, _ = self._facets(time + self.probe, y + self.probe * rates)
-        rising = (later - excess) / self.probe
+        values, rounding = self._own(time, y)
+        rising = self._rising(time, y, rates, values)
         with np.errstate(all="ignore"):
-            own_waits = np.where(rising > 0, -excess / rising, np.inf)
+            own_waits = np.where(rising > 0, -values / rising, np.inf)
             own_noise = np.where(rising > 0, LANDED * rounding / rising, 0.0)
         return np.concatenate([waits, own_waits]), np.concatenate([noise, own_noise])
 
@@ -61,6 +64,24 @@ class HoldingGuards:
         self.probe = PROBE * h
         places = (1 - np.cos(np.pi * np.linspace(0, 1, len(dense)))) / 2
         states = values_at(np.broadcast_to(dense, (len(places), *dense.shape)), places)
-        found = [self._facets(start + h * x, y) for x, y in zip(places, states, strict=True)]
-        facets = np.array([excess - PASSED * rounding for excess, rounding in found])
-        return np.concatenate([self.guards.margins(dense, start, h), bernstein_through(places, facets)], axis=1)
+        found = [self._own(start + h * x, y) for x, y in zip(places, states, strict=True)]
+        own = np.array([values - PASSED * rounding for values, rounding in found])
+        return np.concatenate([self.guards.margins(dense, start, h), bernstein_through(places, own)], axis=1)
+
+
+class HoldingGuards(MotionGuards):
+    """The guards of a phase, then the facets (K,) of what the axles that stick can hold.
+
+    guards      of the effects
+    axles       in their modes
+    flow        the rates of the phase
+    held_force  (3,) where flow leaves the force that holds what sticks
+    """
+
+    def __init__(self, guards: Guards, axles: Axles, flow: Flow, held_force: np.ndarray):
+        super().__init__(guards, len(axles.facets.reach))
+        self.axles, self.flow, self.held_force = axles, flow, held_force
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        return self.axles.facets.excess(self.held_force), self.axles.facet_rounding(self.held_force)

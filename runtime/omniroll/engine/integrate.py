@@ -130,7 +130,7 @@ class PhaseIntegrator:
         time, y = phase.duration, phase.y
         rates = self._rates(flow, time, y)
         while True:
-            step, end = self._step(flow, time, y, rates, limit)
+            step, end = self._step(flow, time, y, rates, limit, guards)
             dense = step.polynomial()
             self.counts.evaluations += step.further
             crossing, directions = self._first_crossing(dense)
@@ -152,11 +152,14 @@ class PhaseIntegrator:
                 return True
             self.watch(time)
 
-    def _step(self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float) -> tuple[AnyStep, float]:
+    def _step(
+        self, flow: Flow, time: float, y: np.ndarray, rates: np.ndarray, limit: float, guards: Guards
+    ) -> tuple[AnyStep, float]:
         """One accepted step, short enough not to pass the next joint by far; and the time of its end."""
         waits, _ = self._waits(rates, y)
         wanted = self.next_step
         asked = min(wanted, max(OVERSHOOT * waits.min(), SHORTEST_AIM * wanted))
+        asked = min(asked, guards.longest_step(time, y, rates))
         shortest = 10 * np.spacing(time)
         h, rejected = max(asked, shortest), False
         while True:

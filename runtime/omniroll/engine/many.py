@@ -44,6 +44,7 @@ CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take mo
 ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
 SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
 COUNTS = ("switches", "steps", "evaluations")
+MOST_AXES = 32  # of nested lists: what a list that holds itself exceeds
 NOT_RUN = "interrupted before it was run"
 
 Run = dict[str, Any]  # the arguments of simulate for one run
@@ -166,8 +167,8 @@ def simulate_many(
     validation.truth("control", control)
     if executor is not None and not isinstance(executor, Executor):
         raise InvalidValueError("executor", executor, "must be an executor of concurrent.futures, or None for threads")
-    if not (progress is None or isinstance(progress, bool) or callable(progress)):
-        raise InvalidValueError("progress", progress, "must be True, False, None or a function")
+    if progress is not None and not isinstance(progress, bool):
+        validation.function("progress", progress, "done", "runs")
     shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
     runs = [run | common for run in runs]
     checked_task(**runs[0])
@@ -217,6 +218,8 @@ def _all_runs(
     shape: tuple[int, ...] = ()
     for name, (array, axes) in arrays.items():
         lead = array.shape[: array.ndim - axes]
+        if 0 in lead:
+            raise InvalidValueError(name, f"array of shape {array.shape}", "must hold at least one run")
         try:
             shape = np.broadcast_shapes(shape, lead)
         except ValueError:
@@ -231,8 +234,11 @@ def _all_runs(
 
 
 def _vehicles(vehicles: Any) -> np.ndarray:
-    table = np.array(vehicles, dtype=object)
-    if table.size == 0 or not all(isinstance(vehicle, Vehicle) for vehicle in table.flat):
+    try:
+        table = np.array(vehicles, dtype=object)
+    except Exception:  # an object whose own code fails
+        table = np.empty(0)
+    if table.size == 0 or table.ndim > MOST_AXES or not all(isinstance(vehicle, Vehicle) for vehicle in table.flat):
         raise InvalidValueError("vehicles", vehicles, "must be a Vehicle or nested lists of Vehicles")
     sizes = {(vehicle.wheels, vehicle.rollers_per_wheel) for vehicle in table.flat}
     if len(sizes) > 1:
@@ -240,15 +246,15 @@ def _vehicles(vehicles: Any) -> np.ndarray:
     return table
 
 
-def _effects(effects: Any) -> np.ndarray:
+def _effects(effects: Any, depth: int = 0) -> np.ndarray:
     """Nested lists of sequences of effects as an array (...) of tuples; one sequence by itself has the shape ()."""
-    if not isinstance(effects, Sequence) or isinstance(effects, Effect):
+    if isinstance(effects, (str, Effect)) or not isinstance(effects, Sequence) or depth > MOST_AXES:
         raise InvalidValueError("effects", effects, "must be a sequence of effects, or nested lists of such sequences")
     if not effects or any(not isinstance(entry, Sequence) for entry in effects):
         table = np.empty((), object)
         table[()] = tuple(effects)
         return table
-    parts = [_effects(entry) for entry in effects]
+    parts = [_effects(entry, depth + 1) for entry in effects]
     if len({part.shape for part in parts}) > 1:
         raise InvalidValueError("effects", effects, "nested lists must have one length in each depth")
     table = np.empty((len(parts), *parts[0].shape), object)

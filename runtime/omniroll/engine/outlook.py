@@ -24,11 +24,13 @@ class Outlook:
     duration     of the run, in s
     step_memory  bytes that a step takes
     memory       bytes that the run may take
+    where        what holds them
     """
 
     duration: float
     step_memory: float
     memory: float
+    where: str = "memory"
     steps: int = 0
     switches: int = 0
     elapsed: float = 0.0
@@ -67,7 +69,7 @@ class Outlook:
             return "at its present pace the run would never end"
         room = shown_bytes(self.left * self.step_memory)
         allowed = shown_bytes(self.memory)
-        return f"at its present pace the run needs {self.left:.0e} more steps and {room}; memory allows {allowed}"
+        return f"at its present pace the run needs {self.left:.0e} more steps and {room}; {self.where} allows {allowed}"
 
 
 class OutlookOfStep(Outlook):
@@ -80,6 +82,11 @@ class OutlookOfStep(Outlook):
         """The estimate in words."""
         needs = f"at its present pace this step of the session needs {self.left:.0e} more steps of the engine"
         return f"{needs}; it may need {MOST_IN_SESSION:.0e} at most: make shorter ones"
+
+
+def outlook_of(duration: float, step_memory: float, memory: float, room: float | None) -> Outlook:
+    """That of a run in memory, or where `room` is given, of one whose rows go to the disk."""
+    return Outlook(duration, step_memory, memory) if room is None else Outlook(duration, step_memory, room, "the disk")
 
 
 def shown_bytes(number: float) -> str:

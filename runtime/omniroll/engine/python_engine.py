@@ -7,9 +7,10 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.ground_guards import GroundGuards
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
-from omniroll.engine.outlook import FIRST, Outlook
+from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
     SWITCHES_WITHOUT_PROGRESS,
     TOO_MANY_ROWS,
@@ -50,6 +51,25 @@ class Record:
     step_rows: list[int] = field(default_factory=list)
     directions: list[np.ndarray] = field(default_factory=list)
     switch_rows: list[int] = field(default_factory=list)
+    steps_before: int = 0  # in rows that are forgotten
+    switches_before: int = 0
+    wheels_before: int = 0
+
+    @property
+    def step_count(self) -> int:
+        """Since the start of the run."""
+        return self.steps_before + len(self.dense)
+
+    @property
+    def switch_count(self) -> int:
+        """Since the start of the run."""
+        return self.switches_before + len(self.directions)
+
+    def last(self) -> "Record":
+        """The last row alone, with what must be known of the others."""
+        kept = {name: getattr(self, name)[-1:] for name in ("elapsed", "y", "contact", "axial", "drive")}
+        wheels = self.wheels_before + int(np.count_nonzero(self.directions))
+        return Record(**kept, steps_before=self.step_count, switches_before=self.switch_count, wheels_before=wheels)
 
     def add(
         self,
@@ -98,7 +118,7 @@ class Run:
         self.elapsed, self.carry = 0.0, 0.0  # time since the start, and what its rounding has left over
         self.integrator.watch = self._is_ended
         numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
-        self.outlook = Outlook(task.duration, NUMBER * numbers, task.memory)
+        self.outlook = outlook_of(task.duration, NUMBER * numbers, task.memory, task.room)
         self.next_look = FIRST
         self.phases = 0
         self.phase_start, self.slopes = (
@@ -147,13 +167,19 @@ class Run:
             self._add_row()
 
     def _ask(self) -> None:
-        """What acts from now on, and which axles stick: the rates and what ends the phase."""
+        """What acts from now on, which axles and which contacts stick: the rates and what ends the phase."""
         axles = self.acting.axles
         if axles is not None:
             self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
+        ground = self.acting.ground
+        if ground is not None:
+            self.state = ground.at_rest(self.state)
+            self._start_added()
         self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
         if axles is not None and len(axles.sticking):
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
+        if ground is not None:
+            self.guards = GroundGuards(self.guards, self.flow)
         self.phase_start = self.elapsed
 
     def _y(self) -> np.ndarray:
@@ -203,25 +229,38 @@ class Run:
             )
         except StepFailedError as error:
             self._record(error.phase)  # type: ignore[attr-defined]
-            end = state_of(self.state) | {"axial": self.state.free_axial()}
-            end |= {"speeds": self.task.effects.own_speeds(self.kernel, self.state)}
-            self._stop(str(error) + blamed(self.task, end), None)
+            self._stop(str(error) + self._blamed(), None)
         self._record(phase)
         ended = phase.directions.any() or phase.passed.any()
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
-        if phase.times and self.acting.axles is not None:
-            self.acting.axles.moved()
+        for what_sticks in (self.acting.axles, self.acting.ground):
+            if phase.times and what_sticks is not None:
+                what_sticks.moved()
         if phase.passed.any():
             self._watch(None)
             self.acting.pass_guards(phase.passed)
         self.phases += 1
+        self._look_up()
         if self.task.keep is not None:
             self.task.keep(self)
         if self.task.progress is not None:
             self.task.progress(self.elapsed, self.task.duration)
         return phase.directions
+
+    def _look_up(self) -> None:
+        """What is watched after each step, between two phases: there are runs whose phases are one step each."""
+        if self.elapsed < self.task.duration:
+            try:
+                self._is_ended(0.0)
+            except StepFailedError as error:
+                self._stop(str(error) + self._blamed(), None)
+
+    def _blamed(self) -> str:
+        """What makes the steps short, in words, after a colon; empty where nothing is known."""
+        speeds = self.task.effects.own_speeds(self.kernel, self.state)
+        return blamed(self.task, state_of(self.state) | {"axial": self.state.free_axial(), "speeds": speeds})
 
     def _record(self, phase: Phase) -> None:
         """Rows and polynomials of a phase; the state and the time at its end."""
@@ -264,6 +303,9 @@ class Run:
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
             self._ask()
+        if self.acting.ground is not None:
+            self.acting.ground.switched(directions)
+            self._ask()
         self.rows.switch_rows.append(len(self.rows.y))
         self.rows.directions.append(directions)
         self._add_row()
@@ -276,9 +318,9 @@ class Run:
         steps = self.integrator.counts.steps
         if steps >= self.next_look:
             self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
-            if self.outlook.is_hopeless(steps, len(self.rows.directions), self.elapsed + done):
+            if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
-            if steps * self.outlook.step_memory > self.task.memory:
+            if self.bytes_held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
                 raise StepFailedError(TOO_MANY_ROWS)
 
     def _watch(self, wheel: int | None) -> None:
@@ -296,13 +338,22 @@ class Run:
 
     def _stop(self, reason: str, wheel: int | None) -> None:
         raise SimulationStopped(
-            reason, t=self._time(), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
+            reason, t=float(self._time()), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
         )
 
     @property
     def row_count(self) -> int:
         """How many rows there are so far."""
         return len(self.rows.y)
+
+    @property
+    def bytes_held(self) -> float:
+        """Bytes that the rows and steps in memory take, about."""
+        return len(self.rows.y) * self.outlook.step_memory
+
+    def forget(self) -> None:
+        """Take all rows but the last one from memory, and all switches."""
+        self.rows = self.rows.last()
 
     def part(self, first: int) -> Trajectory:
         """The motion from row `first` to the last one."""
@@ -329,6 +380,6 @@ class Run:
             "phases": self.phases,
             "tolerance": self.tolerance,
             "local_errors": float(counts.error),
-            "switches": int(np.count_nonzero(directions)),
+            "switches": self.rows.wheels_before + int(np.count_nonzero(record.directions)),
         }
         return assembled(self.task, rows, stats)

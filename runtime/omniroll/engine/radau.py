@@ -17,28 +17,13 @@ from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
-from scipy.special import roots_jacobi
 
+from omniroll.engine import directed
 from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.nodes import AT_REST, AT_START, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS
 from omniroll.results.dense import bernstein_through
 
-STAGES = 7
-NODES = np.append((roots_jacobi(STAGES - 1, 1.0, 0.0)[0] + 1) / 2, 1.0)
-ITERATIONS = 20
-CONTRACTS = 0.3  # a correction that is larger than this times the one before is rounding, or asks for better slopes
-RENEWALS = 3  # of the slopes, in one step
-AT_REST, ROUNDED = 1e-15, 1e-13  # of a component: corrections that end the iteration, and that are rounding at most
 MOVED = 1e-7  # of a component, for the slopes by differences
-
-
-def _integrals() -> np.ndarray:
-    """(s, s) of the polynomials that are 1 at one node and 0 at the others, from 0 to each node."""
-    powers = np.arange(STAGES)
-    return np.linalg.solve(np.vander(NODES, increasing=True).T, (NODES[:, None] ** (powers + 1) / (powers + 1)).T).T
-
-
-WEIGHTS = _integrals()
-AT_START = np.linalg.solve(np.vander(NODES, increasing=True).T, np.eye(STAGES)[0])  # their values at 0
 
 
 def slopes(
@@ -67,7 +52,11 @@ class Slopes:
 
 
 class Steps:
-    """Makes steps; the slopes at a start serve all steps that are tried from there."""
+    """Makes steps; the slopes at a start serve all steps that are tried from there.
+
+    Where forces have directions that slips must follow (flow.turning of omniroll.effects.ground_flow), the steps are
+    of directed.py.
+    """
 
     def __init__(self) -> None:
         self.slopes: Slopes | None = None
@@ -76,6 +65,8 @@ class Steps:
     def __call__(
         self, flow: Callable, time: float, y: np.ndarray, rates: np.ndarray, h: float, carry: np.ndarray
     ) -> "Step":
+        if len(getattr(flow, "turning", ())):
+            return directed.Step(flow, time, y, rates, h, carry)
         spent = 0
         if self.flow is not flow or self.slopes is None or self.slopes.y is not y or self.slopes.time != time:
             self.flow, self.slopes = flow, Slopes.at(flow, time, y, rates)

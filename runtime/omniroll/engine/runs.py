@@ -29,8 +29,16 @@ class Partial(Protocol):
     def row_count(self) -> int:
         """How many rows there are so far."""
 
+    @property
+    def bytes_held(self) -> float:
+        """Bytes that these rows and their steps take."""
+
     def part(self, first: int) -> Trajectory:
         """The motion from row `first` to the last one."""
+
+    def forget(self) -> None:
+        """Take all rows but the last one from memory: they have been kept elsewhere, and what follows is a part that
+        begins with that row."""
 
 
 Keep = Callable[[Partial], None]  # sees a run now and then
@@ -57,8 +65,10 @@ class Task:
     progress: Progress | None
     effects: EffectSet = EffectSet()
     memory: float = MEMORY
+    room: float | None = None  # bytes for the rows and steps that `keep` puts elsewhere; None: memory must hold them
     keep: Keep | None = None
     interrupted: Interrupted | None = None
+    coarse: Progress | None = None  # is told of the coarser run that the error estimate needs
 
 
 @dataclass(frozen=True)

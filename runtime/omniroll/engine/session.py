@@ -28,6 +28,7 @@ from omniroll.vehicles.vehicle import Vehicle
 
 FORMAT = 1  # of what save() gives
 START = ("nu", "chi", "spins", "pose")
+ARGUMENTS = (*START, "start_time", "roller_model", "switching", "accuracy", "effects")
 NOT_IN_SESSIONS = ("duration", "engine", "memory", "progress", "control")  # arguments of simulate
 
 
@@ -73,13 +74,18 @@ class Session:
 
     def __init__(self, subject: Vehicle | Described, *, driven: bool = True, **options: Any):
         vehicle, options = _asked(subject, options)
-        if driven:
+        if validation.truth("driven", driven):
             options["effects"] = with_torque(options.get("effects", ()))
         self._options = options
         self.vehicle = vehicle
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
+        if self._task.kernel.grips:
+            bound = (
+                "must not hold a Contact of the law coulomb: sessions run on the compiled engine, which has no modes "
+            )
+            raise InvalidValueError("effects", options.get("effects"), bound + "of contacts; regularised comes near it")
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
@@ -152,9 +158,7 @@ class Session:
 
         Raises InvalidValueError for what is no such state.
         """
-        unknown = set(start) - set(START)
-        if unknown:
-            raise InvalidValueError("start", min(unknown), f"must be one of {', '.join(START)}")
+        validation.known(start, START, "reset")
         task = checked_task(self.vehicle, **self._options | start, duration=0) if start else None
         self._run.go_to_start()
         self._elapsed, self._rest = 0.0, 0.0
@@ -332,6 +336,7 @@ def _asked(subject: Vehicle | Described, options: dict[str, Any]) -> tuple[Vehic
     for name in options:
         if name in NOT_IN_SESSIONS:
             raise InvalidValueError(name, options[name], "is not for a session")
+    validation.known(options, ARGUMENTS, "a session")
     if isinstance(subject, Vehicle):
         return subject, {"nu": (0, 0, 0)} | options
     if not isinstance(getattr(subject, "vehicle", None), Vehicle) or not hasattr(subject, "options"):

@@ -77,6 +77,7 @@ def simulate(
     validation.truth("control", control)
     for doubt in task.effects.doubts(vehicle):
         warnings.warn(doubt, stacklevel=2)
+    sensitivities = validation.sequence("sensitivities", sensitivities, "must be a sequence of names")
     if sensitivities:
         check_names(task, sensitivities)
     controlled = control and task.duration > 0
@@ -111,8 +112,8 @@ def checked_task(
     ENTRIES["engine"].checked(engine)
     memory = ENTRIES["memory"].checked(memory)
     _check_memory(vehicle, roller_model, memory)
-    if progress is not None and not callable(progress):
-        raise InvalidValueError("progress", progress, "must be a function, called as progress(time done, duration)")
+    if progress is not None:
+        validation.function("progress", progress, "done", "duration")
     acting = EffectSet.checked(effects, vehicle)
     bound = acting.kernel(vehicle, roller_model, best_backend() if acting and engine == "compiled" else engine)
     task = Task(

@@ -48,7 +48,8 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     step        in s, MuJoCo's time step
     friction    coefficient between rollers and ground
 
-    Raises InvalidValueError where MuJoCo's simulation becomes unstable, MissingPackageError without the extra `mujoco`.
+    Raises InvalidValueError where MuJoCo's simulation becomes unstable and for a step longer than the run,
+    MissingPackageError without the extra `mujoco`.
     """
     mujoco = extras.needed("mujoco", "mujoco", PURPOSE)
     text = _model_text(trajectory, step, friction)
@@ -58,7 +59,9 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     wheels = range(1, trajectory.vehicle.wheels + 1)
     dofs = [int(model.joint(f"wheel{i}").dofadr[0]) for i in wheels]
     begin, end = float(trajectory.t[0]), float(trajectory.t[-1])
-    steps = max(1, round((float(times[-1]) - begin) / step))
+    steps = int((float(times[-1]) - begin) / step * (1 + 1e-12))  # whole ones that end within the run
+    if not steps:
+        raise InvalidValueError("step", step, f"must not be longer than the run, {float(times[-1]) - begin!r} s")
     given, lost = _drive(trajectory, np.clip(begin + step * (np.arange(steps) + 0.5), begin, end))
     rows, kept = [], np.unique(np.clip(np.round((times - begin) / step), 0, steps).astype(int))
     began = time.perf_counter()
@@ -73,7 +76,7 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     if any(data.warning[int(getattr(mujoco.mjtWarning, name))].number for name in UNSTABLE):
         raise InvalidValueError("step", step, "must be smaller: MuJoCo's simulation became unstable")
     pose, nu = _motion(np.array(rows), trajectory)
-    return MujocoRun(step, begin + step * kept, pose, nu, seconds, text)
+    return MujocoRun(step, np.minimum(begin + step * kept, end), pose, nu, seconds, text)
 
 
 def left_out(trajectory: Trajectory) -> list[str]:

@@ -60,6 +60,17 @@ class Argument:
     name: str
     shape: tuple[int, ...]
 
+    def array(self, value: ArrayLike, dtype: type) -> np.ndarray:
+        """A value with its leading axes. Raises InvalidValueError for other shapes, and for what is no number."""
+        try:
+            array = np.asarray(value, dtype)
+        except Exception:  # ragged rows, texts, or an object whose own code fails
+            raise InvalidValueError(self.name, value, "must be real numbers") from None
+        if array.shape[array.ndim - len(self.shape) :] != self.shape:
+            want = ", ".join(map(str, ("...", *self.shape)))
+            raise InvalidValueError(self.name, value, f"must have the shape ({want}), not {array.shape}")
+        return array
+
 
 @dataclass(frozen=True)
 class Signature:
@@ -191,6 +202,7 @@ class Kernel:
         self.constants = _prepare_arguments(prepare, _constants_of(vehicle, self.effects, constants))
         self.has_spins = roller_model == "free"
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
+        self.grips = "ground_dynamics" in self.signatures  # whether they may stick on the ground, too
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     @cached_property
@@ -374,19 +386,25 @@ class Kernel:
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.roller_model}: N={self.wheels}, n={self.rollers_per_wheel}>"
 
+    def _signature(self, name: str) -> Signature:
+        """Of a function. Raises InvalidValueError for a name that the set does not have."""
+        if not isinstance(name, str) or name not in self.signatures:
+            raise InvalidValueError("name", name, f"is no function of this kernel: {', '.join(self.signatures)}")
+        return self.signatures[name]
+
     def _broadcast(self, name: str, values: Sequence[ArrayLike], dtype: type) -> tuple[tuple, list[np.ndarray]]:
         """Leading shape, and the inputs with it: contiguous arrays of one number type."""
-        inputs = self.signatures[name].inputs
+        inputs = self._signature(name).inputs
         if len(values) != len(inputs):
             raise TypeError(f"{name} takes {', '.join(argument.name for argument in inputs)}")
-        arrays = [np.asarray(value, dtype) for value in values]
-        for argument, array in zip(inputs, arrays, strict=True):
-            if array.shape[array.ndim - len(argument.shape) :] != argument.shape:
-                raise ValueError(f"{argument.name}: shape {array.shape} does not end with {argument.shape}")
+        arrays = [argument.array(value, dtype) for argument, value in zip(inputs, values, strict=True)]
         leads = [
             array.shape[: array.ndim - len(argument.shape)] for argument, array in zip(inputs, arrays, strict=True)
         ]
-        lead = np.broadcast_shapes(*leads)
+        try:
+            lead = np.broadcast_shapes(*leads)
+        except ValueError:
+            raise InvalidValueError(name, leads, "leading axes of the arguments must broadcast") from None
         return lead, [
             np.array(np.broadcast_to(array, lead + argument.shape), order="C")
             for argument, array in zip(inputs, arrays, strict=True)
@@ -406,7 +424,7 @@ class PythonKernel(Kernel):
         )
 
     def call(self, name: str, *values: ArrayLike):
-        signature = self.signatures[name]
+        signature = self._signature(name)
         lead, arrays = self._broadcast(name, values, np.float64)
         # Components come first in the generated code; without leading axes they are floats, which are fast.
         inputs = [np.moveaxis(array, range(len(lead)), range(array.ndim - len(lead), array.ndim)) for array in arrays]
@@ -534,9 +552,10 @@ class CompiledKernel(Kernel):
         return self._pointer(array.reshape(1))[0] if self.number_type == "long_double" else float(array)
 
     def call(self, name: str, *values: ArrayLike):
-        bound = self._bound.get(name)
+        bound = self._bound.get(name) if isinstance(name, str) else None
         if bound is None:
-            bound = self._bound[name] = _Bound(self._function(name), self.signatures[name], self._model)
+            signature = self._signature(name)
+            bound = self._bound[name] = _Bound(self._function(name), signature, self._model)
         found = bound.one_state(values, self.dtype, self._pointer)
         return self._many_states(name, bound, values) if found is None else found
 
@@ -613,7 +632,10 @@ class _Bound:
         memory = np.empty(self.size, dtype)  # of all inputs and outputs, so that there is one pointer to make
         first, arguments = pointer(memory), []
         for value, shape, place in zip(values, self.in_shapes, self.in_places, strict=True):
-            array = np.asarray(value, dtype)
+            try:
+                array = np.asarray(value, dtype)
+            except Exception:  # no numbers
+                return None
             if array.shape != shape:
                 return None
             memory[place] = array if len(shape) == 1 else array.ravel()

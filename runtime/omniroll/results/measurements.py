@@ -4,7 +4,7 @@ omniroll.vocabulary.MEASUREMENTS is the one table of them.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,11 +13,14 @@ import numpy as np
 from omniroll import validation, vocabulary
 from omniroll.effects import Motor, Slope
 from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.motor import LINEAR, laws
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import with_accelerations
 from omniroll.vehicles.vehicle import Vehicle
+
+NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
 
 
 @vocabulary.documented(*vocabulary.INSTRUMENTS)
@@ -65,8 +68,11 @@ class Instruments:
         """Whole counts of the encoders, int64 of the same shape.
 
         wheel_angle  (...) in rad
+
+        Raises InvalidValueError for what is no such array.
         """
-        return np.floor(wheel_angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
+        angle = validation.real_array("wheel_angle", wheel_angle)
+        return np.floor(angle * (self.counts_per_turn / (2 * math.pi))).astype(np.int64)
 
 
 def checked_instruments(given: Any) -> Instruments:
@@ -92,8 +98,9 @@ def _checked(name: str, given: Any) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Moments:
-    """A motion at some times: nu (T, 3), chi (T, N), pose (T, 3), contact (T, N), spins (T, N, n-1) or None, the
-    inputs of the drives (T, N) by name, and how often each wheel has passed a joint since the start, (T, N)."""
+    """A motion at some times: nu (T, 3), chi (T, N), pose (T, 3), contact (T, N), spins (T, N, n-1) or None, which only
+    the accelerometer needs, the inputs of the drives (T, N) by name, and how often each wheel has passed a joint since
+    the start, (T, N)."""
 
     nu: np.ndarray
     chi: np.ndarray
@@ -105,42 +112,44 @@ class Moments:
 
 
 def true_values(
-    vehicle: Vehicle, roller_model: str, effects: EffectSet, moments: Moments, instruments: Instruments
+    vehicle: Vehicle,
+    roller_model: str,
+    effects: EffectSet,
+    moments: Moments,
+    instruments: Instruments,
+    wanted: Sequence[str] = NAMES,
 ) -> dict[str, np.ndarray]:
-    """What ideal instruments read, by name; without odometry, which depends on the readings before.
+    """What ideal instruments of the wanted names read; without odometry, which depends on the readings before.
 
     Raises InvalidValueError for wheels that may slip: their rates are not those of rolling.
     """
     if effects.slips:
         given = [type(effect).__name__ for effect in effects.effects]
         raise InvalidValueError("effects", given, "must be without Contact: instruments know wheels that roll")
-    bound = _kernel(vehicle, roller_model, effects)
+    # The Python kernel works on all times at once; reactions bring the functions of each roller's spin.
+    felt = "accelerometer" in wanted
+    bound = effects.kernel(vehicle, roller_model, "python", also=("reactions",) if felt else ())
     rate = bound.wheel_speeds(moments.nu)
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
     found = {"wheel_angle": angle, "encoder_count": instruments.counts(angle), "wheel_rate": rate}
-    found |= _of_drives(effects, moments.drives, rate)
+    found |= _of_drives(bound, effects, moments.drives, rate)
     found["gyro"] = moments.nu[:, 2] / vehicle.yaw_scale
-    found["accelerometer"] = _felt(bound, vehicle, effects, moments, instruments.place)
-    return found | {"contact_roller": moments.contact}
+    if felt:
+        found["accelerometer"] = _felt(bound, vehicle, effects, moments, instruments.place)
+    found["contact_roller"] = moments.contact
+    return {name: value for name, value in found.items() if name in wanted}
 
 
-def _kernel(vehicle: Vehicle, roller_model: str, effects: EffectSet) -> Kernel:
-    """The kernel with all effects and with each roller's spin; the Python one works on all times at once."""
-    equipped = effects.equipped(vehicle)
-    names = tuple(name for effect in effects.effects for name in effect.kernel_effects())
-    constants = tuple(effects.constants(equipped).items())
-    return kernel(equipped, roller_model, "python", effects=(*names, "reactions"), constants=constants)
-
-
-def _of_drives(effects: EffectSet, drives: Mapping[str, np.ndarray], rate: np.ndarray) -> dict[str, np.ndarray]:
+def _of_drives(
+    bound: Kernel, effects: EffectSet, drives: Mapping[str, np.ndarray], rate: np.ndarray
+) -> dict[str, np.ndarray]:
     torque = drives.get("torque", 0.0) - drives.get("damping", 0.0) * rate
     found = {"net_torque": torque + drives.get("bearing_torque", 0.0) + np.zeros_like(rate)}
     acting = [e for e in effects.effects if "drive" in e.kernel_effects() and getattr(e, "output", "") != "voltage"]
     if len(acting) == 1 and isinstance(acting[0], Motor):
-        (motor,) = acting
-        current = torque / (motor.gear_ratio * motor.torque_constant)
-        found["motor_current"] = current
-        found["motor_voltage"] = motor.resistance * current + motor.back_emf * motor.gear_ratio * rate
+        (_, per_volt, per_rate), (_, amperes_per_volt, _) = np.moveaxis(laws(bound)[LINEAR, :, :2], 0, -1)
+        found["motor_current"] = torque * (amperes_per_volt / per_volt)
+        found["motor_voltage"] = (torque - per_rate * rate) / per_volt
     return found
 
 

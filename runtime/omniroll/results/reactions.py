@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects import Motor, Slope
 from omniroll.errors import InvalidValueError, RollingWarning
-from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.results.accelerations import call_named, with_accelerations
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles import parts
@@ -196,7 +195,8 @@ def _doubts(t: np.ndarray, holds: np.ndarray, reason: str, values: np.ndarray, w
 
 def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Contact forces (T, N, 2), sums of the loads and their moments (T, 3), places of the contacts (N, 2)."""
-    bound = _kernel(trajectory)
+    # The Python kernel works on all rows at once.
+    bound = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python", also=("reactions",))
     values = numbers | _drives(trajectory)
     values |= {"nu": trajectory.nu, "chi": trajectory.chi, "heading": trajectory.pose[:, 2], "spins": trajectory.spins}
     values |= with_accelerations(bound, values)
@@ -209,15 +209,6 @@ def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
     if trajectory.drive is None:
         return {}
     return {name: trajectory.drive[:, k] for k, name in enumerate(trajectory.effects.drives())}
-
-
-def _kernel(trajectory: Trajectory) -> Kernel:
-    """The kernel of the run with reactions; the Python one works on all rows at once."""
-    acting = trajectory.effects
-    vehicle = acting.equipped(trajectory.vehicle)
-    names = (name for effect in acting.effects for name in effect.kernel_effects())
-    constants = tuple(acting.constants(vehicle).items())
-    return kernel(vehicle, trajectory.roller_model, "python", effects=(*names, "reactions"), constants=constants)
 
 
 def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:

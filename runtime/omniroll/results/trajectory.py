@@ -18,7 +18,7 @@ from omniroll.kernels.kernel import Kernel, best_backend, kernel
 from omniroll.results import tables, trajectory_files
 from omniroll.results.dense import values_at
 from omniroll.results.ledger import Ledger
-from omniroll.results.measurements import Instruments, Moments, checked_instruments, reckoned, true_values
+from omniroll.results.measurements import NAMES, Instruments, Moments, checked_instruments, reckoned, true_values
 from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand, Stats
 from omniroll.results.slipping import Contacts
 from omniroll.results.trajectory_content import ARRAYS, Stored
@@ -110,7 +110,9 @@ class Trajectory(MadeOnDemand):
     step_rows     (S,) the row at which each step starts
     added         (T, E) what the effects integrate, see `quantity`; None without effects
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
-                  takes damping * chi' from it; last, where axles may stick, the torque in N m of their bearings.
+                  takes damping * chi' from it; then, where axles may stick, the torque in N m of their bearings; last,
+                  where contacts may stick, whether each does (1) or slips (0), and the angle in rad from its axle in
+                  which its slip began.
                   effects.drives() names them; None where there are none. A row that ends a phase has the values of
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
@@ -223,11 +225,14 @@ class Trajectory(MadeOnDemand):
             bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
             raise InvalidValueError("t", times.tolist(), bound)
 
-    def measure(self, t: ArrayLike, instruments: Instruments | None = None) -> dict[str, np.ndarray]:
+    def measure(
+        self, t: ArrayLike, instruments: Instruments | None = None, names: Sequence[str] = NAMES
+    ) -> dict[str, np.ndarray]:
         """What instruments on the robot read, by the names of omniroll.vocabulary.MEASUREMENTS.
 
         t            (T,) increasing times within the run, in s; at each of them the odometry goes on
         instruments  Instruments; None: without errors
+        names        of the readings that are wanted; the others are not computed
 
         Arrays (T, N), (T, 2), (T, 3) or (T,). Raises InvalidValueError as `sample` does.
         """
@@ -235,24 +240,27 @@ class Trajectory(MadeOnDemand):
         times = np.array(vocabulary.TIMES.checked("t", t))
         samples = self.sample(times)
         moments = Moments(
-            samples.nu, samples.chi, samples.pose, samples.contact, samples.spins,
-            self._drives_at(times), self._passes(times),
+            samples.nu, samples.chi, samples.pose, samples.contact,
+            samples.spins if "accelerometer" in names else None, self._drives_at(times), self._passes(times),
         )  # fmt: skip
-        true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments)
-        odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
-        true |= {} if odometry is None else {"odometry": odometry}
+        needed = ("encoder_count", *names) if "odometry" in names else names
+        true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments, needed)
+        if "odometry" in names:
+            odometry = reckoned(self.vehicle, samples.pose[0], true["encoder_count"], instruments)
+            true |= {} if odometry is None else {"odometry": odometry}
+            true = {name: value for name, value in true.items() if name in names}
         return instruments.read(true, np.random.default_rng(instruments.seed))
 
     def _drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
-        """(T, N) the inputs of the drives, which are linear between rows, by name."""
+        """(..., N) the inputs of the drives at times (...), which are linear between rows, by name."""
         if self.drive is None:
             return {}
         row = np.searchsorted(self.t, times, side="right") - 1
         after = np.minimum(row + 1, len(self.t) - 1)
         length = self.t[after] - self.t[row]
         part = np.divide(times - self.t[row], length, out=np.zeros_like(length), where=length > 0)
-        drive = self.drive[row] + part[:, None, None] * (self.drive[after] - self.drive[row])
-        return {name: drive[:, k] for k, name in enumerate(self.effects.drives())}
+        drive = self.drive[row] + part[..., None, None] * (self.drive[after] - self.drive[row])
+        return {name: drive[..., k, :] for k, name in enumerate(self.effects.drives())}
 
     def _passes(self, times: np.ndarray) -> np.ndarray:
         """(T, N) joints that each wheel has passed forwards, less those backwards, up to the times."""
@@ -313,7 +321,7 @@ class Trajectory(MadeOnDemand):
         joint = np.pi / self.vehicle.rollers_per_wheel
         nu, chi, pose = y[..., :3], np.clip(y[..., 3:end], -joint, joint), y[..., end : end + 3]
         on_row = times == self.t[row]
-        slipping = self._contacts_in(y)
+        slipping = self._contacts_in(y, partial(self._beside, times, y, row))
 
         def with_rows(name: str, values: np.ndarray) -> np.ndarray:
             if on_row.any():
@@ -379,14 +387,37 @@ class Trajectory(MadeOnDemand):
 
     # Contacts that slip
 
-    def _contacts_in(self, y: np.ndarray) -> "Contacts | None":
-        """Those in states y (..., 6 + N + E), where wheels may slip."""
-        return Contacts(self._effect_kernel, self._state_vector.views(y)) if self.effects.slips else None
+    def _contacts_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict) -> "Contacts | None":
+        """Those in states y (..., 6 + N + E), where wheels may slip; beside: see omniroll.results.slipping."""
+        if not self.effects.slips:
+            return None
+        return Contacts(self._effect_kernel, self._state_vector.views(y), self.effects.grip(self.vehicle), beside)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
         """What the contacts do in the T rows, where wheels may slip: see omniroll.results.slipping. None elsewhere."""
-        return self._contacts_in(self._rows(np.arange(len(self)))) if self.effects.slips else None
+        rows = np.arange(len(self))
+        return self._contacts_in(self._rows(rows), partial(self._beside, None, self._rows(rows), rows))
+
+    def _beside(self, times: np.ndarray | None, y: np.ndarray, row: np.ndarray) -> dict[str, np.ndarray]:
+        """What the forces of contacts that stick ask for beside the state, at times (...), or in the rows (None)."""
+        place = 3 + self.vehicle.wheels
+        found = {"heading": y[..., place + 2]}
+        if times is None:
+            found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
+            times = self.t
+        else:
+            found |= self._drives_at(times)
+        if self.roller_model == "free":
+            found["axial"] = self._axial(times, y, row)
+        return found
+
+    @property
+    def sticks(self) -> np.ndarray | None:
+        """(T, N) bool: contacts that stick on the ground, under the law coulomb; None under others. A row that ends a
+        phase has the modes of that phase."""
+        names = self.effects.drives()
+        return self.drive[:, names.index("sticks")] > 0.5 if "sticks" in names else None
 
     @cached_property
     def _on_ground(self) -> tuple[np.ndarray, np.ndarray]:
@@ -514,6 +545,7 @@ class Trajectory(MadeOnDemand):
         Raises InvalidValueError for another ending, and for an effect that has no registered name
         (omniroll.register_effect); OSError where the file cannot be written: the file before is left then.
         """
+        dense = validation.truth("dense", dense)
         description = {name: getattr(self, name) for name in DESCRIPTION} | {
             "stats": self.stats.complete(),
             "vehicle": self.vehicle.as_dict(),
@@ -525,7 +557,14 @@ class Trajectory(MadeOnDemand):
 
     @classmethod
     def joined(cls, parts: "Sequence[Trajectory]") -> "Trajectory":
-        """One trajectory of parts that follow each other: the first row of each is the last one of that before it."""
+        """One trajectory of parts that follow each other: the first row of each is the last one of that before it.
+
+        Raises InvalidValueError for what is no sequence of trajectories, or an empty one.
+        """
+        bound = "must be trajectories that follow each other, at least one"
+        parts = validation.sequence("parts", parts, bound)
+        if not parts or not all(isinstance(part, Trajectory) for part in parts):
+            raise InvalidValueError("parts", parts, bound)
         last = parts[-1]
         arrays: dict[str, np.ndarray | None] = {}
         for name in ARRAYS:

@@ -3,6 +3,11 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import replace
+
+from omniroll.engine.runs import Task
+
+LONGEST = 5.0  # s that a run may take which is made for an estimate or a price
 
 
 class Allowance:
@@ -24,3 +29,22 @@ class Allowance:
             return True
         self.left_out.append(for_what)
         return False
+
+
+class Limit:
+    """Ends a run some seconds after the run has first asked: kernels that are made for it take no part."""
+
+    def __init__(self, seconds: float, clock: Callable[[], float] = time.monotonic):
+        self.seconds, self.clock = seconds, clock
+        self.end = math.inf
+
+    def __call__(self) -> str:
+        """Why the run is to end, or ""."""
+        now = self.clock()
+        self.end = min(self.end, now + self.seconds)
+        return f"it takes more than {self.seconds:g} s" if now > self.end else ""
+
+
+def limited(task: Task) -> Task:
+    """The task, which is stopped after LONGEST."""
+    return replace(task, interrupted=Limit(LONGEST))

@@ -16,7 +16,7 @@ from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.kernels import sets
-from omniroll.scenes.allowance import Allowance
+from omniroll.scenes.allowance import Allowance, limited
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
@@ -110,7 +110,7 @@ def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:
 
 def _of_duration(task: Task, duration: float) -> float:
     """Microseconds per simulated second, without what a call costs whatever it simulates."""
-    longer = made(replace(task, duration=duration), task.accuracy)
+    longer = made(limited(replace(task, duration=duration)), task.accuracy)
     if not longer.done:
         raise longer.stop
     took, _ = _least(replace(task, duration=duration), OFTEN)
@@ -139,7 +139,7 @@ def _long_enough(task: Task) -> Task:
     for _ in range(DOUBLINGS if task.duration > 0 else 0):
         longer = replace(task, duration=2 * task.duration)
         began = time.perf_counter()
-        run = made(longer, longer.accuracy)
+        run = made(limited(longer), longer.accuracy)
         if not run.done:
             break
         task = longer
@@ -162,7 +162,7 @@ def _least(task: Task, repeats: int | None = None) -> tuple[float, int]:
 def _timed(task: Task) -> tuple[float, int]:
     """Seconds of a run, as far as it came, and its evaluations."""
     start = time.perf_counter()
-    run = made(task, task.accuracy)
+    run = made(limited(task), task.accuracy)
     took, evaluations = time.perf_counter() - start, run.stats()["evaluations"]
     run.release()
     return took, evaluations

@@ -6,7 +6,6 @@ a coefficient, the coefficient of one per cent follows by proportion.
 """
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -16,12 +15,11 @@ import numpy as np
 
 from omniroll.effects import Bearings, Effect, Motor, Slope, Torque
 from omniroll.effects.torque import Drive
-from omniroll.engine.runs import Progress
 from omniroll.engine.simulate import checked_task, one_run
 from omniroll.errors import OmnirollError, SimulationStopped
 from omniroll.results.comparison import distance_at
 from omniroll.results.trajectory import Trajectory
-from omniroll.scenes.allowance import Allowance
+from omniroll.scenes.allowance import Allowance, limited
 from omniroll.scenes.loading import Scene
 from omniroll.vocabulary import LAWS, ROLLER_MODELS
 
@@ -32,7 +30,6 @@ FELT = 1e-7  # a smaller distance may be the error of the two runs
 STILL = 1e-9  # a roller that turns slower than this part of the fastest wheel's speed counts as not turning
 LEVEL = 0.01  # rad, the inclination of a floor that looks level
 BESIDE = 0.01  # distance of the centre of mass from S, over the platform radius: as well as it is known
-LONGEST = 5.0  # s that a run may take on this machine
 SPIN_DOWN = 10.0  # s in which a good bearing stops what turns by itself
 FADE = 0.05  # named speed of Coulomb's friction, over the fastest speed in the motion
 
@@ -145,23 +142,6 @@ def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, 
             yield Variant(f"{effect}_{law}", setting, changes, coefficient, unit)
 
 
-class TooLongError(OmnirollError):
-    """A motion takes longer on this machine than its estimate is worth."""
-
-
-def _clock() -> Progress:
-    """Ends a run after LONGEST, counted from its first report: kernels that are made for it take no part."""
-    end: float | None = None
-
-    def report(done: float, duration: float) -> None:
-        nonlocal end
-        end = time.monotonic() + LONGEST if end is None else end
-        if time.monotonic() > end:
-            raise TooLongError(f"takes more than {LONGEST:g} s")
-
-    return report
-
-
 def _why(error: OmnirollError) -> str:
     return f"stopped: {error.reason}" if isinstance(error, SimulationStopped) else str(error)
 
@@ -174,9 +154,9 @@ def _motion(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajector
 
 
 def _simulated(scene: Scene, duration: float, changes: dict[str, Any]) -> Trajectory:
-    arguments = scene.options | {"duration": duration, "progress": _clock()} | changes
+    arguments = scene.options | {"duration": duration} | changes
     layout = arguments.pop("layout", {})
-    return one_run(checked_task(scene.vehicle.replace(**layout), **arguments), ACCURACY)
+    return one_run(limited(checked_task(scene.vehicle.replace(**layout), **arguments)), ACCURACY)
 
 
 def _estimate(variant: Variant, base: Trajectory, other: Trajectory | None) -> Estimate:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from omniroll.scenes.lint import Lint
 from omniroll.scenes.lints_of_angles import of_angles
+from omniroll.scenes.lints_of_ground import of_ground
 from omniroll.scenes.lints_of_motion import of_motion
 from omniroll.scenes.lints_of_vehicle import of_numbers, of_parts, of_sizes
 from omniroll.scenes.loading import Scene
@@ -19,6 +20,7 @@ def lints(scene: Scene, without_inertia: float | None = None) -> list[Lint]:
         *of_parts(scene.tables["vehicle"], scene.vehicle),
         *of_angles(scene.vehicle, scene.tables),
         *of_motion(scene),
+        *of_ground(scene),
         *_of_choices(scene, without_inertia),
     ]
 

@@ -1,6 +1,7 @@
 """Scene files read, checked and run."""
 
 from dataclasses import dataclass, field, replace
+from inspect import signature
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ OPTIONS = {  # argument of simulate: the table and key that it comes from
     "roller_model": ("rollers", "model"),
     "switching": ("switching", "law"),
 }
+CHANGES = tuple(name for name in signature(simulate).parameters if name != "vehicle")
 MOST_SAMPLES = 1_000_000
 
 
@@ -134,10 +136,13 @@ def run(scene: Scene, **changes: Any) -> Trajectory:
     """Simulate a scene.
 
     scene    Scene, as load_scene gives it
-    changes  arguments of omniroll.simulate that replace the scene's
+    changes  arguments of omniroll.simulate that replace the scene's, all but the vehicle
 
-    Raises and warns as omniroll.simulate does.
+    Raises InvalidValueError for what is no scene and for other arguments; raises and warns as omniroll.simulate does.
     """
+    if not isinstance(scene, Scene):
+        raise InvalidValueError("scene", scene, "must be a Scene, as omniroll.load_scene gives it")
+    validation.known(changes, CHANGES, "run")
     return simulate(scene.vehicle, **scene.options | changes)
 
 

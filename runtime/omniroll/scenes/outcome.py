@@ -5,6 +5,7 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from omniroll.engine.runs import Interrupted, Keep
 from omniroll.engine.simulate import accuracy_doubts, checked_task, controlled_run, one_run
 from omniroll.errors import SimulationStopped
 from omniroll.progress import Report
-from omniroll.results import tables
+from omniroll.results import slip_map, tables
 from omniroll.results.impulses import Impulses, impulses
 from omniroll.results.measurements import Instruments
 from omniroll.results.reactions import Reactions
@@ -22,10 +23,11 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, reactions_of
 from omniroll.scenes.picture import draw
 from omniroll.scenes.result_folder import ResultFolder
+from omniroll.scenes.streaming import Stream
 from omniroll.viewer.page import View
 
 STATS = ("steps", "evaluations", "switches", "tolerance", "error_estimate", "sensitivity")
-VIEW = "view.html"  # is written by the command, after the others
+VIEW = "view.html"
 FILES = (
     "trajectory.npz",
     "trajectory.csv",
@@ -36,6 +38,7 @@ FILES = (
     "reactions.csv",
     "summary.json",
     "picture.png",
+    "slip.png",
     VIEW,
 )
 
@@ -50,6 +53,7 @@ class Outcome:
     stopped     the error that stopped it, or None
     reactions   where the scene asks for them
     interrupted what has interrupted it, or ""
+    stream      where the motion was written part by part, the last of them being the trajectory; or None
     """
 
     scene: Scene
@@ -59,6 +63,11 @@ class Outcome:
     stopped: SimulationStopped | None
     reactions: Reactions | None
     interrupted: str = ""
+    stream: Stream | None = None
+
+    def parts(self) -> Iterable[Trajectory]:
+        """The motion: one part, or those that were written, each read when its turn comes."""
+        return [self.trajectory] if self.stream is None else self.stream.written()
 
     def summary(self) -> dict[str, Any]:
         """What there is to know in short, in plain Python types; units SI."""
@@ -72,14 +81,14 @@ class Outcome:
             "switching": trajectory.switching,
             "engine": trajectory.stats["engine"],
             "kernel": trajectory.stats["kernel"],
-            "t": [float(trajectory.t[0]), float(trajectory.t[-1])],
+            "t": [self.stream.parts[0]["t"][0] if self.stream else float(trajectory.t[0]), float(trajectory.t[-1])],
             "seconds": self.seconds,
             **{name: trajectory.stats.get(name) for name in STATS},
             "nu": trajectory.nu[-1].tolist(),
             "pose": trajectory.pose[-1].tolist(),
-            "energy": ledger(trajectory),
+            "energy": self.stream.ledger() if self.stream else ledger(trajectory),
             "reactions": self.reactions and _reactions_in_short(self.reactions),
-        }
+        } | ({"parts": self.stream.parts} if self.stream else {})
 
 
 def ledger(trajectory: Trajectory) -> dict[str, float]:
@@ -101,29 +110,42 @@ def _reactions_in_short(reactions: Reactions) -> dict[str, Any]:
 
 
 def run_scene(
-    scene: Scene, report: Report | None = None, *, keep: Keep | None = None, interrupted: Interrupted | None = None
+    scene: Scene,
+    report: Report | None = None,
+    *,
+    keep: Keep | None = None,
+    interrupted: Interrupted | None = None,
+    stream: Stream | None = None,
 ) -> Outcome:
     """Run a scene, also one that stops before its end.
 
+    report       is told of the progress, first of that of the coarser run that the error estimate needs
     keep         sees the run now and then
     interrupted  ends the run where it gives a text
+    stream       takes the parts of the run, in place of `keep`
     """
     stopped, reactions = None, None
     began = time.perf_counter()
     task = checked_task(scene.vehicle, **scene.options, progress=report)
-    task = replace(task, keep=keep, interrupted=interrupted)
+    task = replace(task, keep=keep, interrupted=interrupted, coarse=report)
+    if stream is not None:
+        task = replace(task, keep=stream.look, room=stream.room)
     doubts = scene.doubts()
     try:
-        trajectory = controlled_run(task) if task.duration > 0 else one_run(task, task.accuracy)
+        estimated = task.duration > 0 and stream is None
+        trajectory = controlled_run(task) if estimated else one_run(task, task.accuracy)
         doubts += accuracy_doubts(task, trajectory) if task.duration > 0 else ()
     except SimulationStopped as error:
         stopped, trajectory = error, error.trajectory
+    if stream is not None:
+        stream.add(trajectory)
     seconds = time.perf_counter() - began
     texts = [str(doubt) for doubt in doubts]
     if "reactions" in scene.tables:
         reactions, rolling = reactions_of(trajectory, scene.tables["reactions"])
         texts += rolling
-    return Outcome(scene, trajectory, seconds, tuple(texts), stopped, reactions, interrupted() if interrupted else "")
+    reason = interrupted() if interrupted else ""
+    return Outcome(scene, trajectory, seconds, tuple(texts), stopped, reactions, reason, stream)
 
 
 def result_folder(path: Path) -> ResultFolder:
@@ -136,6 +158,11 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View |
 
     def write_files(place: Path) -> None:
         trajectory = outcome.trajectory
+        times = outcome.scene.sample_times(float(trajectory.t[-1]))
+        if times is not None:
+            _write_samples(outcome.parts(), times, place / "samples.csv", outcome.scene.instruments())
+        if outcome.stream is not None:
+            return
         trajectory.save(place / "trajectory.npz")
         trajectory.save(place / "trajectory.csv", dense=False)
         _write_switches(trajectory, place / "switches.csv")
@@ -143,13 +170,12 @@ def write(outcome: Outcome, folder: ResultFolder, *, picture: bool, page: View |
             _write_impulses(impulses(trajectory), place / "impulses.csv")
         if trajectory.contacts is not None:
             _write_slip(trajectory, place / "slip.csv")
-        times = outcome.scene.sample_times(float(trajectory.t[-1]))
-        if times is not None:
-            _write_samples(trajectory, times, place / "samples.csv", outcome.scene.instruments())
         if outcome.reactions is not None:
             _write_reactions(outcome.reactions, place / "reactions.csv")
         if picture:
             draw(trajectory, outcome.scene.name, place / "picture.png", stopped=outcome.stopped is not None)
+            if trajectory.effects.slips:
+                slip_map.draw(trajectory, f"{outcome.scene.name}: where and when wheels slip", place / "slip.png")
         if page is not None:
             page.save(place / VIEW)
 
@@ -174,15 +200,30 @@ def _write_slip(trajectory: Trajectory, path: Path) -> None:
     _write_table(path, ["t", *(f"{name}_{i}" for name in columns for i in wheels)], _rows(parts))
 
 
-def _write_samples(trajectory: Trajectory, times: np.ndarray, path: Path, instruments: Instruments | None) -> None:
-    """The motion at the times, and what instruments read there."""
+def _write_samples(parts: Iterable[Trajectory], times: np.ndarray, path: Path, instruments: Instruments | None) -> None:
+    """The motion at the times, and what instruments read there. A time at which a part ends is that of the next one."""
+
+    def of_parts() -> Iterator[dict[str, np.ndarray]]:
+        before = None
+        for part in parts:
+            if before is not None:
+                yield _samples(before, times[(before.t[0] <= times) & (times < part.t[0])], instruments)
+            before = part
+        yield _samples(before, times[before.t[0] <= times], instruments)
+
+    found = of_parts()
+    first = next(found)
+    _write_table(path, tuple(first), (row for columns in chain([first], found) for row in _rows(columns.values())))
+
+
+def _samples(trajectory: Trajectory, times: np.ndarray, instruments: Instruments | None) -> dict[str, np.ndarray]:
+    """Columns by name."""
     samples = trajectory.sample(times)
     arrays = {"t": samples.t} | dict(zip(tables.POSE, samples.pose.T, strict=True))
     arrays |= {name: getattr(samples, name) for name in ("nu", "chi", "contact", "contact_spin", "energy")}
     if instruments is not None and len(times):
         arrays |= trajectory.measure(times, instruments)
-    columns = tables.columns(arrays)
-    _write_table(path, tuple(columns), _rows(columns.values()))
+    return tables.columns(arrays)
 
 
 def _write_reactions(reactions: Reactions, path: Path) -> None:

@@ -6,7 +6,8 @@
    finished by whoever writes next; a reader takes from `.complete` what has not moved.
 
 summary.json names the other files with their checksums, so that a mix of two runs does not pass for one of them. While
-a long run goes on, what it has done so far stands in the folder `unfinished`, in parts.
+a long run goes on, what it has done so far stands in the folder `unfinished`, in parts. Of a run that goes to the disk
+part by part these are the results: summary.json names them, too, and in step 3 the folder becomes `parts`.
 """
 
 import json
@@ -14,7 +15,7 @@ import math
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,13 +23,13 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-from omniroll import durable
+from omniroll import durable, validation
 from omniroll.engine.runs import Partial
 from omniroll.errors import OmnirollError
 from omniroll.results.trajectory import Trajectory
 
-SUMMARY = "summary.json"
-NEW, COMPLETE, UNFINISHED, LOCK = ".new", ".complete", "unfinished", ".lock"
+SUMMARY, TRAJECTORY = "summary.json", "trajectory.npz"
+NEW, COMPLETE, UNFINISHED, PARTS, LOCK = ".new", ".complete", "unfinished", "parts", ".lock"
 
 
 class DamagedResultsError(OmnirollError):
@@ -47,7 +48,7 @@ class ResultFolder:
     def __init__(self, path: Path, names: Iterable[str]):
         self.path, self.names = path, tuple(names)
         self.new, self.complete = path / NEW, path / COMPLETE
-        self.unfinished = path / UNFINISHED
+        self.unfinished, self.parts = path / UNFINISHED, path / PARTS
 
     def __enter__(self) -> "ResultFolder":
         self.path.mkdir(parents=True, exist_ok=True)
@@ -93,18 +94,28 @@ class ResultFolder:
     def _finish(self) -> None:
         """Move complete results to their places; also those of a run that was killed while it did this."""
         if (self.complete / SUMMARY).exists():
-            files = _read_summary(self.complete / SUMMARY)["files"]
+            summary = _read_summary(self.complete / SUMMARY)
+            files = summary["files"]
             for name in self.names:
                 if (self.complete / name).exists() and name != SUMMARY:
                     os.replace(self.complete / name, self.path / name)
                 elif name not in files and name != SUMMARY:
                     (self.path / name).unlink(missing_ok=True)
-            shutil.rmtree(self.unfinished, ignore_errors=True)
+            self._place_parts(bool(summary.get(PARTS)))
             durable.sync(self.path)
             os.replace(self.complete / SUMMARY, self.path / SUMMARY)
             durable.sync(self.path)
         if self.complete.is_dir():
             self.complete.rmdir()
+
+    def _place_parts(self, wanted: bool) -> None:
+        """Those of the new results, if they have any, in place of those before."""
+        if wanted and self.unfinished.is_dir():
+            shutil.rmtree(self.parts, ignore_errors=True)
+            os.rename(self.unfinished, self.parts)
+        elif not wanted:
+            shutil.rmtree(self.parts, ignore_errors=True)
+            shutil.rmtree(self.unfinished, ignore_errors=True)
 
     def _begin(self) -> None:
         with suppress(FileNotFoundError):
@@ -153,13 +164,17 @@ class Parts:
             if self.series == 1 and self.number == 0:
                 shutil.rmtree(self.folder, ignore_errors=True)  # of an earlier run
             self.folder.mkdir(exist_ok=True)
-            name = f"series-{self.series:02}-part-{self.number + 1:06}.npz"
-            run.part(self.rows).save(self.folder / name)
+            run.part(self.rows).save(self.folder / part_name(self.series, self.number + 1))
         except OSError as error:
             warnings.warn(f"the run so far is not kept: {error}", RuntimeWarning, stacklevel=2)
             self.seconds = float("inf")
             return
         self.number, self.rows = self.number + 1, run.row_count - 1
+
+
+def part_name(series: int, number: int) -> str:
+    """The file of a part; names stand in the order of the parts."""
+    return f"series-{series:02}-part-{number:06}.npz"
 
 
 @dataclass(frozen=True)
@@ -175,9 +190,36 @@ class Results:
 
     def trajectory(self) -> Trajectory:
         """The motion; of a run that was killed as far as it was kept. Raises InvalidValueError for a damaged file."""
-        if self.summary is not None:
-            return Trajectory.load(self.places["trajectory.npz"])
-        return Trajectory.joined([Trajectory.load(path) for path in self.places.values()])
+        parts = list(self.parts())
+        return parts[0] if len(parts) == 1 else Trajectory.joined(parts)
+
+    def parts(self, start: float | None = None, end: float | None = None) -> Iterator[Trajectory]:
+        """The motion part by part, each one read when its turn comes: only one of them is in memory.
+
+        start, end  times in s on the run's clock, None: those of the run. Parts that lie outside are not read
+
+        The first row of a part is the last one of the part before it. Of a run that was not kept in parts it is the one
+        trajectory. Raises InvalidValueError for what is no time and for a damaged file, DamagedResultsError for one of
+        another run.
+        """
+        start = -math.inf if start is None else validation.real("start", start)
+        end = math.inf if end is None else validation.real("end", end)
+        if self.summary is None:
+            times = dict.fromkeys(self.places, (-math.inf, math.inf))
+        elif self.summary.get(PARTS):
+            times = {part["file"]: part["t"] for part in self.summary[PARTS]}
+        else:
+            times = {TRAJECTORY: self.summary["t"]}
+        for name, (first, last) in times.items():
+            if first <= end and start <= last:
+                yield self._read(name)
+
+    def _read(self, name: str) -> Trajectory:
+        path = self.places[name]
+        wanted = {part["file"]: part["checksum"] for part in (self.summary or {}).get(PARTS) or ()}
+        if name in wanted and durable.digest(path) != wanted[name]:
+            raise DamagedResultsError(f"{path} is not the file that {SUMMARY} was written with")
+        return Trajectory.load(path)
 
 
 def load_results(folder: str | os.PathLike) -> Results:
@@ -185,10 +227,11 @@ def load_results(folder: str | os.PathLike) -> Results:
 
     folder  str or path
 
-    Raises DamagedResultsError where files are missing, or are not those that summary.json was written with;
-    FileNotFoundError where there are no results.
+    Raises DamagedResultsError where files are missing, or are not those that summary.json was written with (parts are
+    verified when they are read, since they may be many);
+    FileNotFoundError where there are no results; InvalidValueError for what is no path.
     """
-    path = Path(folder)
+    path = validation.file_path("folder", folder)
     summary_file = next((p for p in (path / COMPLETE / SUMMARY, path / SUMMARY) if p.exists()), None)
     if summary_file is None:
         return Results(None, _farthest_series(path))
@@ -200,6 +243,11 @@ def load_results(folder: str | os.PathLike) -> Results:
             raise DamagedResultsError(f"{places[name]} is missing, which {summary_file} names")
         if durable.digest(places[name]) != checksum:
             raise DamagedResultsError(f"{places[name]} is not the file that {summary_file} was written with")
+    for part in summary.get(PARTS) or ():
+        found = (path / folder / part["file"] for folder in (UNFINISHED, PARTS))
+        places[part["file"]] = next((p for p in found if p.exists()), path / PARTS / part["file"])
+        if not places[part["file"]].exists():
+            raise DamagedResultsError(f"{places[part['file']]} is missing, which {summary_file} names")
     return Results(summary, places)
 
 
@@ -208,9 +256,9 @@ def unfinished(folder: str | os.PathLike) -> Results:
 
     folder  str or path
 
-    Raises FileNotFoundError where there are none.
+    Raises FileNotFoundError where there are none, InvalidValueError for what is no path.
     """
-    return Results(None, _farthest_series(Path(folder)))
+    return Results(None, _farthest_series(validation.file_path("folder", folder)))
 
 
 def _farthest_series(folder: Path) -> dict[str, Path]:
@@ -222,6 +270,14 @@ def _farthest_series(folder: Path) -> dict[str, Path]:
         raise FileNotFoundError(f"{folder} holds no results of a run")
     best = max(series.values(), key=lambda parts: Trajectory.load(parts[-1]).elapsed[-1])
     return {part.name: part for part in best}
+
+
+def _file_of(part: dict[str, Any]) -> str:
+    """Of a part that a summary names. Raises KeyError, TypeError or ValueError for what names none."""
+    start, end = map(float, part["t"])
+    if not (start <= end and isinstance(part["checksum"], str)):
+        raise ValueError(PARTS)
+    return part["file"]
 
 
 def as_json(summary: dict[str, Any]) -> str:
@@ -240,7 +296,8 @@ def as_json(summary: dict[str, Any]) -> str:
 def _read_summary(path: Path) -> dict[str, Any]:
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
-        if not all(isinstance(name, str) and "/" not in name for name in summary["files"]):
+        parts = summary.get(PARTS) or []
+        if not all(isinstance(name, str) and "/" not in name for name in [*summary["files"], *map(_file_of, parts)]):
             raise ValueError("files")
     except (ValueError, KeyError, TypeError) as error:
         raise DamagedResultsError(f"{path} is not a whole summary of a run: {error!r}") from None

@@ -21,7 +21,7 @@ from omniroll.effects.linear_loop import held
 from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel, best_backend, kernel
+from omniroll.kernels.kernel import Kernel, best_backend
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 from omniroll.scenes.loading import Scene
@@ -141,7 +141,7 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    bound = _kernel(acting, vehicle, roller_model)
+    bound = acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
     points = _points(bound, given)
     models = [_near(bound, acting, given.get("start_time", 0), *point, tuple(outputs)) for point in points.flat]
     return _together(models, points.shape)
@@ -166,13 +166,6 @@ def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None
     if roller_model == "free" and "roller_coulomb" in by_name:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
-
-
-def _kernel(acting: EffectSet, vehicle: Vehicle, roller_model: str) -> Kernel:
-    """The kernel of what acts, with the functions of the derivatives."""
-    plain = acting.kernel(vehicle, roller_model, best_backend())
-    names, constants = (*plain.effects, DERIVATIVES), tuple(acting.constants(vehicle).items())
-    return kernel(plain.vehicle, roller_model, best_backend(), effects=names, constants=constants)
 
 
 def _points(bound: Kernel, given: Mapping) -> np.ndarray:

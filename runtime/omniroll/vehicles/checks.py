@@ -94,7 +94,12 @@ def _plain(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
 
 def _one_or_all(value: ArrayLike, shape: tuple[int, ...]) -> np.ndarray | None:
     """Likewise; a number by itself stands for all."""
-    return np.full(shape, float(value)) if type(value) in (int, float) else _plain(value, shape)
+    if type(value) not in (int, float):
+        return _plain(value, shape)
+    try:
+        return np.full(shape, float(value))
+    except OverflowError:  # an integer of hundreds of digits
+        return None
 
 
 def seem_finite(*arrays: np.ndarray) -> bool:

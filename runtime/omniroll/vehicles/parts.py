@@ -35,19 +35,19 @@ def cylinder(mass: float, radius: float, length: float) -> tuple[float, float]:
 def inertias(
     wheels: int,
     rollers_per_wheel: int,
-    *,
-    platform_radius: float,
-    roller_axis_radius: float,
-    **parts: float,
+    **given: float,
 ) -> dict[str, float]:
-    """mass, yaw_inertia, wheel_inertia and roller_inertia of a vehicle made of `parts`, by their names.
+    """mass, yaw_inertia, wheel_inertia and roller_inertia of a vehicle from the numbers of its parts, by their names.
 
-    `parts` has the numbers of omniroll.vocabulary.PARTS. Raises InvalidValueError.
+    `given` has those of omniroll.vocabulary.PARTS, platform_radius and roller_axis_radius; others have no part in it.
+    Raises InvalidValueError.
     """
-    numbers = {entry.name: entry.checked(parts[entry.name]) for entry in vocabulary.PARTS}
     lengths = vocabulary.by_name(vocabulary.LENGTHS)
-    numbers["platform_radius"] = lengths["platform_radius"].checked(platform_radius)
-    numbers["roller_axis_radius"] = lengths["roller_axis_radius"].checked(roller_axis_radius)
+    numbers = {}
+    for entry in (*vocabulary.PARTS, lengths["platform_radius"], lengths["roller_axis_radius"]):
+        if entry.name not in given:
+            raise InvalidValueError(entry.name, None, "must be given")
+        numbers[entry.name] = entry.checked(given[entry.name])
     names = ("mass", "yaw_inertia", "wheel_inertia", "roller_inertia")
     return dict(zip(names, evaluate("inertias", wheels, rollers_per_wheel, **numbers), strict=True))
 

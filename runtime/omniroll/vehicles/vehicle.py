@@ -215,6 +215,7 @@ class Vehicle:
 
         Raises InvalidValueError where the new numbers break a bound; they are checked as those of any vehicle.
         """
+        validation.known(changes, ENTRIES, "replace")
         kept = tuple(origin for origin in self.origins if origin.name not in changes)
         return type(self)(**({"origins": kept} | self.as_dict() | changes))
 

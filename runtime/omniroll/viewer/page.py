@@ -9,9 +9,11 @@ from functools import cache
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from omniroll import validation
 from omniroll.durable import whole_file
 from omniroll.errors import InvalidValueError
 from omniroll.results.reactions import Reactions
@@ -40,11 +42,13 @@ class View:
 
         path  str or path, such as "run.html"
 
-        Raises OSError where the file cannot be written; what had this name before is left then.
+        Raises OSError where the file cannot be written, and what had this name before is left then;
+        InvalidValueError for what is no path.
         """
+        path = validation.file_path("path", path)
         with whole_file(path) as file:
             file.write(self.html)
-        return Path(path)
+        return path
 
     def open(self, path: str | PathLike) -> Path:
         """Write the page to a file and open it in the browser; its path.
@@ -86,15 +90,24 @@ def view(
     for run in runs:
         if not isinstance(run, Trajectory):
             raise InvalidValueError("runs", run, "must be Trajectories")
-    names = _labels(runs) if labels is None else list(labels)
-    if len(names) != len(runs):
-        raise InvalidValueError("labels", labels, f"must be {len(runs)}, one for each run")
-    given = [reactions] if isinstance(reactions, Reactions) else list(reactions or [None] * len(runs))
-    if len(given) != len(runs):
-        raise InvalidValueError("reactions", reactions, f"must be {len(runs)}, one for each run")
-    forces = [of_run and forces_of(run, of_run) for run, of_run in zip(runs, given, strict=True)]
+    names = _one_for_each("labels", _labels(runs) if labels is None else labels, runs)
+    for name in names:
+        validation.text("labels", name)
+    reactions = [None] * len(runs) if reactions is None else reactions
+    given = [reactions] if isinstance(reactions, Reactions) else _one_for_each("reactions", reactions, runs)
+    if title is not None:
+        validation.text("title", title)
+    forces = [None if of_run is None else forces_of(run, of_run) for run, of_run in zip(runs, given, strict=True)]
     shown = [Shown(*parts) for parts in zip(runs, names, forces, strict=True)]
     return view_of(shown, title or ", ".join(names))
+
+
+def _one_for_each(field: str, value: Any, runs: Sequence[Trajectory]) -> list:
+    bound = f"must be {len(runs)}, one for each run"
+    found = validation.sequence(field, value, bound)
+    if len(found) != len(runs):
+        raise InvalidValueError(field, value, bound)
+    return found
 
 
 def view_of(shown: Sequence[Shown], title: str) -> View:

@@ -8,15 +8,17 @@ import numpy as np
 
 from omniroll.errors import InvalidValueError
 from omniroll.results.trajectory import Trajectory
+from omniroll.scenes.result_folder import load_results
 from omniroll.viewer.shown import Shown
 
-TRAJECTORY, REACTIONS = "trajectory.npz", "reactions.csv"  # in a folder that `omniroll run` has written
+REACTIONS = "reactions.csv"  # in a folder that `omniroll run` has written
 
 
 def shown_runs(paths: Sequence[Path]) -> list[Shown]:
     """The runs in folders or files, with the forces that stand in a folder beside them.
 
-    Raises InvalidValueError for a path that holds no run, OSError where a file cannot be read.
+    Of a run that was killed as far as it was kept. Raises InvalidValueError for a path that holds no run,
+    DamagedResultsError for a folder with files of more than one run, OSError where a file cannot be read.
     """
     names = [path.resolve().name if path.is_dir() else path.stem for path in paths]
     unlike = len(set(names)) == len(names)
@@ -28,10 +30,12 @@ def _shown(path: Path, label: str) -> Shown:
         raise InvalidValueError("RUN", str(path), "is a scene: `omniroll run SCENE --view` simulates and shows it")
     if not path.is_dir():
         return Shown(Trajectory.load(path), label)
-    if not (path / TRAJECTORY).exists():
-        raise InvalidValueError("RUN", str(path), f"has no {TRAJECTORY}: it is not a folder that `omniroll run` wrote")
-    run = Trajectory.load(path / TRAJECTORY)
-    return Shown(run, label, _forces(path / REACTIONS, run) if (path / REACTIONS).exists() else None)
+    try:
+        results = load_results(path)
+    except FileNotFoundError:
+        raise InvalidValueError("RUN", str(path), "is not a folder that `omniroll run` wrote") from None
+    run, table = results.trajectory(), results.places.get(REACTIONS)
+    return Shown(run, label, None if table is None else _forces(table, run))
 
 
 def _forces(path: Path, run: Trajectory) -> np.ndarray:
@@ -43,6 +47,4 @@ def _forces(path: Path, run: Trajectory) -> np.ndarray:
         for wheel in range(1, run.vehicle.wheels + 1)
         for name in ("along_axle", "along_rolling", "load")
     ]
-    if len(rows) != len(run) or not set(names) <= rows[0].keys():
-        raise InvalidValueError("RUN", str(path), "does not belong to the trajectory beside it")
     return np.array([[float(row[name]) for name in names] for row in rows]).reshape(len(run), -1, 3)

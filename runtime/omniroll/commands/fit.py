@@ -1,0 +1,67 @@
+"""omniroll fit SCENE LOG: the numbers of a scene from what a robot has recorded."""
+
+import argparse
+from pathlib import Path
+
+from shtab import DIRECTORY, FILE
+
+from omniroll import extras
+from omniroll.errors import InvalidValueError
+from omniroll.scenes import load_scene
+
+SUMMARY = "fit numbers of a scene to logs; write the scene with the fitted numbers, and pictures of what is left over"
+
+EXAMPLES = (
+    ("omniroll fit scenes/robot.toml drive.csv --free mass,wheel_viscous --plot", "numbers and their intervals"),
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
+    parser.add_argument(
+        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV file, see docs/fitting.md"
+    ).complete = FILE
+    parser.add_argument(
+        "--free", required=True, metavar="NAMES", help="the numbers that are sought: mass,wheel_viscous,gyro_bias"
+    )
+    parser.add_argument(
+        "--noise", nargs="*", default=[], metavar="NAME=X",
+        help="standard deviation of a reading's noise: gyro=0.01; default: the scene's, or what the fit leaves over",
+    )  # fmt: skip
+    parser.add_argument(
+        "--drive", choices=("motor_voltage", "net_torque"), help="what the log says drives the model, not the scene"
+    )
+    parser.add_argument("--loss", default="linear", help="for logs with outliers: soft_l1, huber, cauchy or arctan")
+    parser.add_argument(
+        "--output", type=Path, metavar="DIR", help="default: out/fit/ and the scene's name"
+    ).complete = DIRECTORY
+    parser.add_argument("--plot", action="store_true", help="draw what the fit leaves over into residuals.png")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """0 where the numbers were fitted. Raises SceneError, LogError, InvalidValueError, SimulationStopped, OSError."""
+    from omniroll.identification.fitting import fit
+    from omniroll.identification.log import Log
+
+    if arguments.plot:
+        extras.needed("matplotlib", "plots", "--plot")
+    scene = load_scene(arguments.scene)
+    noise = dict(map(_named, arguments.noise))
+    logs = [Log.read(path, noise=noise, drive=arguments.drive) for path in arguments.logs]
+    names = [name.strip() for name in arguments.free.split(",")]
+    found = fit(scene, logs, names, loss=arguments.loss)
+    folder = arguments.output or Path("out/fit") / scene.name
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [found.save(folder / "fitted.toml")]
+    if arguments.plot:
+        files.append(found.picture(folder / "residuals.png"))
+    print(f"{found}\n\n{folder}: {', '.join(path.name for path in files)}")
+    return 0
+
+
+def _named(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise InvalidValueError("--noise", text, "must be the name of a reading, =, and a number") from None

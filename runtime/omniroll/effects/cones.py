@@ -1,0 +1,157 @@
+"""Which contacts at rest stick and which slip: the complementarity problem of set-valued friction in the plane.
+
+m contacts that do not slip take forces F_i, each from a disc or an ellipse: |F_i/reach_i| <= 1, where the division is
+by components. Their slip velocities change at the rates s' = D F + a. A contact takes any such force while its slip
+stays zero, and when it slips, the one that takes the most power: F_i . s_i' is least. With D symmetric and positive
+these are the conditions of a minimum,
+
+  F makes F^T D F/2 + a^T F least within the product of the discs,
+
+which is strictly convex: there is one F, always.
+
+It is found by going round the contacts, each solved exactly, until it is clear who slips; Newton's rule on the
+conditions themselves gives the last digits.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each try of Newton's rule
+NEWTON = 30
+SETTLED = 1e-14
+ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Decided:
+    """force (m, c), within the discs; pull (m,) >= 0: how strongly a contact slips, -s' . F/reach^2 along its disc.
+
+    rate (m, c) the rates of the slip velocities.
+    """
+
+    force: np.ndarray
+    pull: np.ndarray
+    rate: np.ndarray
+
+
+def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
+    """The minimum above.
+
+    matrix  (m, c, m, c) symmetric and positive: D, of contacts with c directions
+    given   (m, c) a, the rates of the slip velocities without these forces
+    reach   (m, c) positive, the half-axes of the ellipses
+    """
+    shape, size = given.shape, given.size
+    scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)  # of unit discs
+    wanted = (given * reach).ravel()
+    unit = max(float(np.abs(wanted).max()), float(np.abs(scaled).max()))
+    place = _minimum(scaled / unit, wanted / unit, shape)
+    rate = ((scaled @ place + wanted) / reach.ravel()).reshape(shape)
+    place = place.reshape(shape)
+    pull = np.maximum(-(place * rate * reach).sum(axis=1), 0.0)
+    return Decided(place * reach, pull, rate)
+
+
+def residuals(found: Decided, given: np.ndarray, reach: np.ndarray) -> tuple[float, float, float]:
+    """How far a solution is from the law: cone, complementarity, most power; relative to what the forces do.
+
+    A force may leave its ellipse by no part of it; it lies inside only where its contact does not slip; and where one
+    slips, no force of the ellipse takes more power.
+    """
+    place = found.force / reach
+    size = np.linalg.norm(place, axis=1)
+    weighted = found.rate * reach
+    moving = np.linalg.norm(weighted, axis=1)
+    whole = float((np.abs(weighted) + np.abs(given * reach)).max())
+    beyond = float(np.maximum(size - 1, 0).max())
+    inside = float((moving * np.maximum(1 - size, 0)).max()) / whole
+    less = float(np.abs(moving + (weighted * place).sum(axis=1)).max()) / whole
+    return beyond, inside, less
+
+
+def _minimum(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """(m c,) the minimum over unit discs."""
+    count, width = shape
+    blocks = [slice(k * width, (k + 1) * width) for k in range(count)]
+    place = np.zeros(count * width)
+    for sweep in range(1, SWEEPS + 1):
+        before = place.copy()
+        for own in blocks:
+            rest = wanted[own] + matrix[own] @ place - matrix[own, own] @ place[own]
+            place[own] = _one_disc(matrix[own, own], rest)
+        settled = np.abs(place - before).max() <= SETTLED
+        if settled or sweep % BETWEEN == 0:
+            polished = _polished(matrix, wanted, place, shape)
+            if polished is not None:
+                return polished
+        if settled:
+            break
+    return place
+
+
+def _one_disc(matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """The g (c,) with |g| <= 1 for which g^T matrix g/2 + wanted . g is least.
+
+    Inside, or on the circle, where (matrix + pull) g = -wanted for the pull >= 0 with |g| = 1: Newton's rule on 1/|g|,
+    which is concave in the pull and nearly linear (Hebden).
+    """
+    values, axes = np.linalg.eigh(matrix)
+    along = axes.T @ wanted
+    place = -along / values
+    pull = 0.0
+    if place @ place > 1:
+        for _ in range(NEWTON):
+            shifted = values + pull
+            size = np.sqrt(((along / shifted) ** 2).sum())
+            step = (size - 1) * size**2 / ((along**2 / shifted**3).sum())
+            pull += step
+            if abs(step) <= EPS * (pull + values[0]):
+                break
+        place = -along / (values + pull)
+        place /= np.sqrt(place @ place)
+    return axes @ place
+
+
+def _polished(matrix: np.ndarray, wanted: np.ndarray, place: np.ndarray, shape: tuple[int, int]) -> np.ndarray | None:
+    """The minimum by Newton's rule, from those that slip at `place` on; None where that does not lead to it."""
+    disc = place.reshape(shape)
+    pull = -(disc * (matrix @ place + wanted).reshape(shape)).sum(axis=1)
+    slips = (np.linalg.norm(disc, axis=1) >= 1 - ON_THE_EDGE) & (pull > 0)
+    for _ in range(2 * shape[0]):
+        found, pull, exact = _with_slipping(matrix, wanted, place, np.flatnonzero(slips), shape)
+        length = np.linalg.norm(found.reshape(shape), axis=1)
+        wrong = np.where(slips, pull < 0, length > 1 + 4 * EPS)
+        if not exact:
+            return None
+        if not wrong.any():
+            return (found.reshape(shape) / np.maximum(length, 1.0)[:, None]).ravel()
+        slips = slips ^ wrong
+    return None
+
+
+def _with_slipping(
+    matrix: np.ndarray, wanted: np.ndarray, place: np.ndarray, slipping: np.ndarray, shape: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Newton's rule on the conditions where `slipping` are on their circles: forces, pulls, whether it ended."""
+    (count, width), size = shape, len(place)
+    disc, pull = place.reshape(shape), np.zeros(count)
+    pull[slipping] = -(disc * (matrix @ place + wanted).reshape(shape)).sum(axis=1)[slipping]
+    place, last = place.copy(), np.inf
+    for _ in range(NEWTON):
+        disc = place.reshape(shape)
+        missing = matrix @ place + wanted + (pull[:, None] * disc).ravel()
+        over = ((disc**2).sum(axis=1)[slipping] - 1) / 2
+        system = np.zeros((size + len(slipping),) * 2)
+        system[:size, :size] = matrix + np.diag(np.repeat(pull, width))
+        for k, contact in enumerate(slipping):
+            own = slice(contact * width, (contact + 1) * width)
+            system[own, size + k] = system[size + k, own] = place[own]
+        step = np.linalg.solve(system, np.concatenate([missing, over]))
+        place, change = place - step[:size], float(np.abs(step).max())
+        pull[slipping] -= step[size:]
+        if not np.isfinite(change) or change <= SETTLED or (change >= last and change < ON_THE_EDGE):
+            break
+        last = change
+    return place, pull, change < ON_THE_EDGE

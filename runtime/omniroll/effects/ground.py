@@ -1,0 +1,183 @@
+"""The ground under Coulomb's friction in a run: a mode for each contact.
+
+1. A contact that slips takes coefficient times load against its slip: of the forces of its ellipse the one that takes
+   the most power. A contact that does not slip takes what keeps it so, up to its static friction, which is at least the
+   sliding one: it sticks.
+2. A phase ends where the force that holds a contact reaches its static friction, and where a slip comes to rest. Both
+   are located.
+3. At such an instant, and wherever forces have jumped, all contacts at rest are decided together. They all stick if
+   the forces that hold them lie within their static friction. If not, it goes in rounds: the forces and the rates of
+   the slip are found with the static friction as the reach of each (cones.py); contacts that begin to slip have broken
+   away, and their reach is the sliding friction in the next round; the last round is the one in which no further
+   contact begins to slip.
+4. A contact on which friction is just used up has no rate of slip yet. It gets the direction in which it gives way.
+5. The slip of a contact has two components: the axle's and the rolling direction's. On its way to rest its direction
+   turns faster and faster. Steps end before the rest that they would come to, each a fixed part of the way, so that the
+   slip falls geometrically until it is rounding.
+6. Massless rollers do not slip along their axles: their contacts have one component, and a sign in place of a
+   direction.
+7. A contact without load takes no force: it is off.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from omniroll.effects import cones
+from omniroll.effects.guards import EPS, PASSED
+from omniroll.kernels.kernel import Kernel
+from omniroll.vehicles.state import State
+
+AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
+MOVES = 1e-10  # a contact begins to slip that gets more than this part of what the forces could give it
+AT_EDGE = 1e-9  # friction is used up that is nearer to its bound than this part of it
+HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other forces
+SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
+PART_OF_WAY = 0.8  # to rest, at most, in one step
+
+# From sticks (N,) and the forces (N, 2) of slipping contacts: forces (N, 2) and rates of the slip (N, 2) of all.
+Dynamics = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class Grip:
+    """The friction of the contacts: loads (N,) in N, and coefficients (N, 2) where they slip and where they stick."""
+
+    loads: np.ndarray
+    sliding: np.ndarray
+    static: np.ndarray
+
+
+class Ground:
+    """The contacts in one run.
+
+    sticks    (N,) bool, of the present phase
+    resting   (N,) bool: contacts whose slip is zero
+    released  (N,) bool: those that have used their friction up at this instant
+    towards   (N, 2) where contacts slip that have begun to; a unit vector
+    """
+
+    def __init__(self, kernel: Kernel, grip: Grip):
+        self.kernel, self.grip = kernel, grip
+        count = kernel.wheels
+        self.directions = slice(0, 2) if kernel.has_spins else slice(1, 2)  # in which contacts may slip
+        self.off = grip.loads == 0
+        self.sticks, self.resting, self.released = (np.zeros(count, bool) for _ in range(3))
+        self.towards = np.tile([0.0, 1.0], (count, 1))
+        vehicle = kernel.vehicle
+        self.settles = SETTLES * float((grip.loads[:, None] * grip.sliding).max()) / vehicle.mass
+        self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius,
+                              vehicle.wheel_radius - vehicle.roller_axis_radius])  # fmt: skip
+
+    # What the state says
+
+    def roundings(self, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+        """(N,) in m/s: slips within these are zero."""
+        of_platform = self.arms[0] * (np.abs(nu[:2]).sum() + 2 * abs(nu[2]) / self.kernel.vehicle.yaw_scale)
+        of_wheels = self.arms[1] * np.abs(rates) + (0.0 if axial is None else self.arms[2] * np.abs(axial))
+        return AT_REST * EPS * (of_platform + of_wheels)
+
+    def at_rest(self, state: State) -> State:
+        """The state with the slip of resting contacts at zero. Contacts whose slip is rounding rest, too."""
+        axial = state.contact_axial() if self.kernel.has_spins else None
+        given = (state.rates,) if axial is None else (state.rates, axial)
+        slip, _ = self.kernel.call("slip_forces", state.nu, state.chi, *given, np.zeros((self.kernel.wheels, 2)))
+        self.resting |= np.linalg.norm(slip, axis=1) <= self.roundings(state.nu, state.rates, axial)
+        self.resting &= ~self.off
+        if not self.resting.any():
+            return state
+        rolling, _ = self.kernel.wheel_rates(state.nu, state.chi)
+        found = replace(state, rates=np.where(self.resting, rolling, state.rates))
+        if axial is None:
+            return found
+        turning = self.kernel.contact_axial(state.nu, state.chi)
+        return found.with_contact_axial(np.where(self.resting, turning, axial))
+
+    # What has happened
+
+    def moved(self) -> None:
+        """Some time has passed."""
+        self.resting = self.sticks.copy()
+        self.released[:] = False
+
+    def switched(self, directions: np.ndarray) -> None:
+        """Wheels have passed to their next rollers, directions (N,), which come with the spins that they have."""
+        if self.kernel.has_spins:
+            self.resting &= directions == 0
+        self.released[:] = False
+
+    def pass_guards(self, passed: np.ndarray) -> None:
+        """Contacts, (N,) bool, whose mode has ended: those that stick are let go, those that slip have come to rest."""
+        self.released |= passed & self.sticks
+        self.resting |= passed & ~self.sticks
+
+    # What follows
+
+    def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
+        if self.directions.start:
+            return self.towards
+        begun = np.linalg.norm(slip, axis=1) > rounding
+        return np.where(begun[:, None], slip, self.towards)
+
+    def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) how much of its static friction a force (N, 2) takes, squared, less 1; and the rounding of that."""
+        own = self.directions
+        reach = self.grip.loads[:, None] * self.grip.static
+        with np.errstate(divide="ignore", invalid="ignore"):
+            taken = np.where(self.off, 0.0, ((force / reach)[:, own] ** 2).sum(axis=1))
+        return taken - 1, HELD_ROUNDINGS * EPS * (1 + taken)
+
+    def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
+        """Modes of all contacts in the phase that begins now (rule 3); slip (N, 2) in m/s."""
+        own, slides = self.directions, ~self.resting & ~self.off
+        if slides.any():
+            size = np.linalg.norm(slip, axis=1)
+            self.towards[slides] = slip[slides] / size[slides, None]
+        if own.start:
+            self.towards[:, 0] = 0.0
+            self.towards[slides, 1] = np.sign(slip[slides, 1])
+        force, _ = self.kernel.call("sliding_forces", self.towards, self.grip.loads, self.grip.sliding)
+        given = np.where(slides[:, None], force, 0.0)
+        self.sticks = self.resting.copy()
+        if not self.resting.any():
+            return
+        if not self.released.any():
+            held, _ = dynamics(self.sticks, given)
+            beyond, rounding = self.used_up(held)
+            if not (self.sticks & (beyond > PASSED * rounding)).any():
+                return
+        self._rounds(np.flatnonzero(self.resting), given, dynamics)
+
+    def _rounds(self, resting: np.ndarray, given: np.ndarray, dynamics: Dynamics) -> None:
+        """Which of the contacts `resting` slip, and where they go."""
+        own, free = self.directions, np.zeros(len(self.sticks), bool)
+        _, rates = dynamics(free, given)
+        without = rates[resting, own]
+        count, width = without.shape
+        matrix = np.empty((count, width, count, width))
+        typical = float((self.grip.loads[:, None] * self.grip.sliding)[resting].max())
+        for k, contact in enumerate(resting):
+            for c in range(width):
+                pushed = given.copy()
+                pushed[contact, own.start + c] += typical
+                matrix[:, :, k, c] = (dynamics(free, pushed)[1][resting, own] - without) / typical
+        matrix = (matrix + matrix.transpose(2, 3, 0, 1)) / 2
+        loads = self.grip.loads[resting, None]
+        broken = self.released[resting]
+        for _ in range(count + 1):
+            friction = np.where(broken[:, None], self.grip.sliding[resting, own], self.grip.static[resting, own])
+            reach = loads * friction
+            found = cones.decide(matrix, without, reach)
+            power = (np.abs(without) * reach).sum(axis=1) + np.einsum("ia,iajb,jb->i", reach, np.abs(matrix), reach)
+            slips = found.pull > MOVES * power
+            if not (slips & ~broken).any():
+                break
+            broken = broken | slips
+        taken = np.linalg.norm(found.force / reach, axis=1)
+        giving_way = self.released[resting] & (taken >= 1 - AT_EDGE)
+        begun = np.where(slips[:, None], found.rate, -found.force / friction**2)[slips | giving_way]
+        going = resting[slips | giving_way]
+        self.sticks[going] = False
+        self.towards[going, own] = begun / np.linalg.norm(begun, axis=1, keepdims=True)

@@ -1,0 +1,49 @@
+"""What ends a phase of contacts that stick and slip: friction that is used up, and slips that come to rest."""
+
+import numpy as np
+
+from omniroll.effects.ground import PART_OF_WAY
+from omniroll.effects.ground_flow import GroundFlow
+from omniroll.effects.guards import PASSED, Guards
+from omniroll.engine.holding import MotionGuards
+
+
+class GroundGuards(MotionGuards):
+    """The guards of a phase, then one of each contact (N,): how far its mode is from its end.
+
+    Of a contact that sticks it is what it takes of its static friction, less all of it. Of one that slips, the slip
+    against the way that it goes, so that it rises to zero as the slip comes to rest.
+    """
+
+    def __init__(self, guards: Guards, flow: GroundFlow):
+        super().__init__(guards, len(flow.ground.sticks))
+        self.flow, self.ground = flow, flow.ground
+        self.has_direction = flow.ground.directions.start == 0
+
+    def _approach(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(N,) the slips along the way that they go, the rates at which these fall, and the slips' rounding."""
+        self.flow(time, y)
+        slip, rounding = self.flow.slip(y), self.flow.rounding()
+        towards = self.ground.direction(slip, rounding)
+        towards = towards / np.linalg.norm(towards, axis=1, keepdims=True)
+        return (towards * slip).sum(axis=1), -(towards * self.flow.slip_dot).sum(axis=1), rounding
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        left, falls, rounding = self._approach(time, y)
+        excess, of_excess = self.ground.used_up(self.flow.force)
+        if self.has_direction:  # a slip never comes to zero itself, but to its rounding
+            left = left - np.where(falls > self.ground.settles, 2 * rounding, 0.0)
+        values = np.where(self.ground.sticks, excess, -left)
+        return np.where(self.ground.off, -1.0, values), np.where(self.ground.sticks, of_excess, rounding / PASSED)
+
+    def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
+        probed = super()._rising(time, y, rates, values) if self.ground.sticks.any() else values
+        return np.where(self.ground.sticks, probed, self._approach(time, y)[1])
+
+    def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
+        """A slip with a direction may not come to rest within a step: there the direction turns without end."""
+        if not self.has_direction:
+            return np.inf
+        left, falls, _ = self._approach(time, y)
+        ends = self.flow.slides & (falls > self.ground.settles) & (left > 0)
+        return float((PART_OF_WAY * left[ends] / falls[ends]).min(initial=np.inf))

@@ -1,0 +1,148 @@
+"""What a fit has found."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from scipy.special import stdtrit
+
+from omniroll.effects.effect import Effect
+from omniroll.errors import InvalidValueError
+from omniroll.identification.determination import in_words, vague_directions
+from omniroll.identification.log import Log
+from omniroll.identification.model import Model
+from omniroll.identification.pictures import draw_residuals
+from omniroll.identification.prediction import Readings
+from omniroll.identification.written import scene_text
+from omniroll.scenes.loading import Scene
+from omniroll.vehicles.vehicle import Vehicle
+
+ODD = 4.0  # deviations from which on a residual's size or correlation is no chance
+LOOSE = 10.0  # sizes of a number that the fit may leave its guess for nothing: what no log determines stays there
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit:
+    """Numbers that were fitted to logs; n of them, in the order of `names`.
+
+    what        the Scene or the Vehicle as it was
+    model       the model with the fitted numbers
+    names       of the numbers
+    values      (n,) their values, each in its unit
+    sizes       (n,) the sizes in which the Jacobian counts them
+    jacobian    (m, n) derivatives of all readings over their noise, and of the priors, by the numbers in their sizes
+    logs        the logs
+    residuals   for each log what was read less what the fitted model reads, by name
+    noise       for each log the standard deviation of each reading's noise
+    estimated   names of the readings whose noise is what the fit left over
+    """
+
+    what: Scene | Vehicle
+    model: Model
+    names: tuple[str, ...]
+    values: np.ndarray
+    sizes: np.ndarray
+    jacobian: np.ndarray
+    logs: tuple[Log, ...]
+    residuals: tuple[Readings, ...]
+    noise: tuple[dict[str, float], ...]
+    estimated: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> float:
+        """The value of a number by its name."""
+        return float(self.values[self._place(name)])
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """The vehicle with the fitted numbers."""
+        return self.model.vehicle
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What acts, with the fitted numbers."""
+        return self.model.effects
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """(n, n) of the values. What no log determines has a deviation of some ten times its size."""
+        information = self.jacobian.T @ self.jacobian + np.eye(len(self.names)) / LOOSE**2
+        return np.linalg.inv(information) * np.outer(self.sizes, self.sizes)
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """(n,) standard deviations of the values."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlations(self) -> np.ndarray:
+        """(n, n) between -1 and 1."""
+        return self.covariance / np.outer(self.deviations, self.deviations)
+
+    def interval(self, name: str, level: float = 0.95) -> tuple[float, float]:
+        """The ends of the interval that holds a number with the probability `level`, between 0 and 1.
+
+        name  of the number
+
+        Raises InvalidValueError for a name that was not fitted, and for other levels.
+        """
+        if not 0 < level < 1:
+            raise InvalidValueError("level", level, "must lie between 0 and 1")
+        place = self._place(name)
+        freedom = max(1, len(self.jacobian) - len(self.names))
+        half = stdtrit(freedom, (1 + level) / 2) * self.deviations[place]
+        return float(self.values[place] - half), float(self.values[place] + half)
+
+    @cached_property
+    def undetermined(self) -> tuple[str, ...]:
+        """What the logs and priors do not determine, in words: "mass and wheel_inertia only as ..."."""
+        return tuple(in_words(row, self.names, self.sizes) for row in vague_directions(self.jacobian))
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Where the residuals are not noise, so that the model misses something, and the intervals are too narrow."""
+        return tuple(
+            doubt
+            for log, left, noise in zip(self.logs, self.residuals, self.noise, strict=True)
+            for name, value in left.items()
+            for doubt in _doubts(f"{log.name}, {name}", value / noise[name], name in self.estimated)
+        )
+
+    def save(self, path: str | PathLike) -> Path:
+        """Write the scene with the fitted numbers as a TOML file; its path. Raises InvalidValueError of a Vehicle."""
+        if not isinstance(self.what, Scene):
+            raise InvalidValueError("what", self.what, "must be a Scene, for a scene file to be written")
+        notes = [f"Numbers fitted to {', '.join(log.name for log in self.logs)}:", *str(self).splitlines()]
+        path = Path(path)
+        path.write_text(scene_text(self.what.tables, self.model, self.names, notes), encoding="utf-8")
+        return path
+
+    def picture(self, path: str | PathLike) -> Path:
+        """Draw the residuals of every reading as PNG; its path. Needs matplotlib."""
+        return draw_residuals(self.logs, self.residuals, self.noise, Path(path))
+
+    def __str__(self) -> str:
+        width = max(map(len, self.names))
+        lines = []
+        for name, value in zip(self.names, self.values, strict=True):
+            low, high = self.interval(name)
+            lines.append(f"{name:<{width}}  {value:.6g}  95 %: {low:.6g} ... {high:.6g}")
+        return "\n".join([*lines, *self.undetermined, *self.doubts])
+
+    def _place(self, name: str) -> int:
+        if name not in self.names:
+            raise InvalidValueError("name", name, f"must be one of {', '.join(self.names)}")
+        return self.names.index(name)
+
+
+def _doubts(place: str, left: np.ndarray, is_estimated: bool) -> list[str]:
+    """What is odd in residuals (T, ...) over their noise: their size, and how each goes with the one before."""
+    count, found = left.size, []
+    size = float(np.mean(left**2))
+    if not is_estimated and (size - 1) * np.sqrt(count / 2) > ODD:
+        found.append(f"{place}: residuals are {np.sqrt(size):.3g} times the noise")
+    alike = float(np.sum(left[1:] * left[:-1]) / np.sum(left**2)) if np.any(left) else 0.0
+    if abs(alike) * np.sqrt(count) > ODD:
+        found.append(f"{place}: each residual goes with the one before it, correlation {alike:.2f}")
+    return found

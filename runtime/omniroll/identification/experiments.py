@@ -1,0 +1,98 @@
+"""Which drive would tell most about the numbers of a fit: the one that makes the information largest."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from omniroll.effects.effect import Effect
+from omniroll.effects.motor import Motor
+from omniroll.effects.torque import Drive, Torque, TorqueTable
+from omniroll.errors import InvalidValueError
+from omniroll.identification.answer import LOOSE, Fit
+from omniroll.identification.log import Log
+from omniroll.identification.prediction import slopes
+from omniroll.kernels.kernel import kernel
+
+UP_AND_DOWN = np.array([0, 1, 1, -1, -1, 1, -1, 0.5, -0.5, 0.25, 0])  # over the time of an experiment, as its knots
+BESIDE = np.array([0, 0.5, -1, -1, 1, 0.5, 1, -1, -0.5, 1, 0])
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A drive that would tell something.
+
+    name        of the drive
+    effects     what acts: the fit's effects with this drive
+    gain        by how much the logarithm of the determinant of the information would grow
+    deviations  of the numbers, by name, in their units: what a fit to all logs and this one would reach
+    """
+
+    name: str
+    effects: tuple[Effect, ...]
+    gain: float
+    deviations: Mapping[str, float]
+
+
+def experiments(
+    fit: Fit,
+    *,
+    candidates: Mapping[str, Sequence[Effect]] | None = None,
+    duration: float = 10.0,
+    step: float = 0.01,
+) -> list[Experiment]:
+    """Candidate drives in order, the one that tells most first.
+
+    fit         Fit; its readings with their noise are taken, as they are in its first log
+    candidates  effects by name, each in the place of those of the fit; None: straight, sideways, on the spot, and
+                turning while driving, with the largest torque or voltage of the fit's own drive
+    duration    of a drive, in s
+    step        time between two readings, in s
+
+    Raises InvalidValueError where there are no candidates and the fit has no drive to take them from.
+    """
+    own = fit.jacobian.T @ fit.jacobian + np.eye(len(fit.names)) / LOOSE**2
+    found = []
+    for name, effects in (candidates or usual_drives(fit, duration)).items():
+        model = replace(fit.model, options=fit.model.options | {"effects": tuple(effects)})
+        start = model.options.get("start_time", 0.0)
+        times = start + step * np.arange(1, int(duration / step) + 1)
+        first = fit.logs[0]
+        empty = {name: np.zeros((len(times), *first.data[name].shape[1:])) for name in first.fitted}
+        (columns,) = zip(*slopes(model, fit.names, [Log({"t": times} | empty)]), strict=True)
+        weighted = [np.concatenate([(c[n] / fit.noise[0][n]).ravel() for n in first.fitted]) for c in columns]
+        jacobian = np.stack(weighted, axis=1) * fit.sizes
+        together = own + jacobian.T @ jacobian
+        gain = np.linalg.slogdet(together)[1] - np.linalg.slogdet(own)[1]
+        deviations = np.sqrt(np.diag(np.linalg.inv(together))) * fit.sizes
+        reached = dict(zip(fit.names, deviations.tolist(), strict=True))
+        found.append(Experiment(name, tuple(effects), float(gain), reached))
+    return sorted(found, key=lambda experiment: -experiment.gain)
+
+
+def usual_drives(fit: Fit, duration: float) -> dict[str, tuple[Effect, ...]]:
+    """Drives by name whose largest torque or voltage is that of the fit's own drive."""
+    drives = [effect for effect in fit.effects if isinstance(effect, (Motor, Torque, TorqueTable))]
+    if len(drives) != 1:
+        raise InvalidValueError("candidates", None, "must be given where not one Motor, Torque or TorqueTable drives")
+    (drive,) = drives
+    largest = float(np.abs(np.asarray(drive.voltage if isinstance(drive, Motor) else drive.torque)).max())
+    rows = kernel(fit.vehicle, "massless", "python").wheel_rows
+    ahead, aside, turn = (row / np.abs(row).max() for row in rows.T)
+    times = fit.model.options.get("start_time", 0.0) + duration * np.linspace(0, 1, len(UP_AND_DOWN))
+    shapes = {
+        "straight": np.outer(UP_AND_DOWN, ahead),
+        "sideways": np.outer(UP_AND_DOWN, aside),
+        "on the spot": np.outer(UP_AND_DOWN, turn),
+        "turning while driving": (np.outer(UP_AND_DOWN, ahead) + np.outer(BESIDE, turn)) / 2,
+    }
+    return {name: tuple(_driven(fit.effects, drive, times, largest * rows)) for name, rows in shapes.items()}
+
+
+def _driven(effects: Sequence[Effect], drive: Drive, times: np.ndarray, rows: np.ndarray) -> list[Effect]:
+    table = (
+        replace(drive, times=times, voltage=rows, interpolation="linear")
+        if isinstance(drive, Motor)
+        else TorqueTable(times, rows)
+    )
+    return [table if effect is drive else effect for effect in effects]

@@ -1,0 +1,177 @@
+"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law."""
+
+import numpy as np
+import pytest
+
+from omniroll import Contact, InvalidValueError, Session, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
+from omniroll.effects import cones
+
+PAPER = Vehicle.paper()
+PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))  # two wheels that face each other
+GRAVITY = 9.80665
+INSTANT = 1e-10  # relative, of instants in closed form
+MODELS = ("massless", "free")
+
+
+def instants(run, wheel, sticks):
+    """When the contact of a wheel begins to stick, or to slip."""
+    mode = run.sticks[:, wheel]
+    return run.t[1:][(mode[1:] != mode[:-1]) & (mode[1:] == sticks)]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
+    """It starts across its axles while the wheels stand: s' = -k, k = mu load (2/M + l^2/J), and then nothing slips."""
+    speed, load, friction = 6.0, 10.0, 0.4
+    ground = Contact(law="coulomb", friction=friction, load=load, wheel_rates=0)
+    run = simulate(PAIR, nu=(0, speed, 0), duration=0.05, effects=[ground], roller_model=model, control=False)
+    strength = friction * load * (2 / PAIR.mass + PAIR.wheel_radius**2 / PAIR.wheel_inertia)
+    start = PAIR.platform_radius * speed
+    rolls = start / strength
+    assert [*instants(run, 0, True), *instants(run, 1, True)] == pytest.approx([rolls, rolls], rel=INSTANT)
+    after = run.slip[run.t > rolls * (1 + INSTANT)]
+    assert after.size and not after.any()
+    assert start - PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(
+        2 * friction * load * rolls / PAIR.mass, rel=1e-9
+    )
+    assert -run.contributions()["ground_loss"][-1] == pytest.approx(friction * load * start * rolls, rel=1e-9)
+    assert run.ledger.residual == pytest.approx(0, abs=1e-9 * run.energy[0])
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_growing_torque_breaks_wheels_away(model):
+    """Opposite torques T t drive the pair along; each wheel asks the ground for T t/l/(1 + 2 J/(M l^2))."""
+    load, friction, growth = 10.0, 0.4, 2.0
+    ground = Contact(law="coulomb", friction=friction, load=load)
+    ramp = TorqueTable((0.0, 1.0), ((0, 0), (growth, -growth)))
+    run = simulate(PAIR, nu=(0, 0, 0), duration=0.2, roller_model=model, effects=[ground, ramp], control=False)
+    radius, inertia, mass = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
+    expected = friction * load * radius * (1 + 2 * inertia / (mass * radius**2)) / growth
+    assert expected < 0.19
+    assert [*instants(run, 0, False), *instants(run, 1, False)] == pytest.approx([expected, expected], rel=INSTANT)
+    assert np.abs(run.slip[-1, :, 1]).min() > 1e-3
+    assert np.abs(run.ground_force[-1, :, 1]) == pytest.approx([friction * load] * 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_vehicle_on_a_ramp_slides_or_rolls(model):
+    """Down the slope across both axles: rolling asks each contact for J a/l^2 with a = g sin/(1 + 2 J/(M l^2))."""
+    angle = 0.3
+    radius, inertia, mass = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
+    rolling = GRAVITY * np.sin(angle) / (1 + 2 * inertia / (mass * radius**2))
+    load = mass * GRAVITY * np.cos(angle) / 2
+    needed = inertia * rolling / radius**2 / load
+    for part, held in ((1.001, True), (0.999, False)):
+        ground = Contact(law="coulomb", friction=part * needed, load=load)
+        across = [ground, Slope(angle, np.pi / 2)]
+        run = simulate(PAIR, nu=(0, 0, 0), duration=0.02, roller_model=model, effects=across, control=False)
+        assert (run.sticks == held).all()
+        taken = inertia * rolling / radius**2 if held else part * needed * load
+        wanted = GRAVITY * np.sin(angle) - 2 * taken / mass
+        assert PAIR.platform_radius * run.nu[-1, 1] == pytest.approx(
+            wanted * run.t[-1] * np.sign(run.nu[-1, 1]), rel=1e-10
+        )
+        assert run.energy[-1] == pytest.approx(run.gained()[-1], rel=1e-10)
+
+
+def test_static_friction_holds_and_sliding_friction_does_not():
+    """One wheel alone is pushed beyond its static friction: it slips at once, under the sliding friction."""
+    law = {"law": "coulomb", "friction": 0.3, "static_friction": 0.5, "load": 10.0}
+    radius, inertia, mass = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
+    torque = 10.0 * radius * (1 + 2 * inertia / (mass * radius**2))  # asks for the whole load
+    for part, sticks in ((0.49, True), (0.51, False)):
+        drive = Torque((part * torque, -part * torque))
+        run = simulate(
+            PAIR, nu=(0, 0, 0), duration=0.01, roller_model="massless", effects=[Contact(**law), drive], control=False
+        )
+        assert (run.sticks == sticks).all()
+        force = 10 * part if sticks else 3.0
+        assert np.abs(run.ground_force[:, :, 1]) == pytest.approx(np.full((len(run), 2), force), rel=1e-12)
+
+
+def skidding(law, **numbers):
+    ground = Contact(law=law, wheel_rates=(3, -2, 5), contact_spins=4, load=PAPER.mass * GRAVITY / 3, **numbers)
+    return simulate(PAPER, nu=(2, -1, 3), duration=0.02, effects=[ground], control=False)
+
+
+@pytest.mark.parametrize("friction", [0.4, (0.3, 0.6)])
+def test_with_a_faster_and_slower_named_speed_it_tends_to_the_set_valued_law(friction):
+    """Two contacts come to rest on curved ways; what is left falls at first order of the speed, from 1e-3 m/s on."""
+    wanted = skidding("coulomb", friction=friction)
+    assert wanted.sticks[-1].sum() == 2 and np.abs(wanted.ledger.residual) <= 1e-9 * wanted.energy[0]
+    left = [
+        np.abs(skidding("regularised", friction=friction, speed=v).nu[-1] - wanted.nu[-1]).max() for v in (1e-4, 1e-6)
+    ]
+    assert left[1] < 3e-2 * left[0] and left[0] < 1e-4
+
+
+def test_forces_are_those_of_the_law():
+    """In rows and between: on the ellipse against the slip where contacts slip, within the static one elsewhere."""
+    run = skidding("coulomb", friction=(0.3, 0.6), static_friction=(0.4, 0.7))
+    load = PAPER.mass * GRAVITY / 3
+    between = run.sample((run.t[1:] + run.t[:-1]) / 2)
+    for slip, force, sticks in ((run.slip, run.ground_force, run.sticks), (between.slip, between.ground_force, None)):
+        sticks = ~slip.any(axis=-1) if sticks is None else sticks
+        assert np.linalg.norm(force[sticks] / np.array([0.4, 0.7]), axis=-1).max() <= load * (1 + 1e-12)
+        sticks |= np.linalg.norm(slip, axis=-1) < 1e-10  # on its way to rest a slip's direction loses its digits
+        slipping = slip[~sticks]
+        normal = slipping * np.array([0.3, 0.6])
+        wanted = -load * np.array([0.3, 0.6]) * normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+        assert force[~sticks] == pytest.approx(wanted, abs=1e-10 * load)
+
+
+def test_contacts_of_heavy_rollers_let_go_along_curved_ways():
+    """On a slope under growing torques, at static = sliding friction: a slip begins without an acceleration, and turns.
+
+    The force at that instant is the whole friction; its direction is continuous, and so is the slip's from there on.
+    """
+    ramp = TorqueTable((0.0, 1.0), ((0, 0, 0), (1.0, -0.6, 0.4)))
+    effects = [Contact(law="coulomb", friction=0.3, load=PAPER.mass * GRAVITY / 3), Slope(0.15, 0.4), ramp]
+    run = simulate(PAPER, nu=(0, 0, 0), chi=(0.1, 0.2, -0.3), duration=0.2, effects=effects, control=False)
+    (instant,) = instants(run, 0, False)
+    before, after = np.flatnonzero(run.t == instant)
+    assert np.linalg.norm(run.ground_force[before, 0]) == pytest.approx(0.3 * PAPER.mass * GRAVITY / 3, rel=1e-9)
+    assert run.ground_force[after] == pytest.approx(run.ground_force[before], abs=1e-6)
+    soon = run.sample(instant + np.array([1e-4, 1e-3]))
+    cosines = -(soon.slip[:, 0] * run.ground_force[before, 0]).sum(axis=-1)
+    cosines /= np.linalg.norm(soon.slip[:, 0], axis=-1) * np.linalg.norm(run.ground_force[before, 0])
+    assert (1 - cosines < [1e-6, 1e-4]).all()
+    assert np.linalg.norm(soon.slip[1, 0]) / np.linalg.norm(soon.slip[0, 0]) == pytest.approx(100, rel=0.05)  # s ~ t^2
+    assert run.ledger.residual == pytest.approx(0, abs=1e-12)
+
+
+def test_which_contacts_give_way_is_solved_exactly():
+    """Cone, complementarity and most power, of random problems; also badly scaled ones."""
+    rng = np.random.default_rng(5)
+    for contacts, width in [(1, 2), (3, 1), (3, 2), (6, 2)] * 25:
+        size = contacts * width
+        rows = rng.normal(size=(size, size))
+        matrix = rows @ rows.T + 10 ** rng.uniform(-3, 1) * np.eye(size)
+        given = rng.normal(size=(contacts, width)) * 10 ** rng.uniform(-2, 2)
+        reach = 10 ** rng.uniform(-1, 1, size=(contacts, width))
+        found = cones.decide(matrix.reshape(contacts, width, contacts, width), given, reach)
+        assert max(cones.residuals(found, given, reach)) <= 1e-12
+
+
+def test_kept_in_files(tmp_path):
+    run = skidding("coulomb", friction=0.4)
+    for name in ("run.npz", "run.csv"):
+        run.save(tmp_path / name)
+        same = Trajectory.load(tmp_path / name)
+        assert np.array_equal(same.ground_force, run.ground_force) and np.array_equal(same.sticks, run.sticks)
+
+
+def test_what_makes_no_sense_is_refused():
+    for changes, field in (
+        ({"friction": None}, "friction"),
+        ({"speed": 0.1}, "speed"),
+        ({"static_friction": 0.2}, "static_friction"),
+        ({"static_friction": (0.6, 0.2)}, "static_friction"),
+    ):
+        with pytest.raises(InvalidValueError) as caught:
+            Contact(**{"law": "coulomb", "friction": 0.3} | changes)
+        assert caught.value.field == field
+    with pytest.raises(InvalidValueError, match="law coulomb"):
+        Session(PAPER, effects=[Contact(law="coulomb", friction=0.3)])
+    with pytest.raises(InvalidValueError, match="law regularised"):
+        Contact(law="regularised", friction=0.3, speed=1e-3, static_friction=0.4)

@@ -1,0 +1,108 @@
+"""Accelerations, forces and rates of the slip where some contacts stick and others slip, against every body.
+
+The oracle knows no modes. It is given the forces that were found, and must find the same accelerations and the same
+rates of the slip; those of contacts that stick must be zero.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flint import arb
+from oracle.balls import coefficient, exact, working_precision
+from oracle.kinematics import cross, dot
+from reactions.newton_euler import Acting, along, bodies, contact_velocity, position, solve
+from reactions.test_newton_euler import FADE, acting, call, random_inputs
+
+from contact.test_newton_euler import MODELS, Slipping, nu_dot, slipping_case
+from omniroll.kernels.kernel import kernel
+
+RELATIVE = 1e-10
+OTHERS = ("drive", "motor", "axle_viscous", "axle_coulomb", "roller_viscous", "roller_coulomb", "slope")
+
+
+def sticking_case(rng, model, sticks, wheels=3, **options) -> Slipping:
+    """Of the wheels, those of `sticks` (N,) bool roll."""
+    case = slipping_case(rng, wheels, 5, model, has_layout=True, **options)
+    rolling = kernel(case.vehicle, model, "python").wheel_rates(case.nu, case.chi)
+    return replace(case, rates=np.where(sticks, rolling[0], case.rates), turns=np.where(sticks, rolling[1], case.turns))
+
+
+def by_kernel(case, sticks, push, others=(), constants=(), **inputs):
+    bound = kernel(
+        case.vehicle, case.model, "python", effects=("contact", "contact_coulomb", *others), constants=constants
+    )
+    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
+    values |= inputs | {"sticks": sticks.astype(float), "ground_push": np.where(sticks[:, None], 0.0, push)}
+    if case.model == "free":
+        values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
+        values["axial"] = call(bound, "axial_speeds", values)
+        values["momenta"] = call(bound, "momenta", values)
+    if "slip_roller_rates" in bound.signatures:
+        _, values["roller_drag"], _ = call(bound, "slip_roller_rates", values)
+    return call(bound, "ground_dynamics", values)
+
+
+@working_precision
+def by_bodies(case, given, force, loads):
+    """(nu', chi'', rates of the slip (N, 2)) under the forces (N, 2) of the ground."""
+    machine, dq = case.machine, case.speeds()
+    at = position(machine, case.heading, case.chi)
+    pushed = replace(given, ground=lambda i, *_: (exact(force[i, 0]), exact(force[i, 1])))
+    found = solve(machine, at, dq, pushed, model=case.model, loads=loads)
+    moving = bodies(machine, along(machine, at, dq, found.second))
+    slips = []
+    for i, angle in enumerate(machine.axle_angles):
+        turned = exact(case.heading) + exact(angle)
+        axle = (turned.cos(), turned.sin(), arb(0))
+        velocity = contact_velocity(machine, moving, i)
+        now, later = ([coefficient(v, k) for v in velocity] for k in (0, 1))
+        row = []
+        for direction in (axle, cross((arb(0), arb(0), arb(1)), axle)):
+            turning = cross((arb(0), arb(0), dq.theta), direction)
+            row.append(float(dot(later, direction) + dot(now, turning)))
+        slips.append(row)
+    return nu_dot(case, found), np.array([float(v) for v in found.second.chi]), np.array(slips)
+
+
+def assert_same(case, sticks, given, found, loads=None):
+    nu_rates, _, rates, *_, force, slip_dot = found
+    wanted_nu, wanted_rates, slips = by_bodies(case, given, force, loads)
+    for value, wanted in ((nu_rates, wanted_nu), (rates, wanted_rates)):
+        assert value == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE * np.abs(wanted).max())
+    components = slice(0, 2) if case.model == "free" else slice(1, 2)
+    size = np.abs(slips).max() + np.abs(case.vehicle.wheel_radius * wanted_rates).max()
+    assert slip_dot[:, components] == pytest.approx(slips[:, components], abs=RELATIVE * size)
+    assert np.abs(slips[sticks][:, components]).max(initial=0.0) <= RELATIVE * size
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("sticks", [(1, 1, 1), (0, 1, 1), (1, 0, 0)])
+def test_modes_of_three_wheels_agree_with_every_body(model, sticks):
+    rng, sticks = np.random.default_rng([11, MODELS.index(model), *sticks]), np.array(sticks, bool)
+    case = sticking_case(rng, model, sticks)
+    found = by_kernel(case, sticks, rng.normal(size=(3, 2)))
+    assert_same(case, sticks, Acting(guide=True), found, dict.fromkeys(range(3), 0))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_every_effect_at_once_agrees_with_every_body(model):
+    """Motors, bearings, rollers' bearings and a slope; one of the three contacts slips."""
+    sticks = np.array([True, False, True])
+    rng = np.random.default_rng([12, MODELS.index(model)])
+    case = sticking_case(rng, model, sticks)
+    constants, inputs = random_inputs(rng, 3)
+    assert set(FADE) <= set(constants)
+    found = by_kernel(case, sticks, rng.normal(size=(3, 2)), OTHERS, tuple(constants.items()), **inputs)
+    forces = acting(case, constants, inputs)
+    assert_same(case, sticks, working_precision(forces)(case.speeds()), found)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("wheels", [4, 6])
+def test_more_wheels_agree_with_every_body(model, wheels):
+    rng = np.random.default_rng([13, wheels, MODELS.index(model)])
+    sticks = np.arange(wheels) % 3 != 1
+    case = sticking_case(rng, model, sticks, wheels)
+    found = by_kernel(case, sticks, rng.normal(size=(wheels, 2)))
+    assert_same(case, sticks, Acting(guide=True), found, dict.fromkeys(range(wheels), 0))

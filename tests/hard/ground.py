@@ -1,0 +1,187 @@
+"""The ground under Coulomb's friction: at the edge of the cone, all contacts at once, slip that reverses, on a joint.
+
+Two wheels that face each other, driven along: with the torque T on each and the force F of the ground, M v' = 2 F and
+J w' = T - l F, so that the slip s = l w - v obeys s' = l T/J - F (l^2/J + 2/M).
+"""
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from hard.case import Case, Measurement, Scale
+from hard.setting import EPS, JOINT, PAPER
+from omniroll import Contact, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
+
+SECTION = "Effects"
+PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
+LOAD, FRICTION = 10.0, 0.4
+RADIUS, INERTIA, MASS = PAIR.wheel_radius, PAIR.wheel_inertia, PAIR.mass
+YIELDS = RADIUS**2 / INERTIA + 2 / MASS  # rate of the slip per force
+ASKS = RADIUS / INERTIA / YIELDS  # force that holds, per torque
+USED_UP = FRICTION * LOAD / ASKS  # the torque that uses friction up
+BAND = 1e-3  # m/s: within it the friction of a naive implementation fades
+GROUND = {"law": "coulomb", "friction": FRICTION, "load": LOAD}
+ROUNDINGS = 256
+
+
+def pair(effects: tuple, duration: float, nu_2: float = 0.0, model: str = "massless", **ground: Any) -> Trajectory:
+    effects = (Contact(**GROUND | ground), *effects)
+    return simulate(PAIR, nu=(0, nu_2, 0), duration=duration, effects=effects, roller_model=model, control=False)
+
+
+def naive_slip(torque: Any, duration: float, start: float = 0.0) -> float:
+    """The slip at the end, where friction fades in proportion to the slip inside a narrow band."""
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        return [RADIUS * torque(t) / INERTIA - FRICTION * LOAD * float(np.clip(y[0] / BAND, -1, 1)) * YIELDS]
+
+    return float(solve_ivp(rate, (0, duration), [start], rtol=1e-9, atol=1e-12).y[0, -1])
+
+
+def measured(what: str, model: str, value: float, bound: float, naive: float | None = None) -> Measurement:
+    return Measurement(what, "python", "double", model, value, bound, naive)
+
+
+def at_the_cone(scale: Scale) -> list[Measurement]:
+    """At rest, with torques that ask for a little less than the friction, for all of it, and for a little more."""
+    found = []
+    for model in scale.of(("massless",), ("massless", "free")):
+        wrong, creep, off, parts = 0, 0.0, 0.0, (0.5, 1 - 1e-6, 1 - 1e-12, 1 + 1e-12, 1 + 1e-6, 2.0)
+        for part in parts:
+            torque = part * USED_UP
+            run = pair((Torque((torque, -torque)),), 0.01, model=model)
+            wrong += bool((run.sticks != (part < 1)).any())
+            slip = float(np.abs(run.slip[-1, :, 1]).max())
+            creep = max(creep, slip if part < 1 else 0.0)
+            wanted = max(part - 1, 0.0) * FRICTION * LOAD * YIELDS * 0.01
+            off = max(off, abs(slip - wanted) / (FRICTION * LOAD * YIELDS * 0.01))
+        theirs = abs(naive_slip(lambda _: 0.5 * USED_UP, 0.01)) if scale.compares else None
+        found += [
+            measured("modes judged wrongly", model, wrong, 0),
+            measured("slip in m/s that should be none", model, creep, 0, theirs),
+            measured("error of the slip / that which friction alone would make", model, off, 1e-11),
+        ]
+    return found
+
+
+def let_go_at_once(scale: Scale) -> list[Measurement]:
+    """Torques that grow: both contacts give way at one instant."""
+    late, apart, growths = 0.0, 0.0, scale.of((2.0,), (0.05, 2.0, 80.0))
+    for growth in growths:
+        expected = USED_UP / growth
+        run = pair((TorqueTable((0.0, 2 * expected), ((0, 0), (2 * USED_UP, -2 * USED_UP))),), 1.5 * expected)
+        begin = [run.t[1:][run.sticks[:-1, wheel] & ~run.sticks[1:, wheel]] for wheel in (0, 1)]
+        fine = [len(instants) == 1 for instants in begin]
+        late = max(late, max(abs(t[0] / expected - 1) for t in begin) / EPS if all(fine) else np.inf)
+        apart = max(apart, abs(begin[0][0] - begin[1][0]) if all(fine) else np.inf)
+    return [
+        measured("error of the instant, in eps", "massless", late, ROUNDINGS),
+        measured("time in s between the two", "massless", apart, 0),
+    ]
+
+
+def reversing(scale: Scale) -> list[Measurement]:
+    """A torque beyond the friction turns the slip of a skidding vehicle round: it passes zero and goes on."""
+    speed, part, late, off = 6.0, 3.0, 0.0, 0.0
+    start = -PAIR.platform_radius * speed  # l w - v, where v is along the wheels' way
+    brake = FRICTION * LOAD * YIELDS
+    zero = -start / (brake * (part + 1))
+    duration = 3 * zero
+    for model in scale.of(("massless",), ("massless", "free")):
+        drive = Torque((-part * USED_UP, part * USED_UP))
+        run = pair((drive,), duration, nu_2=speed, model=model, wheel_rates=0)
+        turned = run.t[1:][np.diff(np.sign(run.ground_force[:, 0, 1])) != 0]
+        late = max(late, abs(turned[0] / zero - 1) if len(turned) == 1 else np.inf)
+        wanted = brake * (part - 1) * (duration - zero)
+        off = max(off, abs(abs(run.slip[-1, 0, 1]) / wanted - 1))
+    return [
+        measured("error of the instant of slip zero, relative", "all", late, 1e-10),
+        measured("error of the slip afterwards, relative", "all", off, 1e-10),
+    ]
+
+
+def on_a_joint(scale: Scale) -> list[Measurement]:
+    """Contacts that stick stand on joints, go over them and back: the motion is that of rolling."""
+    found = []
+    start = {"nu": (0.3, -0.2, 0.4), "chi": (JOINT, -JOINT, JOINT), "roller_model": "massless", "accuracy": 1e-12}
+    for duration in scale.of((0.5,), (0.5, 3.0)):
+        back = TorqueTable((0.0, duration), ((0.02, 0.02, 0.0), (-0.03, 0.0, 0.02)))
+        acting = (Slope(0.1, 0.3), back)
+        rolls = simulate(PAPER, **start, duration=duration, effects=acting, control=False, engine="python")
+        sticks = simulate(PAPER, **start, duration=duration, control=False, effects=(
+            Contact(law="coulomb", friction=5.0, normal_gravity=9.757), *acting))  # fmt: skip
+        slips = float(not sticks.sticks.all()) + abs(len(rolls.switches) - len(sticks.switches))
+        ends = [np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]]) for run in (rolls, sticks)]
+        balance = abs(sticks.ledger.residual) / sum(map(abs, sticks.ledger.contributions.values()))
+        found += [
+            measured("contacts that slip, and switches too many or too few", f"massless, {duration} s", slips, 0),
+            measured("distance from rolling", f"massless, {duration} s", float(np.abs(ends[0] - ends[1]).max()), 1e-10),
+            measured("energy of rolling down, relative", f"massless, {duration} s", balance, 1e-10),
+        ]
+    return found
+
+
+def anywhere(scale: Scale) -> list[Measurement]:
+    """Random vehicles, starts, drives and slopes: each run ends, with numbers, and its energy is accounted for."""
+    random, broken, balance = np.random.default_rng(97), 0, 0.0
+    for _ in range(scale.of(3, 60)):
+        wheels, model = int(random.integers(3, 7)), str(random.choice(("massless", "free"), p=(0.8, 0.2)))
+        vehicle = Vehicle.paper(wheels, int(random.integers(4, 8)))
+        sliding = float(10 ** random.uniform(-3, 0.3))
+        ground = Contact(law="coulomb", friction=sliding, static_friction=sliding * float(random.choice((1.0, 1.5))),
+                         wheel_rates=tuple(random.normal(size=wheels)), normal_gravity=9.7)  # fmt: skip
+        effects = (ground, Torque(tuple(0.2 * random.normal(size=wheels))), Slope(float(random.uniform(0, 0.3)), 1.0))
+        run = simulate(vehicle, nu=tuple(random.normal(size=3)), duration=0.05, roller_model=model, effects=effects,
+                       control=False)  # fmt: skip
+        broken += not all(np.isfinite(array).all() for array in (run.nu, run.slip, run.ground_force, run.energy))
+        scale_of_energy = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+        balance = max(balance, abs(run.ledger.residual) / scale_of_energy)
+    return [
+        measured("runs with a value that is not finite", "all", broken, 0),
+        measured("energy that the ledger does not account for, relative", "all", balance, 1e-9),
+    ]
+
+
+CASES = [
+    Case(
+        name="ground-at-the-cone",
+        section=SECTION,
+        title="Wheels at rest that ask for almost all of the ground's friction",
+        naive="lets friction fade in a band of slow slips, so that what should stick creeps",
+        promise="below the cone nothing moves; beyond it the slip is that of the closed form",
+        run=at_the_cone,
+    ),
+    Case(
+        name="ground-all-at-once",
+        section=SECTION,
+        title="Contacts with the ground that give way at one instant",
+        naive="finds one after the other, at the ends of its steps",
+        promise="one instant for both, to rounding",
+        run=let_go_at_once,
+    ),
+    Case(
+        name="ground-slip-reverses",
+        section=SECTION,
+        title="A slip on the ground that passes zero and goes on the other way",
+        naive="chatters about zero",
+        promise="zero is passed at the instant of the closed form, once",
+        run=reversing,
+    ),
+    Case(
+        name="ground-joint-while-sticking",
+        section=SECTION,
+        title="Contacts that stick while their wheels stand on joints and pass them",
+        naive="lets them slip at each joint",
+        promise="the motion is that of rolling",
+        run=on_a_joint,
+    ),
+    Case(
+        name="ground-anywhere",
+        section=SECTION,
+        title="Random vehicles on ground of any friction",
+        naive="hangs in endless changes of mode",
+        promise="each run ends, with numbers, and its energy is accounted for",
+        run=anywhere,
+    ),
+]
