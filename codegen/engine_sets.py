@@ -17,12 +17,15 @@ INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in tim
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
+SPINS = "spins"  # the core has these in the place of the axial speeds, where wheels roll
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
-# Where axles stick, HELD is called in the place of forward_dynamics; the torques of the bearings are its BEARING_INPUT.
-HELD = "held_dynamics"
+# What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
+# torques are an input.
+DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
+HELD = {False: "held_dynamics", True: "held_accelerations"}
 BEARING_INPUT = "bearing_torque"
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
@@ -49,9 +52,11 @@ class EngineSet:
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
         self.slips = effects.function(SLIP) is not None
-        self.dynamics = SLIP if self.slips else "forward_dynamics"
+        names = {state.name for state in present}
+        self.spins = SPINS in names
+        self.dynamics = SLIP if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
-        own = {array.name for array in dynamics.outputs}
+        own = {array.name for array in dynamics.outputs if self.slips}
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
         self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
         self.coupled = sum(state.rate in own for state in self.core)
@@ -60,10 +65,9 @@ class EngineSet:
         asked = [array.name for array in dynamics.inputs]
         self.inputs = [name for name in INPUTS if name in asked]
         self.heading = "heading" in asked
-        names = [state.name for state in self.core]
-        self.rollers = SINGLE if "axial" in names else COLLAPSED if "momenta" in names else CONSTANT
+        self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.holds = effects.function(HELD) is not None
+        self.holds = effects.function(HELD[self.spins]) is not None
         plain = (*PLAIN, "mass_matrix") if self.holds else PLAIN
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -123,15 +127,22 @@ class EngineSet:
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
         solving = self.function(dynamics or self.dynamics)
-        states = [f for f in self._giving(self.core) if f is not solving]
+        given = {array.name for array in solving.outputs}
+        states = self._giving([state for state in self.core if state.rate not in given])
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
-        rates = {state.rate: self.place("core_dot", state.name) for state in self.core}
+        rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
 
     def held_call(self) -> Call:
         """The dynamics where axles stick."""
-        return self.core_calls(HELD)[-1]
+        return self.core_calls(HELD[self.spins])[-1]
+
+    def slope_calls(self) -> list[Call]:
+        """What gives the slopes of the core's rates, each in its own number: by friction."""
+        slopes = {f"{s.name}_{kind}": self.place(kind, s.name) for s in self.core for kind in ("slope", "chord")}
+        functions = [f for f in self.set.functions if any(array.name in slopes for array in f.outputs)]
+        return self._calls(functions, slopes)
 
     def account_calls(self) -> list[Call]:
         """What gives the rates of the accounts."""
@@ -139,12 +150,13 @@ class EngineSet:
         return self._calls(self._giving(self.accounts), rates)
 
     def start_calls(self) -> list[Call]:
-        """What gives the core from the axial speeds of the free rollers."""
+        """What gives the core from the axial speeds of the free rollers, at nu and chi."""
         calls = []
         for state in self.core:
-            function = self.set.function(state.name)  # the axial speeds themselves need none
-            if function is not None:
-                calls.append(Call(function, ("axial", self.place("core", state.name))))
+            function = self.set.function("spins_from_axial" if state.name == SPINS else state.name)
+            if function is not None:  # axial speeds themselves need none
+                inputs = (array.name for array in function.inputs)
+                calls.append(Call(function, (*inputs, self.place("core", state.name))))
         return calls
 
     @staticmethod
@@ -154,6 +166,8 @@ class EngineSet:
 
     def later_call(self) -> Call:
         """What gives the axial speeds later in a phase, where they follow from the core."""
+        if self.spins:
+            return Call(self.function("axial_speeds"), ("nu", "chi", self.place("core", SPINS), "later"))
         function = self.function("axial_after")
         places = {
             "axial": "axial",
@@ -183,7 +197,7 @@ class EngineSet:
                     continue
                 size = size_of(array).replace("wheels", "MOST_WHEELS")
                 if "rollers" in size:  # the only such outputs are rates of the core, which no account needs
-                    arguments.append("at->scratch")
+                    arguments.append("at->core_dot")
                     continue
                 own.append(f"{array.name}[{size}]")
                 arguments.append(array.name)

@@ -972,3 +972,72 @@ void omniroll_roller_rates(const omniroll_model *model, const omniroll_real *nu,
     }
     *roller_loss = loss;
 }
+
+/* Power that the rollers' bearings take, from the spins. Equations: (3.4). Steps: no_loss,
+ * contact_friction (maxima/programs/vehicle.mac); angle, contact_speed, inverse_rho, contact_spin
+ * (maxima/forms/rolling.mac); contact_slip, contact_loss, roller_slip, roller_friction, roller_loss
+ * (maxima/effects/roller_friction.mac). */
+void omniroll_roller_losses(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                            const omniroll_real *spins, omniroll_real *roller_loss)
+{
+    const int wheels = model->wheels;
+    const int slots = model->rollers_per_wheel - 1;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real roller_fade_speed = model->roller_fade_speed;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    omniroll_real loss = OMNIROLL_NUMBER(0);
+    const omniroll_real t1 = 2*l;
+    const omniroll_real roller_fade_speed_sq = roller_fade_speed*roller_fade_speed;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real roller_torque = model->wheel[i].roller_torque;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real half_sine = omniroll_sin(chi_i/2);
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t1*width;
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real rolling = along*inverse_rho;
+        const omniroll_real contact_slip = rolling/omniroll_sqrt(roller_fade_speed_sq + rolling*rolling);
+        const omniroll_real contact_friction = roller_torque*contact_slip;
+        loss += rolling*contact_friction;
+        for (int j = 0; j < slots; j++) {
+            const omniroll_real free_spin = spins[slots*i + j];
+            const omniroll_real free_slip = free_spin/omniroll_sqrt(roller_fade_speed_sq
+                + free_spin*free_spin);
+            const omniroll_real roller_loss_ = roller_torque*free_spin*free_slip;
+            loss += roller_loss_;
+        }
+    }
+    *roller_loss = loss;
+}
+
+/* Slopes of the free rollers' accelerations in their spins, by the friction in their bearings. Equations:
+ * (3.4). Steps: spin_slopes (maxima/effects/roller_friction.mac). */
+void omniroll_spin_slopes(const omniroll_model *model, const omniroll_real *spins, omniroll_real *spins_slope,
+                          omniroll_real *spins_chord)
+{
+    const int wheels = model->wheels;
+    const int slots = model->rollers_per_wheel - 1;
+    const omniroll_real roller_fade_speed = model->roller_fade_speed;
+    const omniroll_real roller_fade_speed_sq = roller_fade_speed*roller_fade_speed;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real coulomb_per_inertia = model->wheel[i].coulomb_per_inertia;
+        for (int j = 0; j < slots; j++) {
+            const omniroll_real free_spin = spins[slots*i + j];
+            const omniroll_real fading_square = roller_fade_speed_sq + free_spin*free_spin;
+            const omniroll_real chord = coulomb_per_inertia/omniroll_sqrt(fading_square);
+            const omniroll_real spin_chord = -chord;
+            const omniroll_real spin_slope = -roller_fade_speed_sq*chord/fading_square;
+            spins_slope[slots*i + j] = spin_slope;
+            spins_chord[slots*i + j] = spin_chord;
+        }
+    }
+}

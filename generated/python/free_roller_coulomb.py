@@ -1078,3 +1078,79 @@ def roller_rates(model, nu, chi, axial):
         roller_drag[i] = wheel_drag
     roller_loss = loss
     return axial_dot, roller_drag, roller_loss
+
+
+def roller_losses(model, nu, chi, spins):
+    """Power that the rollers' bearings take, from the spins.
+
+    Equations: (3.4). Steps: no_loss, contact_friction (maxima/programs/vehicle.mac); angle, contact_speed,
+    inverse_rho, contact_spin (maxima/forms/rolling.mac); contact_slip, contact_loss, roller_slip,
+    roller_friction, roller_loss (maxima/effects/roller_friction.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    Returns:
+      roller_loss [W]: power lost in the rollers' bearings.
+    Operations: once 2 mul; per wheel 6 add, 10 mul, 3 div, 1 sqrt, 1 sincos; per free roller 2 add, 3 mul, 2
+    div, 1 sqrt. Intermediates: 15.
+    """
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    roller_fade_speed = model.roller_fade_speed
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    loss = 0
+    t1 = 2*l
+    roller_fade_speed_sq = roller_fade_speed*roller_fade_speed
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        roller_torque = model.roller_torque[i]
+        chi_i = chi[i]
+        half_sine = sin(chi_i/2)
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t1*width
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        contact_slip = rolling/sqrt(roller_fade_speed_sq + rolling*rolling)
+        contact_friction = roller_torque*contact_slip
+        loss = loss + rolling*contact_friction
+        for j in range(model.rollers_per_wheel - 1):
+            free_spin = spins[i][j]
+            free_slip = free_spin/sqrt(roller_fade_speed_sq + free_spin*free_spin)
+            roller_loss_ = roller_torque*free_spin*free_slip
+            loss = loss + roller_loss_
+    roller_loss = loss
+    return roller_loss
+
+
+def spin_slopes(model, spins):
+    """Slopes of the free rollers' accelerations in their spins, by the friction in their bearings.
+
+    Equations: (3.4). Steps: spin_slopes (maxima/effects/roller_friction.mac).
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    Returns these, as a tuple:
+      spins_slope[N][n-1] [1/s]: slopes of spins_dot in the own spin, by friction.
+      spins_chord[N][n-1] [1/s]: the same of the chord from rest.
+    Operations: once 1 mul; per free roller 1 add, 2 mul, 4 div, 1 sqrt. Intermediates: 5.
+    """
+    spins_slope = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    spins_chord = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    roller_fade_speed = model.roller_fade_speed
+    roller_fade_speed_sq = roller_fade_speed*roller_fade_speed
+    for i in range(model.wheels):
+        coulomb_per_inertia = model.coulomb_per_inertia[i]
+        for j in range(model.rollers_per_wheel - 1):
+            free_spin = spins[i][j]
+            fading_square = roller_fade_speed_sq + free_spin*free_spin
+            chord = coulomb_per_inertia/sqrt(fading_square)
+            spin_chord = -chord
+            spin_slope = -roller_fade_speed_sq*chord/fading_square
+            spins_slope[i][j] = spin_slope
+            spins_chord[i][j] = spin_chord
+    return spins_slope, spins_chord

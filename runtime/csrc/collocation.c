@@ -74,14 +74,12 @@ typedef struct {
     const double *start_core;
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
     nodes_t *rate_core, *at_core;
-    lanes_t *core_here, *core_dot;              /* scratch                                       */
-    nodes_t *found_core, *slope_core, *core_in_nu, *followers;     /* scratch of stiff sweeps */
-    unsigned char *follows;                     /* which numbers follow nu at once               */
-    int fresh, at_once;                         /* no stiff sweep yet; numbers follow nu at once */
+    lanes_t *core_here, *core_dot, *core_slope, *core_chord;    /* scratch                       */
+    nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
 #endif
 #if SET_SLIPS
     const coupled_t *coupled;
-    int renewals;                               /* of its slopes, in this try                    */
+    int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
     const double *guard_rows;                   /* of the run                                    */
 #endif
 #if SET_ACCOUNTS
@@ -99,11 +97,12 @@ typedef struct {
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
     int stiff;                                  /* whether the core is solved for implicitly     */
-    int by_newton, bent;                        /* it has been in the last try; rates have just bent */
+    int stiff_sweeps;                           /* how many such sweeps this try has had         */
+    int nu_is_stiff;                            /* whether slopes of nu' in nu are needed for it */
+    int by_newton;                              /* it has been in the last try                   */
     double steepest;                            /* the largest h times slope in the last stiff sweep */
     nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
-    newton_t newton;                            /* of nu', and h times its largest slope         */
-    double steep_nu;
+    newton_t newton;                            /* of nu', where it is stiff                     */
     double rest;                                /* what further sweeps would change              */
     int guards;
     double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
@@ -152,7 +151,7 @@ ALWAYS_INLINE double largest3(const double *v)
     return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
 }
 
-/* Whether a wheel turns: where its axle sticks, its rate is zero but for rounding, and no angle is to creep. */
+/* Whether a wheel turns, 1 or 0. Where its axle sticks, its rate is rounding alone, which would add up in its angle. */
 ALWAYS_INLINE double turns(const step_t *s, int wheel)
 {
 #if SET_HOLDS
@@ -229,7 +228,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = s->at_core[c].lanes[b];
     point.core = s->core_here;
-    point.scratch = s->core_dot;
+    point.core_dot = s->core_dot;
 #endif
 #if SET_HOLDS
     point.directions = s->held ? s->directions : 0;
@@ -250,10 +249,11 @@ ALWAYS_INLINE void keep_held_force(step_t *s, int b, const arrays_t *at)
 }
 
 #if SET_IS_ACTED_ON
-#define FOLLOWS 10                              /* h times a slope with which a number follows nu at once    */
-#define AT_ONCE 1e8                             /* the same, as good as at once                                */
-#define LEAVES 0.5                              /* the same below which Picard's iteration does again           */
-#define STIFF 0.05                              /* h times a slope that Picard's iteration need not bear */
+/* A slope is stiff where h times its size is large: Picard's iteration contracts by about this factor. */
+#define STIFF 0.05                              /* above this the slope gets a linear system                   */
+#define NOT_STIFF 0.5                           /* where all are below this, Picard's iteration takes over again */
+#define CHORDS 1                                /* first stiff sweeps, which take chords in the place of tangents */
+#define PATIENCE 4                              /* stiff sweeps without slopes of nu', where the core's may do */
 
 /* slope has count x count tables, by rows. */
 ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
@@ -331,50 +331,9 @@ static double steepness(const nodes_t *slope, int count, double h)
     return steep;
 }
 
-#if SET_CORE_PARTS
-/* The rates at a point, the slopes of those of the rest of the core, each number's in itself, by differences, its parts
- * one after the other; and, if asked for, the slopes in nu. Into vector b of the nodes. */
-ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
-{
-    lanes_t nu_dot[3];
-    int first = 0;
-    core_rates(wheels, point, nu_dot, s->core_dot);
-    for (int k = 0; k < 3; k++)
-        s->found_nu[k].lanes[b] = nu_dot[k];
-    keep_held_force(s, b, at);
-    for (int c = 0; c < s->core; c++)
-        s->found_core[c].lanes[b] = s->core_dot[c];
-    for (int part = 0; part < SET_CORE_PARTS; part++) {
-        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
-        for (int c = first; c < end; c++) {
-            const lanes_t here = s->core_here[c];
-            s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
-            s->slope_core[c].lanes[b] = s->core_here[c] - here;
-        }
-        core_rates(wheels, point, nu_dot, s->core_dot);
-        for (int c = first; c < end; c++) {
-            s->core_here[c] -= s->slope_core[c].lanes[b];
-            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->slope_core[c].lanes[b];
-        }
-        first = end;
-    }
-    for (int l = 0; l < 3 && in_nu; l++) {
-        const lanes_t here = at->nu[l];
-        at->nu[l] = here + FINE_DIFFERENCE*s->size;
-        core_rates(wheels, point, nu_dot, s->core_dot);
-        for (int c = 0; c < s->core; c++)
-            s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
-        at->nu[l] = here;
-    }
-}
+#define CORE_FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)    /* whether it may follow nu at once              */
 
-/* What a number of the core would be if it had followed nu since both were zero. */
-ALWAYS_INLINE lanes_t followed_from_rest(const step_t *s, int c, int b, const lanes_t *nu)
-{
-    const nodes_t *const in_nu = s->core_in_nu + 3*c;
-    return -(in_nu[0].lanes[b]*nu[0] + in_nu[1].lanes[b]*nu[1] + in_nu[2].lanes[b]*nu[2])/s->slope_core[c].lanes[b];
-}
-
+#if CORE_FOLLOWS
 /* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
 ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 {
@@ -383,39 +342,81 @@ ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 }
 #endif
 
-/* The slopes of nu' in nu, by differences; the rest of the core follows. */
+/* The slopes of nu' in nu at a point in vector b of the nodes, by differences. */
 ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at)
 {
     for (int l = 0; l < 3; l++) {
         const lanes_t here = at->nu[l];
-        lanes_t nu_dot[3], *core_dot = 0;
+        lanes_t nu_dot[3];
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
-#if SET_CORE_PARTS
-        core_dot = s->core_dot;
-        for (int c = 0; c < s->core && s->at_once; c++)
+#if CORE_FOLLOWS
+        for (int c = 0; c < s->core; c++)
             s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
 #endif
-        core_rates(wheels, point, nu_dot, core_dot);
+        core_rates(wheels, point, nu_dot);
         for (int k = 0; k < 3; k++)
             s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
-#if SET_CORE_PARTS
+#if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
             s->core_here[c] = s->at_core[c].lanes[b];
 #endif
     }
 }
 
-/* nu' at the nodes in vector b. */
-ALWAYS_INLINE void rates_of_nu(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
+#if SET_HAS_SLOPES
+/* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
+ * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
+ * rest does not. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
 {
-    lanes_t nu_dot[3], *core_dot = 0;
-#if SET_CORE_PARTS
-    core_dot = s->core_dot;
+    core_slopes(wheels, point, s->core_slope, s->core_chord);
+    for (int c = 0; c < s->core; c++)
+        s->slope_core[c].lanes[b] = s->stiff_sweeps < CHORDS ? s->core_chord[c] : s->core_slope[c];
+}
+#elif SET_CORE_PARTS
+/* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
+ * its parts one after the other, and, if asked for, in nu. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
+{
+    lanes_t nu_dot[3];
+    int first = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
+        for (int c = first; c < end; c++) {
+            const lanes_t here = s->core_here[c];
+            s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
+            s->core_slope[c] = s->core_here[c] - here;
+        }
+        core_rates(wheels, point, nu_dot);
+        for (int c = first; c < end; c++) {
+            s->core_here[c] -= s->core_slope[c];
+            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->core_slope[c];
+        }
+        first = end;
+    }
+    for (int l = 0; l < 3 && in_nu; l++) {
+        const lanes_t here = at->nu[l];
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
+        core_rates(wheels, point, nu_dot);
+        for (int c = 0; c < s->core; c++)
+            s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
+        at->nu[l] = here;
+    }
+}
 #endif
-    core_rates(wheels, point, nu_dot, core_dot);
+
+/* The rates of the core at a point in vector b of the nodes. */
+ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
+{
+    lanes_t nu_dot[3];
+    core_rates(wheels, point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->found_nu[k].lanes[b] = nu_dot[k];
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->found_core[c].lanes[b] = s->core_dot[c];
+#endif
     keep_held_force(s, b, at);
 }
 
@@ -431,108 +432,35 @@ ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double we
 }
 
 #if SET_CORE_PARTS
-/* Newton's rule for one number of the core, in the place of what is missing of its rate. */
-ALWAYS_INLINE void solve_number(const step_t *s, int c, nodes_t *missing)
+/* Newton's rule for one number of the rest of the core, with its own slopes, for what is missing of its rate. */
+ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t change)
 {
     newton_t newton;
-    if (steepness(&s->slope_core[c], 1, s->h) <= STIFF)
-        return;
-    newton_matrix(&newton, &s->slope_core[c], 1, s->h);
-    eliminate(&newton, 1);
-    solve_newton(&newton, 1, missing);
-}
-
-/* The same at the nodes in vector b, as the slopes at rest tell it; with b = -1 at the start of the step. */
-ALWAYS_INLINE void follow_from_rest(step_t *s, const int wheels, int b, nodes_t *followers)
-{
-    const int place = b < 0 ? 0 : b;
-    arrays_t at;
-    const point_t point = point_at(s, wheels, place, &at);
-    lanes_t nu[3];
-    for (int k = 0; k < 3; k++) {
-        nu[k] = b < 0 ? lanes_of(s->nu[k]) : at.nu[k];
-        at.nu[k] = lanes_of(0);
+    const double steep = steepness(&s->slope_core[c], 1, s->h);
+    if (steep > STIFF) {
+        newton_matrix(&newton, &s->slope_core[c], 1, s->h);
+        eliminate(&newton, 1);
+        solve_newton(&newton, 1, missing);
     }
-    for (int i = 0; i < wheels && b < 0; i++)
-        at.chi[i] = lanes_of(s->chi[i]);
-    for (int c = 0; c < s->core; c++)
-        s->core_here[c] = lanes_of(0);
-    slopes_of_core(s, wheels, place, &point, &at, 1);
-    for (int c = 0; c < s->core; c++)
-        followers[c].lanes[place] = followed_from_rest(s, c, place, nu);
-    s->sweeps += 4 + SET_CORE_PARTS;
+    s->steepest = fmax(s->steepest, steep);
+    return corrected(&s->rate_core[c], missing, s->weight[c], change);
 }
 
-/* A better first guess for numbers of the core that follow nu at once. Friction with a small named speed is steep only
- * next to where it vanishes: a guess beside that tells Newton's rule nothing. Returns whether there are any. */
-static int guess_followers(step_t *s, const int wheels)
-{
-    nodes_t *const wanted = s->followers;
-    arrays_t at;
-    const point_t point = point_at(s, wheels, 0, &at);
-    int following = 0;
-    for (int k = 0; k < 3; k++)
-        at.nu[k] = lanes_of(s->nu[k]);
-    for (int i = 0; i < wheels; i++)
-        at.chi[i] = lanes_of(s->chi[i]);
-    for (int c = 0; c < s->core; c++)
-        s->core_here[c] = lanes_of(s->start_core[c]);
-    slopes_of_core(s, wheels, 0, &point, &at, 0);
-    s->sweeps += 1 + SET_CORE_PARTS;
-    for (int c = 0; c < s->core; c++)
-        following |= s->follows[c] = -s->h*s->slope_core[c].node[0] > FOLLOWS;
-    if (!following)
-        return 0;
-    follow_from_rest(s, wheels, -1, wanted);
-    for (int c = 0; c < s->core; c++)
-        s->end_core[c] = s->start_core[c] - wanted[c].node[0];      /* how far it lags behind                 */
-    for (int b = 0; b < BLOCKS; b++)
-        follow_from_rest(s, wheels, b, wanted);
-    for (int c = 0; c < s->core; c++) {
-        nodes_t missing;
-        if (!s->follows[c])
-            continue;
-        for (int b = 0; b < BLOCKS; b++) {
-            s->slope_core[c].lanes[b] = lanes_of(-AT_ONCE/s->h);
-            missing.lanes[b] = s->slope_core[c].lanes[b]*(s->at_core[c].lanes[b] - wanted[c].lanes[b] - s->end_core[c]);
-        }
-        solve_number(s, c, &missing);
-        for (int b = 0; b < BLOCKS; b++)
-            s->rate_core[c].lanes[b] += missing.lanes[b];
-    }
-    states_at_nodes(s, wheels);
-    return 1;
-}
-
-/* Each number of the rest of the core with its own slope. */
-ALWAYS_INLINE lanes_t correct_numbers(step_t *s, lanes_t change)
+/* The same for all numbers, whose rates have been found. */
+ALWAYS_INLINE lanes_t correct_core(step_t *s, lanes_t change)
 {
     for (int c = 0; c < s->core; c++) {
         nodes_t missing;
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
-        solve_number(s, c, &missing);
-        change = corrected(&s->rate_core[c], &missing, s->weight[c], change);
+        change = correct_number(s, c, &missing, change);
     }
     return change;
 }
+#endif
 
-/* The same while nu stays. */
-ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, int renew)
-{
-    for (int b = 0; b < BLOCKS; b++) {
-        arrays_t at;
-        const point_t point = point_at(s, wheels, b, &at);
-        slopes_of_core(s, wheels, b, &point, &at, renew);
-    }
-    const lanes_t change = correct_numbers(s, lanes_of(0));
-    for (int c = 0; c < s->core; c++)
-        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
-    s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
-    return change;
-}
-
-/* The rest of the core follows a change of nu'. */
+#if CORE_FOLLOWS
+/* The rest of the core goes along with the change of nu' that a sweep has made. */
 ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t change)
 {
     nodes_t moved[3];
@@ -543,63 +471,73 @@ ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t 
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
                 + s->core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b] + s->core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
-        solve_number(s, c, &missing);
-        change = corrected(&s->rate_core[c], &missing, s->weight[c], change);
+        change = correct_number(s, c, &missing, change);
     }
     return change;
 }
 #endif
 
-/* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
- * small: nu' with all of its slopes in nu, found anew or those of a sweep before, and each number of the rest of the
- * core with its own slope. Where numbers follow nu at once, they are corrected first, and once more as nu changes. */
-static double stiff_sweep(step_t *s, const int wheels, int renew)
+/* Newton's rule for nu'. renew: the slopes are new. missing: out, the change. */
+ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t change)
 {
+    for (int k = 0; k < 3; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            missing[k].lanes[b] = s->found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
+    const double steep = steepness(s->slope_nu, 9, s->h);
+    s->steepest = fmax(s->steepest, steep);
+    if (renew) {
+        s->nu_is_stiff = steep > STIFF;
+        newton_matrix(&s->newton, s->slope_nu, 3, s->h);
+        eliminate(&s->newton, 3);
+    }
+    if (s->nu_is_stiff)
+        solve_newton(&s->newton, 3, missing);
+    for (int k = 0; k < 3; k++)
+        change = corrected(&s->rate_nu[k], &missing[k], 1, change);
+    return change;
+}
+
+/* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
+ * small. nu' has all of its slopes in nu, which are found anew where the iteration is slow; each number of the rest of
+ * the core has its own slope. Spins of rollers do next to nothing to one another, and are left to the iteration. Momenta
+ * of wheels, which strong friction lets follow nu at once, are corrected first, and once more as nu changes. */
+static double stiff_sweep(step_t *s, const int wheels, int slow)
+{
+    const int renew = slow && (!SET_HAS_SLOPES || s->nu_is_stiff || s->stiff_sweeps > PATIENCE);
     lanes_t change = lanes_of(0);
     nodes_t missing[3];
+    s->steepest = 0;
     states_at_nodes(s, wheels);
-#if SET_CORE_PARTS
-    if (s->fresh)
-        s->at_once = guess_followers(s, wheels);
-    s->fresh = 0;
-    if (s->at_once)
-        change = correct_core(s, wheels, renew);
+#if CORE_FOLLOWS
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        const point_t point = point_at(s, wheels, b, &at);
+        find_rates(s, wheels, b, &point, &at);
+        slopes_of_core(s, wheels, b, &point, &at, renew);
+    }
+    change = correct_core(s, change);
+    for (int c = 0; c < s->core; c++)
+        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+    s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         const point_t point = point_at(s, wheels, b, &at);
-#if SET_CORE_PARTS
-        if (!s->at_once)
-            slopes_of_core(s, wheels, b, &point, &at, 0);
-        else
-            rates_of_nu(s, wheels, b, &point, &at);
-#else
-        rates_of_nu(s, wheels, b, &point, &at);
-#endif
-        for (int k = 0; k < 3; k++)
-            missing[k].lanes[b] = s->found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
+        find_rates(s, wheels, b, &point, &at);
         if (renew)
             slopes_of_nu(s, wheels, b, &point, &at);
-    }
-    if (renew) {
-        s->steep_nu = steepness(s->slope_nu, 9, s->h);
-        if (s->steep_nu > STIFF) {
-            newton_matrix(&s->newton, s->slope_nu, 3, s->h);
-            eliminate(&s->newton, 3);
-        }
-    }
-    if (s->steep_nu > STIFF)
-        solve_newton(&s->newton, 3, missing);
-    for (int k = 0; k < 3; k++)
-        change = corrected(&s->rate_nu[k], &missing[k], 1, change);
-    s->steepest = s->steep_nu;
-    s->sweeps += renew ? 4 : 1;
-#if SET_CORE_PARTS
-    change = s->at_once ? follow_nu(s, missing, change) : correct_numbers(s, change);
-    for (int c = 0; c < s->core; c++)
-        s->steepest = fmax(s->steepest, steepness(&s->slope_core[c], 1, s->h));
-    s->sweeps += s->at_once ? 0 : SET_CORE_PARTS;
+#if SET_HAS_SLOPES
+        slopes_of_core(s, wheels, b, &point);
 #endif
+    }
+    change = correct_nu(s, renew, missing, change);
+#if CORE_FOLLOWS
+    change = follow_nu(s, missing, change);
+#elif SET_CORE_PARTS
+    change = correct_core(s, change);
+#endif
+    s->sweeps += renew ? 4 : 1;
+    s->stiff_sweeps++;
     return lanes_largest(change)*s->h;
 }
 #endif
@@ -609,27 +547,25 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);
 #endif
 
-/* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure. */
-NEVER_INLINE double sweep(step_t *s, const int wheels, int renew)
+/* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure.
+ * slow: whether the sweeps before have not contracted fast. */
+NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 {
-    (void)renew;
+    (void)slow;
 #if SET_SLIPS
-    return coupled_sweep(s, wheels, renew);
+    return coupled_sweep(s, wheels, slow);
 #endif
 #if SET_IS_ACTED_ON
     if (s->stiff)
-        return stiff_sweep(s, wheels, renew);
+        return stiff_sweep(s, wheels, slow);
 #endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        lanes_t nu_dot[3], *core_dot = 0;
+        lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-#if SET_CORE_PARTS
-        core_dot = s->core_dot;
-#endif
-        core_rates(wheels, &point, nu_dot, core_dot);
+        core_rates(wheels, &point, nu_dot);
         keep_held_force(s, b, &at);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
@@ -638,9 +574,9 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int renew)
         }
 #if SET_CORE_PARTS
         for (int c = 0; c < s->core; c++) {
-            const lanes_t moved = s->weight[c]*lanes_abs(core_dot[c] - s->rate_core[c].lanes[b]);
+            const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
-            s->rate_core[c].lanes[b] = core_dot[c];
+            s->rate_core[c].lanes[b] = s->core_dot[c];
         }
 #endif
     }
@@ -657,7 +593,8 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
     }
 }
 
-/* What the polynomials of the core's rates miss inside the step, over |nu|: the last coefficients, integrated. */
+/* What the polynomials of the core's rates miss inside the step, in the measure of nu: the last coefficients,
+ * integrated. */
 ALWAYS_INLINE double missed(const step_t *s)
 {
 #if SET_SLIPS

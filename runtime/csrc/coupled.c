@@ -6,6 +6,7 @@
  * and as small as the speeds are many, one in each lane (Hairer and Wanner, Solving Ordinary Differential Equations II,
  * IV.8). In each of these speeds the kinetic energy is a square, and friction takes energy: pivots stay away from zero
  * in their order. */
+#define FOLLOWS 10                  /* h times a slope with which a speed follows the others at once          */
 #define SLOPE_DIFFERENCE 1e-10      /* of the size of a speed, for slopes                                   */
 #define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
 #define MOST_RENEWALS 2             /* of the slopes in a try                                               */
@@ -117,7 +118,7 @@ static void find_slopes(step_t *s, const int wheels, int node)
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
-        core_rates(wheels, &point, nu_dot, s->core_dot);
+        core_rates(wheels, &point, nu_dot);
         move_lanes(s, wheels, first, -1, &at);
         for (int lane = 1; lane < LANES; lane++) {
             const int k = first + lane - 1;
@@ -365,7 +366,7 @@ ALWAYS_INLINE void find_missing(step_t *s, const int wheels)
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-        core_rates(wheels, &point, nu_dot, s->core_dot);
+        core_rates(wheels, &point, nu_dot);
         for (int n = 0; n < s->core; n++)
             missing[n].lanes[b] = s->core_dot[n] - s->rate_core[n].lanes[b];
         for (int k = 0; k < 3; k++)

@@ -61,6 +61,7 @@ typedef struct {
     double directions[9], absent[3];    /* these directions, by columns; 0 and 1 where there is none    */
     double force[3], size[3];   /* what holds, and the sizes of the terms that it is made of            */
     double per_force[3];        /* of nu'; 0 where nothing moves                                        */
+    double speed;               /* the largest |nu| at the start of a phase since the vehicle rested     */
 } omniroll_hold_t;
 
 typedef struct {

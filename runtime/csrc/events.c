@@ -6,7 +6,6 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
-#define STIFF_LONG 4                /* by Newton's rule too, after which a step that is too long shows it   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that                                           */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
@@ -85,7 +84,7 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
-    lanes_t nu_dot[3], *core_dot = 0;
+    lanes_t nu_dot[3];
     point_t point = point_at(s, wheels, 0, &at);
     for (int k = 0; k < 3; k++)
         at.nu[k] = lanes_of(s->end_nu[k]);
@@ -99,9 +98,8 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->end_core[c]);
-    core_dot = s->core_dot;
 #endif
-    core_rates(wheels, &point, nu_dot, core_dot);
+    core_rates(wheels, &point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
 }
@@ -175,9 +173,6 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
-#if SET_CORE_PARTS
-    long_at = s->stiff ? STIFF_LONG : long_at;
-#endif
 #endif
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));

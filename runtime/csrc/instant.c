@@ -29,7 +29,7 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     for (int c = 0; c < work->core; c++)
         work->core_here[c] = lanes_of(run->core[c]);
     now->point.core = work->core_here;
-    now->point.scratch = work->core_dot;
+    now->point.core_dot = work->core_dot;
 #endif
 #if SET_HOLDS
     for (int k = 0; k < 9; k++)
@@ -60,11 +60,7 @@ NEVER_INLINE void rates_at_this_instant(const omniroll_run_t *run, const work_t 
 {
     instant_t now;
     at_this_instant(run, work, wheels, &now);
-#if SET_CORE_PARTS
-    core_rates(wheels, &now.point, nu_dot, work->core_dot);
-#else
-    core_rates(wheels, &now.point, nu_dot, 0);
-#endif
+    core_rates(wheels, &now.point, nu_dot);
 }
 
 #ifdef LANES_HAS_MOMENTA
@@ -87,12 +83,12 @@ static void wheel_momenta(const omniroll_run_t *run, const work_t *work)
 /* The rest of the core begins anew with the rollers that are free now. */
 static void begin_core(omniroll_run_t *run, const work_t *work)
 {
+    instant_t now;
+    at_this_instant(run, work, run->wheels, &now);      /* speeds of their own stay                  */
 #ifdef LANES_HAS_MOMENTA
     axial_in_lanes(run, work->axial);
 #endif
-    for (int c = 0; c < work->core; c++)        /* speeds of their own stay                          */
-        work->core_here[c] = lanes_of(run->core[c]);
-    start_core(run->wheels, &work->vehicle, work->axial, work->core_here);
+    start_core(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_here);
     for (int c = 0; c < work->core; c++)
         run->core[c] = run->core_before[c] = work->core_here[c][0];
     run->axial_elapsed = run->elapsed;
@@ -103,13 +99,13 @@ static void begin_core(omniroll_run_t *run, const work_t *work)
 static void update_axial(omniroll_run_t *run, const work_t *work)
 {
     const int size = run->wheels*(run->rollers_per_wheel - 1);
+    instant_t now;
+    at_this_instant(run, work, run->wheels, &now);
     axial_in_lanes(run, work->axial);
-    for (int c = 0; c < work->core; c++) {
-        work->core_here[c] = lanes_of(run->core[c]);
+    for (int c = 0; c < work->core; c++)
         work->core_dot[c] = lanes_of(run->core_before[c]);
-    }
-    axial_later(run->wheels, &work->vehicle, work->axial, work->core_dot, work->core_here,
-                lanes_of(run->elapsed - run->axial_elapsed), work->later);
+    axial_later(run->wheels, &work->vehicle, now.arrays.nu, now.arrays.chi, work->axial, work->core_dot,
+                work->core_here, lanes_of(run->elapsed - run->axial_elapsed), work->later);
     for (int k = 0; k < size; k++)
         run->axial[k] = work->later[k][0];
 }

@@ -6,12 +6,11 @@ typedef struct {
     int core;
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
-    nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu, *followers;
-    unsigned char *follows;
+    nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu;
 #if SET_SLIPS
     coupled_t coupled_speeds;
 #endif
-    lanes_t *core_here, *core_dot;
+    lanes_t *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
 #if SET_HOLDS
     lanes_t *held_force;
@@ -34,10 +33,10 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->found_core = (nodes_t *)next, next += BLOCKS*core;
     work->slope_core = (nodes_t *)next, next += BLOCKS*core;
     work->core_in_nu = (nodes_t *)next, next += 3*BLOCKS*core;
-    work->followers = (nodes_t *)next, next += BLOCKS*core;
-    work->follows = (unsigned char *)next, next += core/(8*LANES) + 1;
     work->core_here = next, next += core;
     work->core_dot = next, next += core;
+    work->core_slope = next, next += core;
+    work->core_chord = next, next += core;
     double *numbers = (double *)next;
     work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
     next += (3*core + LANES - 1)/LANES;

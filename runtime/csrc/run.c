@@ -59,8 +59,8 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
     s->rate_core = work->rate_core, s->at_core = work->at_core;
     s->core_here = work->core_here, s->core_dot = work->core_dot;
+    s->core_slope = work->core_slope, s->core_chord = work->core_chord;
     s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
-    s->followers = work->followers, s->follows = work->follows;
 #endif
 #if SET_SLIPS
     s->coupled = &work->coupled_speeds, s->guard_rows = run->guards;
@@ -118,15 +118,41 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
     return size;
 }
 
+#if SET_HAS_SLOPES
+#define NEAR_REST 4                 /* times the small speed below which friction fades: the nodes resolve it there */
+
+/* The time until the first number of the core that friction slows down comes near rest, where its rate bends. A number
+ * that is near already does not count. How near it is follows from the slopes of friction: the tangent over the chord
+ * from rest is w0^2/(w^2 + w0^2). */
+static double time_to_rest(const step_t *s, const int wheels, const point_t *start)
+{
+    double time = INFINITY;
+    core_slopes(wheels, start, s->core_slope, s->core_chord);
+    for (int c = 0; c < s->core; c++) {
+        const double stop = -s->start_core[c]/s->core_dot[c][0];
+        const double far = 1 - NEAR_REST*sqrt(s->core_slope[c][0]/s->core_chord[c][0]);
+        if (stop > 0 && far > 0.5)
+            time = fmin(time, stop*far);
+    }
+    return time;
+}
+#endif
+
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
- * at constant rates. Returns the size of nu. */
-ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omniroll_run_t *run, const work_t *work)
+ * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
 {
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
     rates_at_this_instant(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, nu, chi_dot);
-    s->h = most;
+#if SET_HAS_SLOPES
+    instant_t start;
+    at_this_instant(run, work, wheels, &start);
+    if (s->stiff)
+        *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
+#endif
+    const double most = s->h = *longest;
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
@@ -149,11 +175,14 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double most, const omnir
     return size_of_state(run, work, s, nu_dot);
 #endif
     const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
+#if SET_IS_ACTED_ON
+    s->stiff_sweeps = 0;
+    memset(s->slope_nu, 0, sizeof s->slope_nu);
+#endif
     for (int k = 0; k < 3; k++)
         for (int b = 0; b < BLOCKS; b++)
             s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
 #if SET_CORE_PARTS
-    s->fresh = 1;
     for (int c = 0; c < work->core; c++)
         for (int b = 0; b < BLOCKS; b++)
             s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
@@ -244,7 +273,6 @@ ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double 
 #if SET_IS_ACTED_ON && !SET_SLIPS
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
-        s->bent = 1;
         *ahead = 2*s->h*(found.right - found.left);
         return s->h*found.left;
     }
@@ -253,14 +281,13 @@ ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double 
     return s->h*fmin(fmax(factor, 0.2), 0.9);
 }
 
-/* The next step after an accepted one. Behind a bend steps grow by the same part again and again and miss next to
- * nothing: then by more (Gustafsson's predictive control). */
+/* The next step after an accepted one. Where steps have grown and still miss next to nothing, as behind a bend, they
+ * grow by more (Gustafsson's predictive control). */
 ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor, double error)
 {
     double step = s->h*fmin(fmax(factor, 1.0), 5.0);
 #if SET_IS_ACTED_ON
-    s->bent = s->bent && error < EASY;
-    if (s->bent && s->h > run->rise_over)
+    if (error < EASY && s->h > run->rise_over)      /* the length of the step before                          */
         step = fmin(step*(s->h/run->rise_over), 5*s->h);
 #endif
     (void)run, (void)error;
@@ -287,12 +314,12 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     double error_before = INFINITY; /* of the try before                                                     */
 #endif
     for (int trial = 0; trial < 200; trial++) {
-        const double size = guess(s, wheels, most, run, work);
+        const double size = guess(s, wheels, &most, run, work);
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
                                  reach);
 #if SET_IS_ACTED_ON
         s->by_newton = s->stiff;
-        s->stiff = s->stiff && !(found == SETTLED && s->steepest < LEAVES);
+        s->stiff = s->stiff && !(found == SETTLED && s->steepest < NOT_STIFF);
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
@@ -514,7 +541,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
 #if SET_IS_ACTED_ON
-    s.stiff = 0, s.bent = 0;
+    s.stiff = s.nu_is_stiff = 0;
 #endif
 #if SET_CORE_PARTS
     if (!run->started) {

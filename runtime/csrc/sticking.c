@@ -17,12 +17,14 @@ ALWAYS_INLINE double size_of_rate(const omniroll_axle_t *axle, const double *nu)
     return length3(axle->row)*length3(nu);
 }
 
-/* Axles whose rates are zero within rounding rest. */
+/* Axles whose rates are zero within rounding rest. A phase may end on a joint where all rates come to zero: what is left
+ * is rounding of what nu has been. */
 static void find_resting(omniroll_run_t *run)
 {
+    const double speed = fmax(length3(run->nu), run->hold.speed);
     for (int i = 0; i < run->axle_count; i++) {
         omniroll_axle_t *const axle = run->axles + i;
-        axle->resting |= fabs(dot3(axle->row, run->nu)) <= AT_REST*EPS*size_of_rate(axle, run->nu);
+        axle->resting |= fabs(dot3(axle->row, run->nu)) <= AT_REST*EPS*length3(axle->row)*speed;
     }
 }
 
@@ -52,6 +54,8 @@ static void put_to_rest(omniroll_run_t *run)
     if (rank == 3)
         memset(run->nu, 0, sizeof(vector3_t));
     find_resting(run);
+    if (length3(run->nu) == 0)
+        run->hold.speed = 0;
     for (int i = 0; i < run->axle_count; i++) {
         omniroll_axle_t *const axle = run->axles + i;
         const double rate = dot3(axle->row, run->nu);
@@ -255,7 +259,7 @@ static void decide(omniroll_run_t *run, const work_t *work)
     if (resting)
         decide_resting(run, work);
     else {
-        memset(&run->hold, 0, sizeof run->hold);
+        run->hold = (omniroll_hold_t){.speed = run->hold.speed};
         turn_bearings(run);
     }
     guard_rates(run);
@@ -268,6 +272,7 @@ ALWAYS_INLINE void settle_axles(omniroll_run_t *run, const work_t *work)
 {
     if (run->axle_count && run->hold.undecided)
         decide(run, work);
+    run->hold.speed = fmax(run->hold.speed, length3(run->nu));
 }
 
 /* Turning axles whose rates have passed zero rest, and facets that are passed let go. Returns how many there are. */

@@ -43,6 +43,9 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     const int wheels = run->wheels, rollers = run->rollers_per_wheel;
     const vehicle_t *const vehicle = &work->vehicle;
     lanes_t nu[3], before[MOST_WHEELS], after[MOST_WHEELS];
+#if SET_CORE_PARTS && !SET_SLIPS
+    update_axial(run, work);
+#endif
     for (int k = 0; k < 3; k++)
         nu[k] = lanes_of(run->nu[k]);
     for (int i = 0; i < wheels; i++) {
@@ -58,9 +61,6 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
     exchange_rollers(run, work, directions);
 #elif defined LANES_HAS_IMPACT
     lanes_t entering[MOST_WHEELS], leaving[MOST_WHEELS], demanded[MOST_WHEELS], left[MOST_WHEELS], nu_after[3];
-#if SET_CORE_PARTS
-    update_axial(run, work);
-#endif
 #ifdef LANES_HAS_MOMENTA
     set_contact_axial(wheels, vehicle, nu, before, left);
     set_contact_axial(wheels, vehicle, nu, after, demanded);

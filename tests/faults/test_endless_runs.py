@@ -17,7 +17,7 @@ from omniroll.scenes import costs, explanation
 from omniroll.scenes.allowance import Allowance
 
 PAPER = omniroll.Vehicle.paper()
-ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-12)
+ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-15)
 WHEELS = omniroll.Bearings(wheel_viscous=1e12)
 ROLLERS_OF_TWO = omniroll.Bearings(roller_viscous=1e3, wheel_viscous=1e-4)  # one of its two terms is stiff
 MOTOR = omniroll.Motor(6.0, torque_constant=20.0, resistance=1.5, gear_ratio=4)
@@ -31,8 +31,8 @@ def done(effects, engine, **changes):
 @pytest.mark.parametrize(
     "effects, engine, term",
     [
-        ([ROLLERS], "compiled", "roller_coulomb = 0.0001, roller_speed = 1e-12"),
-        ([ROLLERS], "python", "roller_coulomb = 0.0001, roller_speed = 1e-12"),
+        ([ROLLERS], "compiled", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
+        ([ROLLERS], "python", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
         ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
         ([MOTOR], "python", "Motor"),
         ([ROLLERS_OF_TWO], "python", "roller_viscous = 1000.0"),
@@ -91,7 +91,7 @@ def test_a_step_of_a_session_that_could_not_end_is_stopped(start, duration):
 
 def test_a_term_is_named_in_a_session_too():
     session = omniroll.Session(PAPER, driven=False, nu=(1, 0, 1), effects=[ROLLERS])
-    with pytest.raises(omniroll.SimulationStopped, match="roller_speed = 1e-12.* has a time constant of"):
+    with pytest.raises(omniroll.SimulationStopped, match="roller_speed = 1e-15.* has a time constant of"):
         session.step(20.0)
 
 
@@ -202,9 +202,9 @@ def explained_scene(tmp_path, monkeypatch):
 
 
 def test_explain_says_which_term_is_too_fast(explained_scene):
-    found = explained_scene("[bearings]\nroller_coulomb = 1e-4\nroller_speed = 1e-12\n")
+    found = explained_scene("[bearings]\nroller_coulomb = 1e-4\nroller_speed = 1e-15\n")
     (left_out,) = found["left_out"]
-    assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-12" in left_out
+    assert "all estimates, since the motion itself stopped" in left_out and "roller_speed = 1e-15" in left_out
     assert found["prices"][0]["microseconds"] is None
     assert left_out in explain.text(found)
 

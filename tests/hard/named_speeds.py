@@ -17,6 +17,7 @@ SPEEDS = (1e-3, 1e-6, 1e-9)  # rad/s
 COMPILED = Setting("massless", "impact", "compiled")
 SPIN = 3.0  # rad/s
 STEPS = 40  # more than the same motion takes with 1 rad/s
+WHEELS_PRICE, ROLLERS_PRICE = 12, 6  # of a named speed of 1e-6 rad/s over that of 1 rad/s, in evaluations
 
 
 def clock(speed: Any, named: Any) -> Any:
@@ -84,13 +85,9 @@ def _by_scipy(start: dict[str, Any], torque: float, named: float, nu_3: float, h
 
 
 def rollers(scale: Scale) -> list[Measurement]:
-    """chi = 0 and equal spins: what the rollers do to the vehicle cancels, and it stays at rest.
-
-    Newton's rule at the nodes solves for nu and for each roller apart. Where h T/(B w_0) is above I/B, what one does to
-    the other is no longer small, and longer steps fail: their number grows with 1/w_0.
-    """
+    """chi = 0 and equal spins: what the rollers do to the vehicle cancels, and it stays at rest."""
     found, setting, torque = [], Setting("free", "impact", "compiled"), 5e-6
-    for named in scale.of(SPEEDS[:1], SPEEDS[:2]):
+    for named in scale.of(SPEEDS[:2], SPEEDS):
         with on_the_spot.digits():
             slowing = mpmath.mpf(torque) / mpmath.mpf(PAPER.roller_inertia)
             start = {"nu": (0, 0, 0), "spins": SPIN, "duration": float(2 * SPIN / slowing)}
@@ -110,6 +107,29 @@ def rollers(scale: Scale) -> list[Measurement]:
                 STEPS,
             ),
         ]
+    return found
+
+
+def prices(scale: Scale) -> list[Measurement]:
+    """How much more often the rates are evaluated than with 1 rad/s, where wheels and rollers stop and turn."""
+    setting, found = Setting("free", "impact", "compiled"), []
+    for body, torque, motions, bound in (
+        ("wheel", 2e-3, (((1, 0, 1), 6), ((1, 0, 0.3), 1.5)), WHEELS_PRICE),
+        ("roller", 1e-5, (((1, 0, 1), 6),), ROLLERS_PRICE),
+    ):
+        ratios = []
+        for nu, duration in motions[: scale.of(1, 2)]:
+            evaluations = [
+                setting.run(
+                    nu=nu, duration=duration, accuracy=ACCURACY, control=False,
+                    effects=(Bearings(**{f"{body}_coulomb": torque, f"{body}_speed": speed}),),
+                ).stats["evaluations"]
+                for speed in (1.0, 1e-6)
+            ]  # fmt: skip
+            ratios.append(evaluations[1] / evaluations[0])
+        found.append(
+            setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), bound)
+        )
     return found
 
 
@@ -150,10 +170,10 @@ CASES = [
     Case(
         name="named-speeds",
         section=SECTION,
-        title="Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (rollers: 1e-6; compiled engine)",
+        title="Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (compiled engine)",
         naive="a stiff solver is as good, at its own tolerance",
         promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s",
-        run=lambda scale: wheels(scale) + rollers(scale),
+        run=lambda scale: wheels(scale) + rollers(scale) + prices(scale),
     ),
     Case(
         name="rollers-that-stop",

@@ -8,16 +8,19 @@ small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
-speeds of the single rollers follow from them (axial_after). With Coulomb friction each axial speed is a state.
+speeds of the single rollers follow from them (axial_after). With Coulomb friction the spin of each is a state, relative
+to its disk, where the friction acts: next to rest an axial speed would round it away. Where wheels may slip, it is the
+axial speed.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll.effects import registry
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
@@ -104,6 +107,16 @@ class Bearings(Effect):
     def events(self) -> tuple[str, ...]:
         return ("axles that stop, stick and break away",) if self.sticks else ()
 
+    def terms(self) -> "Iterator[tuple[str, Bearings | None]]":
+        given = [name for name, _, _ in COEFFICIENTS if getattr(self, name) is not None]
+        for name in given:
+            body = name.split("_")[0]
+            beside = [f"{body}_speed", *([f"{body}_break_away"] if body == "wheel" else [])]
+            own = [name, *(beside if name.endswith("coulomb") else ())]
+            shown = [f"{field} = {getattr(self, field)}" for field in own if getattr(self, field) is not None]
+            rest = replace(self, **dict.fromkeys(own)) if len(given) > 1 else None
+            yield f"{type(self).__name__} ({', '.join(shown)})", rest
+
     def _coefficients(self) -> tuple[tuple[str, str, str], ...]:
         """Those of COEFFICIENTS whose constants the kernel has."""
         sticks = ("wheel_coulomb",) if self.sticks else ()
@@ -124,6 +137,8 @@ class Bearings(Effect):
         names, axial = self._names(kernel), state.free_axial()
         if "momenta" in names:
             return {"momenta": kernel.momenta(axial), "roller_energy": kernel.call("roller_energy", axial)}
+        if "spins" in names:
+            return {"spins": kernel.spins_from_axial(state.nu, state.chi, axial)}
         return {"axial": axial} if "axial" in names else {}
 
     def axial_later(
@@ -132,7 +147,10 @@ class Bearings(Effect):
         names = self._names(kernel)
         if "momenta" in names:
             return kernel.call("axial_after", axial, before["momenta"], after["momenta"], elapsed)
+        if "spins" in names:
+            return kernel.axial_speeds(after["nu"], after["chi"], after["spins"])
         return after["axial"] if "axial" in names else None
 
     def _names(self, kernel: Kernel) -> set[str]:
-        return {quantity.name for quantity in self.quantities(kernel.roller_model)}
+        """What is integrated for all effects of a kernel: of rollers, the ground says what where wheels may slip."""
+        return {quantity.name for quantity in registry.quantities(kernel.effects, kernel.roller_model)}

@@ -1,7 +1,8 @@
 """The rates of a vehicle with effects: generated functions called one after the other on named arrays.
 
 The signatures of the functions say what each needs and gives; what is called is what the effects ask for, then the
-plain vehicle's functions. The arrays of states and rates are views of one y and one y'.
+plain vehicle's functions. Where wheels may slip, one function gives all accelerations and the rates themselves. The
+arrays of states and rates are views of one y and one y'.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,20 +14,25 @@ from omniroll.effects.state_vector import StateVector
 from omniroll.kernels.kernel import Flow, Kernel
 
 PLAIN = ("wheel_speeds", "pose_rates")
+HELD = {"forward_dynamics": "held_dynamics", "accelerations": "held_accelerations"}  # the same where axles stick
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
+
+
+def dynamics_with(functions: Sequence[str]) -> str:
+    """The function that gives nu' beside these: one of them, where it gives the free rollers' accelerations as well."""
+    return "accelerations" if "accelerations" in functions else "forward_dynamics"
 
 
 class BoundRates:
     """The functions of one kernel, bound to buffers. Belongs to one run: threads do not share it.
 
-    `dynamics` is the generated function that gives nu'.
+    functions  those that the effects ask for
+    held       whether axles stick
     """
 
-    def __init__(
-        self, kernel: Kernel, vector: StateVector, functions: Sequence[str], dynamics: str = "forward_dynamics"
-    ):
-        # Where wheels may slip, the function of their rates gives all accelerations, and the rates themselves.
-        functions = (*functions, "pose_rates") if kernel.slips else (*functions, dynamics, *PLAIN)
+    def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str], held: bool = False):
+        functions = (*functions, "pose_rates") if kernel.slips else (*functions, dynamics_with(functions), *PLAIN)
+        functions = tuple(dict.fromkeys(HELD.get(name, name) if held else name for name in functions))
         self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}
         self.buffers = {name: vector.view(self.y, name) for name in rates}

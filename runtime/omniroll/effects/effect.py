@@ -6,7 +6,7 @@ A kind of effect is one file of this folder with two classes.
     needs the vehicle is checked in `check`.
  2. It names its effects of the registry (generated/data/effects.json), which choose the kernel, and the constants that
     the kernel's `prepare` takes with them.
- 3. The registry says which generated functions are evaluated with the rates, before `forward_dynamics`, and which
+ 3. The registry says which generated functions are evaluated with the rates, before the one that gives nu', and which
     quantities they integrate: states, and entries of the energy's account.
  4. Its process (a subclass of Process) is what it does in one run: what it remembers, at which times it must be asked
     again, and for each phase the inputs that it gives and the guards that end the phase.
@@ -214,6 +214,13 @@ class Effect:
         """The events that steps end on because of it, in words."""
         return ()
 
+    def terms(self) -> "Iterable[tuple[str, Effect | None]]":
+        """Each of its terms as it was given, and this effect without it; None where nothing would be left.
+
+        Where steps collapse, the term is looked for without which they would not.
+        """
+        return ((type(self).__name__, None),)
+
     def equipped(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle with the inertia that this effect brings."""
         return vehicle
@@ -262,7 +269,7 @@ class Effect:
 
         kernel   Kernel of the run
         axial    (..., N, n-1) in rad/s, the axial speeds at first
-        before   the quantities by name at first
+        before   nu, chi, pose and the quantities by name at first
         after    the same later
         elapsed  (...,) in s, the time between
         """

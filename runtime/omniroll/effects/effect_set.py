@@ -229,7 +229,7 @@ class EffectRun:
     def held_rates(self) -> BoundRates:
         """The rates where axles stick."""
         functions = self.effects.functions(self.kernel.roller_model)
-        return BoundRates(self.kernel, self.state_vector, functions, "held_dynamics")
+        return BoundRates(self.kernel, self.state_vector, functions, held=True)
 
     @property
     def held_force(self) -> np.ndarray:
@@ -254,7 +254,8 @@ class EffectRun:
         if not self.effects:
             return self.kernel.flow(momenta), NO_GUARDS
         guards = self.begin_phase(elapsed, carry)
-        constants = {} if momenta is None or "momenta" in self.state_vector.slices else {"momenta": momenta}
+        feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
+        constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if self.ground is not None:
             return self._on_the_ground(constants, y), Guards(guards, self.state_vector.size)
         if self.axles is None:

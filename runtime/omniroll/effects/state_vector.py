@@ -30,8 +30,8 @@ class StateVector:
         return y[..., self.slices[name]].reshape(y.shape[:-1] + self.shapes[name])
 
     def views(self, y: np.ndarray) -> dict[str, np.ndarray]:
-        """All quantities that the effects integrate, by name."""
-        return {quantity.name: self.view(y, quantity.name) for quantity in self.quantities}
+        """All quantities by name: nu, chi, the pose, and what the effects integrate."""
+        return {name: self.view(y, name) for name in self.slices}
 
     def scale_of_added(self, kernel: Kernel, speed: float) -> np.ndarray:
         """The size of each component that effects add, where the vehicle moves at |nu| = speed."""

@@ -1,7 +1,8 @@
 """The compiled engine: runtime/csrc does phases, events and transitions; here its buffers are filled and read.
 
-A call runs until some thousand rows are full; then progress is reported. Tables, controllers and drives with modes act
-within a call. An effect of another kind is asked at each event, between two calls.
+A call runs until its rows are full, few at first and then some thousand; then progress is reported. Tables, controllers
+and drives with modes act within a call. Between two calls a controller that is a Python function takes its samples, and
+an effect that the engine does not know is asked at each event.
 
 What a run leaves stays as the engine wrote it until it is read. A run that nobody makes a trajectory of, such as the
 control of another, is never copied.
@@ -22,7 +23,16 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.outlook import FIRST, outlook_of
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Places, Task, assembled, least_speed
+from omniroll.engine.runs import (
+    SWITCHES_WITHOUT_PROGRESS,
+    TOO_MANY_ROWS,
+    Places,
+    Task,
+    assembled,
+    least_speed,
+    shown_state,
+    state_of,
+)
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.what_acts import WhatActs, what_acts
 from omniroll.errors import KernelsMissingError, SimulationStopped
@@ -44,7 +54,7 @@ TOO_LONG, ENDED, HOPELESS = 6, 7, 8  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
-    TOO_LONG: "more rows than memory should hold; go on in another run from the state that this one ends with",
+    TOO_LONG: TOO_MANY_ROWS,
 }
 
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
@@ -207,8 +217,7 @@ class CompiledRun:
 
         Where wheels may slip also `speeds`: by name what contacts have, as Contacts takes it.
         """
-        names = ("nu", "chi", "contact", "pose")
-        state = {name: getattr(self, name).copy() for name in names}
+        state: dict[str, Any] = {name: array.copy() for name, array in state_of(self).items()}
         own = self.task.effects.own_speeds(self.task.kernel, self.task.state)
         state["speeds"] = {name: self.speeds(name).copy() for name in own}
         return state | {"t": self.task.start_time + self.run.elapsed, "axial": self._end_axial()}
@@ -391,7 +400,6 @@ class CompiledRun:
         """Why the run could not go on; without its trajectory."""
         if self.done:
             return None
-        state = {name: getattr(self, name).tolist() for name in ("nu", "chi", "pose", "contact")}
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
@@ -402,7 +410,9 @@ class CompiledRun:
             reason += f": {name} changes faster than a step can follow"
         if self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())
-        return SimulationStopped(reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=state)
+        return SimulationStopped(
+            reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=shown_state(self)
+        )
 
 
 def _wheels_switched(space: "Workspace", switches: int) -> int:

@@ -11,7 +11,17 @@ from omniroll.engine.ground_guards import GroundGuards
 from omniroll.engine.holding import HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
-from omniroll.engine.runs import SWITCHES_WITHOUT_PROGRESS, Rows, Task, assembled, least_speed, speed_scale
+from omniroll.engine.runs import (
+    SWITCHES_WITHOUT_PROGRESS,
+    TOO_MANY_ROWS,
+    Rows,
+    Task,
+    assembled,
+    least_speed,
+    shown_state,
+    speed_scale,
+    state_of,
+)
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
@@ -21,7 +31,9 @@ SAFETY = 0.5  # local errors may add up to this part of the accuracy
 STEPS_PER_PHASE = 10  # roughly, for the share of one step in the error
 SLOW = 1e-6  # of the fastest wheel's speed: only slower wheels are asked whether they rest
 ROUNDINGS = 16  # inputs of the drives that differ by less are the same
-NUMBER, NUMBERS_PER_STEP = 15, 12  # bytes of a number with its share of the arrays; a step keeps a polynomial and a row
+# Of the memory that rows take: bytes of a number, with its share of the objects around it; and how many numbers a step
+# keeps for each of the state, those of its polynomial and of its row.
+NUMBER, NUMBERS_PER_STEP = 15, 12
 MOST_STEPS = 4096  # between two looks ahead
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
@@ -247,9 +259,8 @@ class Run:
 
     def _blamed(self) -> str:
         """What makes the steps short, in words, after a colon; empty where nothing is known."""
-        where = {name: getattr(self.state, name) for name in ("nu", "chi", "pose", "contact")}
         speeds = self.task.effects.own_speeds(self.kernel, self.state)
-        return blamed(self.task, where | {"axial": self.state.free_axial(), "speeds": speeds})
+        return blamed(self.task, state_of(self.state) | {"axial": self.state.free_axial(), "speeds": speeds})
 
     def _record(self, phase: Phase) -> None:
         """Rows and polynomials of a phase; the state and the time at its end."""
@@ -310,9 +321,7 @@ class Run:
             if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
             if self.bytes_held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
-                raise StepFailedError(
-                    "more rows than memory should hold; go on in another run from where this one ends"
-                )
+                raise StepFailedError(TOO_MANY_ROWS)
 
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.
@@ -328,13 +337,9 @@ class Run:
             self._stop(f"{self.idle_switches} switches without progress in time", wheel)
 
     def _stop(self, reason: str, wheel: int | None) -> None:
-        state = {
-            "nu": self.state.nu.tolist(),
-            "chi": self.state.chi.tolist(),
-            "pose": self.state.pose.tolist(),
-            "contact": self.state.contact.tolist(),
-        }
-        raise SimulationStopped(reason, t=float(self._time()), wheel=wheel, state=state, trajectory=self.part(0))
+        raise SimulationStopped(
+            reason, t=float(self._time()), wheel=wheel, state=shown_state(self.state), trajectory=self.part(0)
+        )
 
     @property
     def row_count(self) -> int:

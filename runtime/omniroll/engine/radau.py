@@ -26,6 +26,18 @@ from omniroll.results.dense import bernstein_through
 MOVED = 1e-7  # of a component, for the slopes by differences
 
 
+def slopes(
+    flow: Callable[[float, np.ndarray], np.ndarray], time: float, y: np.ndarray, rates: np.ndarray, steps: np.ndarray
+) -> np.ndarray:
+    """The slopes (d, d) of the rates in y, by differences of these steps (d,); `rates` are those at y."""
+    matrix = np.empty((len(y), len(y)))
+    for k, value in enumerate(y):
+        moved = y.copy()
+        moved[k] += steps[k]
+        matrix[:, k] = (flow(time, moved) - rates) / (moved[k] - value)
+    return matrix
+
+
 @dataclass
 class Slopes:
     """The slopes (d, d) of the rates in y, by differences."""
@@ -36,12 +48,7 @@ class Slopes:
 
     @classmethod
     def at(cls, flow: Callable, time: float, y: np.ndarray, rates: np.ndarray) -> "Slopes":
-        matrix = np.empty((len(y), len(y)))
-        for k, value in enumerate(y):
-            moved = y.copy()
-            moved[k] += MOVED * max(1.0, abs(value))
-            matrix[:, k] = (flow(time, moved) - rates) / (moved[k] - value)
-        return cls(time, y, matrix)
+        return cls(time, y, slopes(flow, time, y, rates, MOVED * np.maximum(1.0, np.abs(y))))
 
 
 class Steps:

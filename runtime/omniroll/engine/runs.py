@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.engine.switching import EPS
-from omniroll.kernels.kernel import Kernel, kernel
+from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.results.on_demand import Stats
 from omniroll.results.trajectory import Trajectory
 from omniroll.results.trajectory_content import SWITCH_FIELDS
@@ -45,6 +45,8 @@ Keep = Callable[[Partial], None]  # sees a run now and then
 Interrupted = Callable[[], str]  # asked now and then; a text ends the run there, and says why
 MEMORY = 2.0**30  # bytes that the rows and steps of a run may take; their trajectory takes some four times that
 ROUNDINGS = 1000  # of the rollers' speed: more than nu' has
+STATE = ("nu", "chi", "pose", "contact")  # what a run that has stopped says of its end
+TOO_MANY_ROWS = "more rows than memory should hold; go on in another run from the state that this one ends with"
 SWITCHES_WITHOUT_PROGRESS = 200  # per wheel, before the watchdog stops a run
 
 
@@ -115,6 +117,27 @@ def least_speed(task: Task, tolerance: float) -> float:
         return speed_scale(task)
     of_rounding = speed_scale(task) * min(1.0, ROUNDINGS * EPS / tolerance)
     return max(float(np.linalg.norm(task.state.nu)), of_rounding)
+
+
+def flow_at_start(effects: EffectSet, bound: Kernel, state: State, start_time: float) -> tuple[Flow, np.ndarray]:
+    """The rates f(time, y) in the first phase of a run, and y at its start."""
+    acting = EffectRun(effects, bound, start_time)
+    acting.pass_time(0.0, state)
+    y = np.zeros(acting.state_vector.size)
+    acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
+    acting.state_vector.put(y, effects.initial(bound, state))
+    flow, _ = acting.phase(0.0, state.free_axial(), y)
+    return flow, y
+
+
+def state_of(run: Any) -> dict[str, np.ndarray]:
+    """The arrays of STATE, by name, of what has them as attributes."""
+    return {name: getattr(run, name) for name in STATE}
+
+
+def shown_state(run: Any) -> dict[str, list]:
+    """The same as lists, for SimulationStopped."""
+    return {name: array.tolist() for name, array in state_of(run).items()}
 
 
 def assembled(task: Task, rows: Rows, stats: dict[str, Any]) -> Trajectory:

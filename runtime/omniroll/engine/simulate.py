@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.effects.effect import Effect
-from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import accuracy_doubts, controlled_run, one_run
 from omniroll.engine.outlook import shown_bytes
-from omniroll.engine.runs import MEMORY, Progress, Task
+from omniroll.engine.runs import MEMORY, Progress, Task, flow_at_start
 from omniroll.engine.sensitivities import check_names, with_sensitivities
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel, best_backend
@@ -193,7 +193,7 @@ def _check_range(task: Task) -> None:
     with np.errstate(all="ignore"):
         spins = () if free is None else (bound.spins_from_axial(state.nu, state.chi, free),)
         energy = bound.energy(state.nu, state.chi, *spins)
-        rates = _rates_with_effects(task) if task.effects else _rates(bound, state, free)
+        rates = _rates(task, free)
         way = rates[: 6 + bound.wheels] * task.duration
     if not states.seem_finite(rates, energy, *spins):
         states.refuse_unless_finite("rates and the energy", state.nu, rates, energy, *spins)
@@ -201,20 +201,12 @@ def _check_range(task: Task) -> None:
         raise InvalidValueError("duration", task.duration, "too long at these speeds: the way leaves the number range")
 
 
-def _rates(bound: Kernel, state: State, free: np.ndarray | None) -> np.ndarray:
-    """Of nu, chi and the pose at the start."""
+def _rates(task: Task, free: np.ndarray | None) -> np.ndarray:
+    """Of nu, chi and the pose at the start, and of what the effects integrate."""
+    state, bound = task.state, task.kernel
+    if task.effects:
+        flow, y = flow_at_start(task.effects, bound, state, task.start_time)
+        return flow(0.0, y)
     momenta = () if free is None else (bound.momenta(free),)
     nu_dot = bound.forward_dynamics(state.nu, state.chi, *momenta)
     return np.concatenate([nu_dot, bound.wheel_speeds(state.nu), bound.pose_rates(state.nu, state.pose[2])])
-
-
-def _rates_with_effects(task: Task) -> np.ndarray:
-    """Of these, and of what the effects integrate."""
-    state, bound = task.state, task.kernel
-    acting = EffectRun(task.effects, bound, task.start_time)
-    acting.pass_time(0.0, state)
-    y = np.zeros(acting.state_vector.size)
-    acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
-    acting.state_vector.put(y, task.effects.initial(bound, state))
-    flow, _ = acting.phase(0.0, state.free_axial(), y)
-    return flow(0.0, y)

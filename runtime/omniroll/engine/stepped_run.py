@@ -151,6 +151,11 @@ class SteppedRun(CompiledRun):
         """What the effects integrate, by name, where the rest of the core is `core`."""
         if not self.task.effects:
             return {}
+        views = self._views(core)
+        return {quantity.name: views[quantity.name] for quantity in self.columns.state_vector.quantities}
+
+    def _views(self, core: np.ndarray) -> dict[str, np.ndarray]:
+        """The same, with nu, chi and the pose."""
         accounts = self.columns.accounts
         ends = self.columns.added - accounts
         numbers = np.concatenate([self.nu, self.chi, self.pose, core[:ends], self.space.accounts[:accounts]])
@@ -160,6 +165,6 @@ class SteppedRun(CompiledRun):
         """Axial speeds (N, n-1) of the free rollers: those at axial_elapsed, and what has become of them."""
         if not self.task.effects:
             return self.axial
-        before, after = self.integrated(self.space.core_before), self.integrated(self.space.core)
+        before, after = self._views(self.space.core_before), self._views(self.space.core)
         since = np.array(self.run.elapsed - self.run.axial_elapsed)
         return self.task.effects.axial_later(self.task.kernel, self.axial, before, after, since)

@@ -4,19 +4,18 @@ A term's time constant is one over the largest eigenvalue of the Jacobian of the
 without which that eigenvalue is smallest.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from omniroll.effects.bearings import COEFFICIENTS, Bearings
 from omniroll.effects.effect import Effect
-from omniroll.effects.effect_set import EffectRun, EffectSet
-from omniroll.engine.runs import Task
+from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.radau import slopes
+from omniroll.engine.runs import STATE, Task, flow_at_start
 from omniroll.errors import OmnirollError
-from omniroll.kernels.kernel import Flow
+from omniroll.vehicles.checks import joint_angle
 from omniroll.vehicles.state import State
 
 DIFFERENCE = 1e-13  # of a speed, over its size: a law that fades within less looks as if it faded within this
@@ -42,7 +41,7 @@ def blamed(task: Task, end: Mapping[str, Any]) -> str:
 
     end  nu, chi, pose, contact and axial, as a run gives them at its end
     """
-    state = State(*(np.array(end[name]) for name in ("nu", "chi", "pose", "contact")), task.state.axial)
+    state = State(*(np.array(end[name]) for name in STATE), task.state.axial)
     if end.get("axial") is not None:
         state = state.with_free_axial(np.array(end["axial"]))
     speeds = end.get("speeds", {})
@@ -77,7 +76,7 @@ def _motion_time(task: Task) -> float:
     """In which a roller passes at the present speed, or the duration of the run; 1 s for a session, which has none."""
     longest = task.duration or 1.0
     speed = float(np.abs(task.kernel.wheel_speeds(task.state.nu)).max())
-    passing = 2 * math.pi / task.kernel.rollers_per_wheel
+    passing = 2 * joint_angle(task.kernel.rollers_per_wheel)
     return min(longest, passing / speed) if speed > 0 else longest
 
 
@@ -85,24 +84,8 @@ def _without(effects: Sequence[Effect]) -> Iterator[tuple[str, list[Effect]]]:
     """Each term in words, and the effects without it."""
     for effect in effects:
         others = [other for other in effects if other is not effect]
-        fields = [name for name, _, _ in COEFFICIENTS if getattr(effect, name, None) is not None]
-        if not isinstance(effect, Bearings) or len(fields) < 2:
-            yield _shown(effect, fields), others
-            continue
-        for name in fields:
-            body = name.split("_")[0]
-            absent = {name: None}
-            if name.endswith("coulomb"):
-                absent |= {f"{body}_speed": None} | ({"wheel_break_away": None} if body == "wheel" else {})
-            yield _shown(effect, [name]), [*others, replace(effect, **absent)]
-
-
-def _shown(effect: Effect, fields: Sequence[str]) -> str:
-    """A term as it was given."""
-    numbers = [f"{name} = {getattr(effect, name)}" for name in fields]
-    speeds = [f"{name.split('_')[0]}_speed" for name in fields if name.endswith("coulomb")]
-    numbers += [f"{name} = {getattr(effect, name)}" for name in speeds if getattr(effect, name) is not None]
-    return type(effect).__name__ + (f" ({', '.join(numbers)})" if numbers else "")
+        for term, rest in effect.terms():
+            yield term, others if rest is None else [*others, rest]
 
 
 def _fastest(task: Task, effects: Sequence[Effect]) -> tuple[float, np.ndarray] | None:
@@ -113,29 +96,14 @@ def _fastest(task: Task, effects: Sequence[Effect]) -> tuple[float, np.ndarray] 
     try:
         acting = EffectSet.checked(tuple(effects), task.vehicle)
         bound = acting.kernel(task.vehicle, task.kernel.roller_model, "python")
-        run = EffectRun(acting, bound, task.start_time)
-        run.pass_time(0.0, task.state)
-        axial = task.state.free_axial()
-        y = np.zeros(run.state_vector.size)
+        flow, y = flow_at_start(acting, bound, task.state, task.start_time)
         if y.size > LARGEST_STATE:
             return None
-        run.state_vector.put(y, {"nu": task.state.nu, "chi": task.state.chi, "pose": task.state.pose})
-        run.state_vector.put(y, acting.initial(bound, task.state))
-        flow, _ = run.phase(0.0, axial, y)
-        rates, ways = np.linalg.eig(_jacobian(flow, y, max(float(np.abs(task.state.nu).max()), 1e-3)))
+        speed = max(float(np.abs(task.state.nu).max()), 1e-3)
+        with np.errstate(all="ignore"):
+            jacobian = slopes(flow, 0.0, y, flow(0.0, y), DIFFERENCE * np.maximum(np.abs(y), speed))
+        rates, ways = np.linalg.eig(jacobian)
     except (OmnirollError, ArithmeticError, np.linalg.LinAlgError):
         return None
     fastest = int(np.argmax(np.abs(rates)))
     return float(np.abs(rates[fastest])), ways[:3, fastest].real
-
-
-def _jacobian(flow: Flow, y: np.ndarray, speed: float) -> np.ndarray:
-    columns = []
-    with np.errstate(all="ignore"):
-        for k in range(y.size):
-            step = DIFFERENCE * max(abs(y[k]), speed)
-            ahead, behind = y.copy(), y.copy()
-            ahead[k] += step
-            behind[k] -= step
-            columns.append((flow(0.0, ahead) - flow(0.0, behind)) / (ahead[k] - behind[k]))
-    return np.array(columns).T

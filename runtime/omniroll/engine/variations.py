@@ -13,7 +13,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.polynomial import legendre
 
-from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES
+from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -71,9 +71,10 @@ class Deviations:
         self.vector = vector
         self.state = np.concatenate([np.arange(vector.size)[vector.slices[name]] for name in self.rates])
         self.inputs = {name: (bound.wheels,) for name in effects.drives()}
-        if bound.has_spins and not {"momenta", "axial"} & set(vector.slices):
+        if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
-        self.functions = (*effects.functions(bound.roller_model), "forward_dynamics", *PLAIN)
+        asked = effects.functions(bound.roller_model)
+        self.functions = tuple(dict.fromkeys((*asked, dynamics_with(asked), *PLAIN)))
 
     @cached_property
     def core(self) -> np.ndarray:

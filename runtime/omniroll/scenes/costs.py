@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.effects import Effect
+from omniroll.effects.bound_rates import PLAIN, dynamics_with
 from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.control import made
 from omniroll.engine.runs import Task
@@ -19,7 +20,6 @@ from omniroll.scenes.allowance import Allowance, limited
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
-ALWAYS = ("forward_dynamics", "wheel_speeds", "pose_rates")
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
 MANY = {"compiled": 20_000, "Python": 1000}  # with so many evaluations the work that a run does once hardly shows
 SHORTEST = 0.5**10  # the first run that is timed simulates this part of the motion
@@ -46,8 +46,10 @@ def operations(task: Task) -> list[Cost]:
     """What the functions that make the right-hand side cost; an operation is +, *, /, a root, a sine or cosine."""
     bound = task.kernel
     counted = {entry["name"]: entry["operations"] for entry in sets.functions(bound.base, bound.effects)}
-    always = ALWAYS[-1:] if bound.slips else ALWAYS  # where wheels may slip, one function gives all accelerations
-    names = dict.fromkeys(always + task.effects.functions(bound.roller_model))
+    asked = task.effects.functions(bound.roller_model)
+    # Where wheels may slip, one function gives all accelerations.
+    always = ("pose_rates",) if bound.slips else (dynamics_with(asked), *PLAIN)
+    names = dict.fromkeys(always + asked)
     return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
 
 

@@ -15,6 +15,9 @@ from omniroll.studies.accuracy.sticking import Excess, Sticking
 
 PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
 MOTION = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
+# With so many digits the axial speeds of free rollers serve as a state, and the engines' spins are checked by others.
+AXIAL = {"spins": "axial", "spins_dot": "axial_dot"}
+INSTEAD = {"accelerations": ("momenta", "roller_rates")}
 
 
 class Mechanics:
@@ -30,8 +33,11 @@ class Mechanics:
         self.joint = elementary().circle_ratio(number(1.0)) / self.rollers
         self.free = bound.has_spins
         self.vector = task.effects.state_vector(bound)
-        self.rate_of = MOTION | {quantity.name: quantity.rate for quantity in self.vector.quantities}
-        self.functions = (*task.effects.functions(bound.roller_model), *PLAIN)
+        self.places = {AXIAL.get(name, name): name for name in self.vector.slices}
+        rates = {quantity.name: quantity.rate for quantity in self.vector.quantities}
+        self.rate_of = MOTION | {AXIAL.get(name, name): AXIAL.get(rate, rate) for name, rate in rates.items()}
+        asked = (INSTEAD.get(name, (name,)) for name in task.effects.functions(bound.roller_model))
+        self.functions = (*(name for names in asked for name in names), *PLAIN)
         self.acting = Acting(task, number) if task.effects else None
         axles = (effect.axles(bound) for effect in task.effects.effects)
         self.axles = next((Sticking(own, number) for own in axles if own is not None), None)
@@ -53,7 +59,8 @@ class Mechanics:
         y = list(y)
         for quantity in self.vector.quantities:
             if quantity.account == 0:
-                values = axial if quantity.name == "axial" else getattr(self.module, quantity.name)(self.model, axial)
+                name = AXIAL.get(quantity.name, quantity.name)
+                values = axial if name == "axial" else getattr(self.module, name)(self.model, axial)
                 y[self.vector.slices[quantity.name]] = list(flat(values))
         return y
 
@@ -102,7 +109,8 @@ class Mechanics:
 
     def view(self, y: list, name: str) -> Any:
         """A quantity of the state, as nested lists."""
-        return _shaped(iter(y[self.vector.slices[name]]), self.vector.shapes[name])
+        place = self.places[name]
+        return _shaped(iter(y[self.vector.slices[place]]), self.vector.shapes[place])
 
     def rates(self, y: list) -> list:
         """y'."""
