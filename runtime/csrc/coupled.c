@@ -66,7 +66,7 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
 }
 
 /* The first lanes stay as they are; the next ones have one speed moved each, and behind these one part of the rest of the
- * core. `sign` takes the moves back. Returns how many lanes are left out. */
+ * core. A `sign` of -1 takes the moves back. */
 ALWAYS_INLINE void move_lanes(step_t *s, const int wheels, int first, double sign, arrays_t *at)
 {
     const coupled_t *const c = s->coupled;

@@ -183,6 +183,11 @@ CALLS = (
         "times": (0, 1), "poses": ((0, 0, 0), (1, 0, 0)), "sample_time": 0.01, "bandwidth": 1.0, "output": "torque",
         "limit": None}),
     Call("robot", omniroll.robot, {"name": "robot-soccer-kit"}),
+    Call("Robot.motor", omniroll.robot("robot-soccer-kit").motor, {
+        "voltage": 1.0, "gear_ratio": 4, "current_limit": None, "times": None}),
+    Call("to_mjcf", omniroll.to_mjcf, {
+        "vehicle": VEHICLE, "step": 1e-3, "friction": 1.0, "spheres": 3, "gravity": (0, 0, -9.8), "armature": 0.0,
+        "roller_damping": 0.0, "bodies": None}),
     Call("import_vehicle", omniroll.import_vehicle, {"path": "robot.urdf"}),
     Call("register_effect", lambda name, kind: omniroll.register_effect(name)(kind), {"name": "fuzzed", "kind": Odd}),
     Call("Instruments", omniroll.Instruments, {

@@ -26,7 +26,7 @@ METHODS_OF_ENGINES = (
     "Trajectory.state_at",
 )  # which take numbers that are checked
 OPENS_A_BROWSER = ("View.open",)
-NOT_TRIED_YET = {"Fit", "Log", "Number", "fit", "to_mjcf", "Robot.motor"}
+NOT_TRIED_YET = {"Fit", "Log", "Number", "fit"}
 ERRORS = {name for name in omniroll.__all__ if name.endswith(("Error", "Warning", "Stopped", "Interrupted"))}
 RESULTS = {
     "Doubt",
@@ -38,7 +38,6 @@ RESULTS = {
     "Many",
     "Reactions",
     "Results",
-    "Robot",
     "Samples",
     "Sensitivity",
     "Scene",

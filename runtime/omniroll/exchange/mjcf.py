@@ -7,11 +7,13 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from omniroll import validation
+from omniroll.errors import InvalidValueError
 from omniroll.exchange.bodies import Bodies, bodies_of
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import STANDARD_GRAVITY
 
 SPHERES = 31  # of a roller
+MOST_SPHERES = 10_000
 UP = (0.0, 0.0, -STANDARD_GRAVITY)
 
 
@@ -43,6 +45,15 @@ def to_mjcf(
     chi. Raises InvalidValueError for numbers that are not positive, and as bodies_of does.
     """
     step, friction = validation.positive("step", step), validation.positive("friction", friction)
+    if not isinstance(vehicle, Vehicle):
+        raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
+    if validation.integer("spheres", spheres, 1) > MOST_SPHERES:
+        raise InvalidValueError("spheres", spheres, f"must be at most {MOST_SPHERES}")
+    gravity = validation.real_array("gravity", gravity, (3,))
+    armature = validation.not_negative("armature", armature)
+    roller_damping = validation.not_negative("roller_damping", roller_damping)
+    if not isinstance(bodies, Bodies | None):
+        raise InvalidValueError("bodies", bodies, "must be Bodies or None")
     made = bodies_of(vehicle) if bodies is None else bodies
     root = Element("mujoco", model="omniroll")
     SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
@@ -60,7 +71,7 @@ def to_mjcf(
     across = made.platform_transverse_inertia
     _inertial(base, made.platform_mass, (across, across, made.platform_inertia), (*made.platform_place, 0))
     actuators = SubElement(root, "actuator")
-    slants = np.linspace(-math.pi, math.pi, validation.integer("spheres", spheres, 1)) / vehicle.rollers_per_wheel
+    slants = np.linspace(-math.pi, math.pi, spheres) / vehicle.rollers_per_wheel
     places = vehicle.places()
     for i, (alpha, place) in enumerate(zip(vehicle.wheel_angles, places, strict=True), 1):
         wheel = SubElement(base, "body", name=f"wheel{i}", pos=_text(*place, 0), quat=_turn(alpha, 2))

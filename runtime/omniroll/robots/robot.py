@@ -1,14 +1,16 @@
 """A robot: the numbers that others have published of it, and what had to be assumed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import validation
 from omniroll.effects.motor import Motor
+from omniroll.errors import InvalidValueError
 from omniroll.vehicles.data_sheet import ASSUMED, DERIVED, GIVEN, PUBLISHED, Origin
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import BEARINGS, MOTOR, VEHICLE, by_name
@@ -83,9 +85,14 @@ class Robot:
         voltage  as of a Motor
         others   further arguments of Motor, in place of the robot's own
 
-        Raises InvalidValueError as Motor does.
+        Raises InvalidValueError as Motor does, for an argument that Motor has not, and for numbers that nobody knows.
         """
-        return Motor(voltage, **({name: stated.value for name, stated in self.motor_numbers.items()} | others))
+        validation.known(others, [argument.name for argument in fields(Motor)], "Motor")
+        numbers = {name: stated.value for name, stated in self.motor_numbers.items()} | others
+        for name in ("torque_constant", "resistance"):
+            if name not in numbers:
+                raise InvalidValueError(name, None, f"must be given: nobody states it for {self.title}")
+        return Motor(voltage, **numbers)
 
     @property
     def lever_change(self) -> float:
