@@ -168,6 +168,10 @@ class Contact(Effect):
         return found
 
     def grip(self, vehicle: Vehicle) -> Grip | None:
+        """What its contacts can hold at most: the cones of the law `coulomb`; None for other laws.
+
+        vehicle  Vehicle
+        """
         if self.law != "coulomb":
             return None
         static = self.friction if self.static_friction is None else self.static_friction

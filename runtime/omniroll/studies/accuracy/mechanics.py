@@ -17,7 +17,7 @@ PLAIN = ("forward_dynamics", "wheel_speeds", "pose_rates")
 MOTION = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 # With so many digits the axial speeds of free rollers serve as a state, and the engines' spins are checked by others.
 AXIAL = {"spins": "axial", "spins_dot": "axial_dot"}
-INSTEAD = {"accelerations": ("momenta", "roller_rates")}
+INSTEAD = {"accelerations": ("momenta", "roller_rates"), "roller_losses": ()}
 
 
 class Mechanics:
