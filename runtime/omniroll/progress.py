@@ -47,13 +47,15 @@ class Pace:
     def __init__(self, clock: Callable[[], float]):
         self.clock = clock
         self.first: tuple[float, float] | None = None  # time and what was done then
+        self.done = 0.0  # at the last report
         self.took = self.rate = 0.0  # s, and units a second
 
     def note(self, done: float) -> None:
         """A report has come. Less is done than before where the work has begun anew."""
         now = self.clock()
-        if self.first is None or done < self.first[1]:
+        if self.first is None or done < self.done:
             self.first = now, done
+        self.done = done
         self.took = now - self.first[0]
         self.rate = (done - self.first[1]) / self.took if self.took > 0 else 0.0
 
