@@ -120,7 +120,7 @@ docs: build $(MATHJAX_STAMP) ## build the documentation as a site, out/site/inde
 test-docs: docs ## build that site and test it in Chromium; needs Playwright, which this installs into .venv
 	$(call say,tests of the site in Chromium)
 	@$(PIP) install --requirement tests/viewing/requirements.txt
-	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/site/test_in_browser.py
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/documentation_site/test_in_browser.py
 
 ACCURACY := accuracy-motion-3
 

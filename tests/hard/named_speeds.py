@@ -121,7 +121,7 @@ def prices(scale: Scale) -> list[Measurement]:
         for nu, duration in motions[: scale.of(1, 2)]:
             evaluations = [
                 setting.run(
-                    nu=nu, duration=duration, accuracy=ACCURACY, control=False,
+                    nu=nu, duration=duration, accuracy=ACCURACY,
                     effects=(Bearings(**{f"{body}_coulomb": torque, f"{body}_speed": speed}),),
                 ).stats["evaluations"]
                 for speed in (1.0, 1e-6)

@@ -23,8 +23,11 @@ def test_every_shipped_scene_runs_and_closes_its_ledger(scene, shortened, tmp_pa
     assert cli.main(["run", str(path), "--output", str(tmp_path / "out"), "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     assert summary == json.loads((tmp_path / "out/summary.json").read_text())
-    accuracy = load_scene(path).options.get("accuracy", 1e-9)
-    assert summary["stopped"] is None and summary["t"] == [0.0, 0.5] and summary["error_estimate"] <= accuracy
+    read = load_scene(path)
+    accuracy = read.options.get("accuracy", 1e-9)
+    assert summary["stopped"] is None and summary["t"] == [0.0, 0.5]
+    # The promise is ten times the request; runs of the compiled engine keep the request itself.
+    assert summary["error_estimate"] <= (10 if read.slips else 1) * accuracy
     energy = summary["energy"]
     assert abs(energy["residual"]) <= 10 * accuracy * max(abs(value) for value in energy.values())
     run = omniroll.Trajectory.load(tmp_path / "out/trajectory.npz")

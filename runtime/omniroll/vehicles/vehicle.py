@@ -211,11 +211,11 @@ class Vehicle:
     def replace(self, **changes: Any) -> "Vehicle":
         """A vehicle with some fields changed.
 
-        changes  fields of Vehicle by name
+        changes  fields of Vehicle by name, origins among them
 
         Raises InvalidValueError where the new numbers break a bound; they are checked as those of any vehicle.
         """
-        validation.known(changes, ENTRIES, "replace")
+        validation.known(changes, (*ENTRIES, "origins"), "replace")
         kept = tuple(origin for origin in self.origins if origin.name not in changes)
         return type(self)(**({"origins": kept} | self.as_dict() | changes))
 
