@@ -56,6 +56,10 @@ WRONG = {
     "locked free rollers": "first_three(third(force_parts))",
     "ideal constraints": "on_constraints(dot(ground_force, velocity_on_platform(wheel_place)))",
     "moving point of reference": "level(cross(velocity_S, velocity_at(center) + vertical))",
+    "sticking contact, slip": "subst([wheel_rate = chi_dot_of_nu, axial = contact_axial, "
+    "wheel_acceleration = -time_derivative(chi_dot_of_nu), axial_acceleration = time_derivative(contact_axial)], "
+    "slip_accelerations)",
+    "sliding force, slope": "map(lambda([row], row . reverse(direction_of_slip)), sliding_slope)",
     "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
     "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_derivatives": '(run_derivatives("free", "forward_dynamics_derivatives"), '
