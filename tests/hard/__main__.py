@@ -1,6 +1,5 @@
-"""`python -m hard [case ...]` from tests/: measures the cases in full and writes docs/hard-cases.md.
-
-With cases named, only these run and their part is printed; the page is not written.
+"""`python -m hard [case ...]` from tests/: measures the cases in full, all or those named, and writes what it finds
+into docs/hard-cases.md after each; what the page holds of others stays.
 """
 
 import sys
@@ -9,7 +8,7 @@ from pathlib import Path
 
 from .case import Scale
 from .collection import all_cases
-from .page import page, section
+from .page import page
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/hard-cases.md"
 
@@ -21,21 +20,19 @@ def main() -> int:
     if unknown:
         print(f"unknown: {', '.join(unknown)}; there are: {', '.join(cases)}", file=sys.stderr)
         return 2
-    results = []
+    is_kept = True
     for place, name in enumerate(names, start=1):
         start = time.perf_counter()
         print(f"... {place}/{len(names)} {name}", file=sys.stderr, end="", flush=True)
         measurements = cases[name].run(Scale.FULL)
-        results.append((cases[name], measurements))
-        verdict = "kept" if all(m.kept for m in measurements) else "NOT KEPT"
+        PAGE.write_text(
+            page(cases.values(), [(cases[name], measurements)], PAGE.read_text(encoding="utf-8")), encoding="utf-8"
+        )
+        broken = [m for m in measurements if not m.kept]
+        is_kept = is_kept and not broken
+        verdict = "NOT KEPT" if broken else "kept"
         print(f": {verdict}, {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
-    if sys.argv[1:]:
-        for result in results:
-            print(section(result[0].section, [result]))
-    else:
-        PAGE.write_text(page(results), encoding="utf-8")
-        print("written: docs/hard-cases.md", file=sys.stderr)
-    return 0 if all(m.kept for _, measurements in results for m in measurements) else 1
+    return 0 if is_kept else 1
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 import math
 import platform
+import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -60,31 +62,50 @@ def rows(case: Case, measurements: list[Measurement]) -> list[list[str]]:
     return found
 
 
-def table(headings: list[str], lines: list[list[str]]) -> str:
-    cells = [" | ".join(cell.replace("|", "\\|") for cell in line) for line in [headings, *lines]]
-    return "\n".join(["| " + cells[0] + " |", "|" + " --- |" * len(headings), *("| " + c + " |" for c in cells[1:])])
-
-
 HEADINGS = ["case", "a naive implementation", "promise", "quantity", "on", "measured", "naive"]
+OF_A_CASE = re.compile(r"\| \*\*(.*?)\*\* \|")  # the first line of its rows
+BROKEN = re.compile(r"\| \*\*(no answer|\S+) > \S+\*\*")  # a cell whose bound is not kept
 
 
-def section(title: str, results: list[tuple[Case, list[Measurement]]]) -> str:
-    lines = [line for case, measurements in results for line in rows(case, measurements)]
-    return f"## {title}\n\n{table(HEADINGS, lines)}\n"
+def line(cells: list[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
-def summary(results: list[tuple[Case, list[Measurement]]]) -> str:
-    broken = [case.title for case, measurements in results if not all(m.kept for m in measurements)]
-    count = sum(len(measurements) for _, measurements in results)
+def blocks(text: str) -> dict[str, list[str]]:
+    """The lines of each case that a page holds, by its title as it is written there."""
+    found: dict[str, list[str]] = {}
+    own: list[str] | None = None
+    for written in text.splitlines():
+        first = OF_A_CASE.match(written)
+        if first:
+            own = found.setdefault(first[1], [])
+        if own is not None and written.startswith("|"):
+            own.append(written)
+        else:
+            own = None
+    return found
+
+
+def summary(held: dict[str, list[str]]) -> str:
+    broken = [title for title, lines in held.items() if any(BROKEN.search(written) for written in lines)]
     where = f"{platform.system()} on {platform.machine()}, Python {sys.version.split()[0]}, NumPy {np.__version__}"
     kept = "All promises are kept." if not broken else f"**Not kept: {'; '.join(broken)}.**"
-    return f"{len(results)} cases, {count} measurements, {where}. {kept}\n"
+    return f"{len(held)} cases, {where}. {kept}\n"
 
 
-def page(results: list[tuple[Case, list[Measurement]]]) -> str:
-    parts = [INTRODUCTION, summary(results)]
-    for title in SECTIONS:
-        own = [result for result in results if result[0].section == title]
-        if own:
-            parts.append(section(title, own))
-    return "\n".join([*parts, CORNERS.read_text(encoding="utf-8")])
+def page(cases: Iterable[Case], results: list[tuple[Case, list[Measurement]]], before: str = "") -> str:
+    """The page, where cases that were measured take the place of what the page held of them.
+
+    cases   all that there are; what the page holds of others goes
+    before  the page as it is
+    """
+    measured = {case.name: [line(row) for row in rows(case, measurements)] for case, measurements in results}
+    written, held, sections = blocks(before), {}, {title: [] for title in SECTIONS}
+    for case in cases:
+        lines = measured.get(case.name) or written.get(case.title.replace("|", "\\|"))
+        if lines:
+            held[case.title] = lines
+            sections[case.section] += lines
+    heading = [line(HEADINGS), "|" + " --- |" * len(HEADINGS)]
+    tables = ["\n".join([f"## {title}\n", *heading, *lines, ""]) for title, lines in sections.items() if lines]
+    return "\n".join([INTRODUCTION, summary(held), *tables, CORNERS.read_text(encoding="utf-8")])
