@@ -117,7 +117,7 @@ def test_slip_is_an_arrow_along_the_slip(opened):
     first = page.evaluate(arrows)
     assert [length for _, length in first] == pytest.approx(np.linalg.norm(run.slip[0], axis=-1), rel=1e-4)
     assert all(visible for visible, _ in first)
-    page.evaluate(f"({SET_TIME})(document.getElementById('time'), 0.05)")
+    page.evaluate(f"({SET_TIME})(document.getElementById('time'), 0.1)")
     later = page.evaluate("[...omniroll.page.runs[0].slipAt(omniroll.page.stage.states[0])]")
     assert np.abs(later).max() < 1e-2 * fastest
 
