@@ -20,8 +20,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 say = @printf '\n==> %s\n' "$(1)"
 
 .DEFAULT_GOAL := all
-.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test bench accuracy hard \
-	viewer check-viewer test-viewer docs test-docs clean help
+.PHONY: all setup build wheel regenerate check-generated what-if maxima formulas show-formulas motions test test-long bench \
+	accuracy hard viewer check-viewer test-viewer docs pictures test-docs test-extras clean help
 .DELETE_ON_ERROR:
 
 # One after the other even under -j; each step reads the files that the step before it wrote.
@@ -113,13 +113,19 @@ $(MATHJAX_STAMP):
 
 docs: build $(MATHJAX_STAMP) ## build the documentation as a site, out/site/index.html (needs npm)
 	@$(MAKE) --no-print-directory $(DOCS_STAMP)
+	$(call say,pictures -> out/pictures/)
+	@$(BIN)/python docs/site/pictures.py out/pictures
 	$(call say,docs -> out/site/index.html)
-	@$(DOCS_VENV)/bin/python docs/site/assemble.py out/site-sources
+	@$(DOCS_VENV)/bin/python docs/site/assemble.py out/site-sources out/pictures
 	@$(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going -c docs/site out/site-sources out/site
+
+pictures: build ## draw the pictures of the pages anew, into docs/
+	$(call say,pictures -> docs/)
+	@$(BIN)/python docs/site/pictures.py docs
 
 test-docs: docs ## build that site and test it in Chromium; needs Playwright, which this installs into .venv
 	$(call say,tests of the site in Chromium)
-	@$(PIP) install --requirement tests/viewing/requirements.txt
+	@$(PIP) install --require-hashes --requirement tests/viewing/requirements.txt
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/documentation_site/test_in_browser.py
 
 ACCURACY := accuracy-motion-3
@@ -139,9 +145,13 @@ motions: build ## run the paper's motions into out/motions/
 	$(call say,motions: section 5 of the paper -> $(OUT)/)
 	@$(BIN)/python -m omniroll motions $(OUT)
 
-test: build ## run the tests
+test: build ## run the tests that take a moment each
 	$(call say,tests)
-	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m "not long"
+
+test-long: build ## run the others: whole studies, other compilers, changed derivations, thousands of wrong inputs
+	$(call say,long tests)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m long
 
 VIEWER := runtime/omniroll/viewer/assets
 PACKAGES_STAMP := viewer/node_modules/.packages-$(call key,cat viewer/package-lock.json)
@@ -162,8 +172,13 @@ check-viewer: $(PACKAGES_STAMP) ## build that page again and compare it with the
 
 test-viewer: build ## run the tests of that page in Chromium; they need Playwright, which this installs into .venv
 	$(call say,tests of the page in Chromium)
-	@$(PIP) install --requirement tests/viewing/requirements.txt
+	@$(PIP) install --require-hashes --requirement tests/viewing/requirements.txt
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) tests/viewing/test_in_browser.py
+
+test-extras: build ## install each extra alone, into out/extras/, and run what it is for
+	$(call say,extras -> out/extras/)
+	@rm -rf out/extras && $(PIP) wheel --no-deps --no-build-isolation --wheel-dir out/extras .
+	@$(BIN)/python tests/packaging/extras.py out/extras/*.whl out/extras $(EXTRAS)
 
 clean: ## remove all that make has written, .venv too
 	rm -rf $(VENV) $(BENCH_VENV) $(DOCS_VENV) viewer/node_modules docs/site/node_modules build dist out runtime/*.egg-info *.egg-info $(BUILT)

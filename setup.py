@@ -61,6 +61,7 @@ class BuildLibraries(build_ext):
         own = folders[len(models) :]
         jobs += [(f, building.Engine.general(lowest, model)) for f, (model, _) in zip(own, general, strict=True)]
         sources = ROOT / "runtime/csrc", ROOT / "generated/c"
+        made_from = building.sources_digest(ROOT / "generated/data", ROOT / "codegen", *sources)
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
                 pairs = [pool.submit(building.kernel_library, folder, "double") for folder in folders]
@@ -71,6 +72,7 @@ class BuildLibraries(build_ext):
             print(f"omniroll: {problem}; the kernels in Python are there", file=sys.stderr)
         for text in (text for folder in own for text in folder.iterdir() if not text.name.endswith(NEEDED)):
             text.unlink()
+        (place / building.SOURCES).write_text(made_from, encoding="ascii")
 
     def get_outputs(self) -> list[str]:
         return []

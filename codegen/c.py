@@ -7,7 +7,7 @@ from functools import cached_property
 
 from .infix import Infix, broken, local_names
 from .operations import count_intermediates, count_operations
-from .programs import Array, Element, Function, Step
+from .programs import OWN, Array, Element, Function, Step
 
 KEYWORDS = frozenset(
     """auto break case char const continue default do double else enum extern float for goto if inline int
@@ -28,11 +28,13 @@ class Model:
         if len(self.own) + len(self.wheel) + len(self.roller) != len(fields):
             raise ValueError("a model field is a scalar, of shape N or of shape n-1")
 
-    def place(self, array: Array, writes: bool = False) -> str:
+    def place(self, element: Element, writes: bool = False) -> str:
         """The field as C text, in the loop that it needs; what writes it has the arrays by themselves."""
+        array = element.array
         if array in self.own:
             return f"model->{array.name}"
-        return f"{'' if writes else 'model->'}{'wheel[i]' if array in self.wheel else 'roller[j]'}.{array.name}"
+        struct = "wheel" if array in self.wheel else "roller"
+        return f"{'' if writes else 'model->'}{struct}[{element.index[0]}].{array.name}"
 
 
 def times(*factors: int | str) -> str:
@@ -132,6 +134,8 @@ class CFunction(Infix):
             return self.number("3.141592653589793238462643383279502884L")
         if name == "slot":
             return self.number("j + 1")
+        if name == OWN:
+            return self.number("i == k")
         holder = "vehicle" if self.function.prepares else "model"
         return self.number(f"{holder}->{COUNTS[name]}")
 
@@ -139,7 +143,7 @@ class CFunction(Infix):
         """The element as C text."""
         array = element.array
         if array in self.function.fields and array not in self.function.arguments:
-            return self.model.place(array, self.function.prepares)
+            return self.model.place(element, self.function.prepares)
         holder = "vehicle->" * (self.function.prepares and array.role == "in")
         if not array.shape:
             return f"{holder}{array.name}" if array.role == "in" else f"*{array.name}"

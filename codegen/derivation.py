@@ -16,8 +16,10 @@ from .programs import (
 )
 from .specialise import Registry, specialised
 
-FORMAT = 2
-PARTS = ("symbols", "effects", "bases", "sets", "steps", "functions", "equations", "proofs", "bounds")
+FORMAT = 3
+PARTS = (
+    "symbols", "effects", "arguments", "fields", "bases", "sets", "steps", "functions", "equations", "proofs", "bounds",
+)  # fmt: skip
 OPERATORS = ("+", "*", "^", "/", *FUNCTIONS)
 
 
@@ -48,7 +50,7 @@ class Derivation:
 
     @cached_property
     def registry(self) -> Registry:
-        return Registry.read(self.data["effects"])
+        return Registry.read(self.data["effects"], self.data.get("derivatives", {}))
 
     @cached_property
     def bases(self) -> dict[str, EffectSet]:
@@ -64,10 +66,10 @@ class Derivation:
         return self._base({data["name"]: data for data in self.data["bases"]}[name])
 
     def _base(self, data: dict) -> EffectSet:
-        fields = tuple(read_array(f, "field") for f in data["model"])
-        name, groups = data["name"], self.data["steps"]
+        name = data["name"]
+        fields = tuple(read_array(f, self.data["fields"], "field", name) for f in data["model"])
         own = (f for f in self.data["functions"] if name in f["sets"])
-        functions = tuple(read_function(f, fields, name, groups) for f in own)
+        functions = tuple(read_function(f, fields, name, self.data["arguments"], self.data["steps"]) for f in own)
         names = [f.name for f in functions]
         if len(set(names)) < len(names):
             raise ContractError(f"{data['name']}: a function stands twice")
@@ -81,29 +83,15 @@ class Derivation:
             for s in self.data["sets"]
         )
 
-    @cached_property
-    def arguments(self) -> dict[str, dict]:
-        """Shape, unit and meaning of every argument of a function by its name, which means the same everywhere."""
-        found: dict[str, dict] = {}
-        for base in self.bases.values():
-            for function in base.functions:
-                for entry in signature_to_json(function)["arguments"]:
-                    about = {key: entry[key] for key in ("shape", "unit", "meaning")}
-                    if found.setdefault(entry["name"], about) != about:
-                        raise ContractError(f"{function.name}: {entry['name']} means something else elsewhere")
-        return found
-
     def part(self, name: str) -> object:
         """A part of the data with canonical expressions; not for sets and functions."""
         return self.with_canonical_expressions(self.data[name])
 
     def programs(self) -> dict:
-        """What kernels are made of at run time: each group of steps once, and each function once."""
-        return {
-            "bases": [set_to_json(base) for base in self.bases.values()],
-            "steps": self.part("steps"),
-            "functions": self.part("functions"),
-        }
+        """What kernels are made of at run time: each field of a model, each group of steps and each function once, and
+        what there is to differentiate."""
+        parts = ("fields", "bases", "steps", "functions", "derivatives")
+        return {part: self.part(part) for part in parts if part in self.data}
 
     def with_canonical_expressions(self, data: object) -> object:
         """The same data, every list that reads as an expression replaced by its canonical form."""

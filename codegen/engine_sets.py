@@ -13,7 +13,7 @@ from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping", "bearing_torque")  # of the kernel: affine in time between two events
+INPUTS = ("torque", "damping", "bearing_torque", "sticks")  # of the kernel: affine in time between two events
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
@@ -21,6 +21,12 @@ SPINS = "spins"  # the core has these in the place of the axial speeds, where wh
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
+GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
+ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
+HEADING_INPUT = (
+    "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
+)
+OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
 # torques are an input.
@@ -51,10 +57,11 @@ class EngineSet:
         self.set = effects
         rates = {array.name: array for f in effects.functions for array in f.outputs}
         present = registry.integrated(effects)
-        self.slips = effects.function(SLIP) is not None
+        self.grips = effects.function(GRIPS) is not None
+        self.slips = self.grips or effects.function(SLIP) is not None
         names = {state.name for state in present}
         self.spins = SPINS in names
-        self.dynamics = SLIP if self.slips else DYNAMICS[self.spins]
+        self.dynamics = GRIPS if self.grips else SLIP if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips}
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
@@ -63,12 +70,12 @@ class EngineSet:
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in present}
         asked = [array.name for array in dynamics.inputs]
-        self.inputs = [name for name in INPUTS if name in asked]
+        self.inputs = [name for name in INPUTS if name in asked] + ([HEADING_INPUT] if self.grips else [])
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
         self.holds = effects.function(HELD[self.spins]) is not None
-        plain = (*PLAIN, "mass_matrix") if self.holds else PLAIN
+        plain = (*PLAIN, *(["mass_matrix"] if self.holds else []), *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property
@@ -124,6 +131,11 @@ class EngineSet:
         """The place of the bearings' torques among the inputs."""
         return self.inputs.index(BEARING_INPUT)
 
+    @property
+    def modes_input(self) -> int:
+        """The place among the inputs of the modes of the contacts; the headings come last."""
+        return self.inputs.index("sticks")
+
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
         solving = self.function(dynamics or self.dynamics)
@@ -132,7 +144,8 @@ class EngineSet:
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
-        return self._calls(functions, {"nu_dot": "nu_dot", "held_force": "at->held_force"} | rates)
+        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"} | {name: f"at->{name}" for name in OF_CONTACTS}
+        return self._calls(functions, targets | rates)
 
     def held_call(self) -> Call:
         """The dynamics where axles stick."""
@@ -184,7 +197,7 @@ class EngineSet:
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent")
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
         known = {name: f"at->{name}" for name in plain}
         known |= {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
@@ -207,10 +220,11 @@ class EngineSet:
 
 
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
-GRIPS = "ground_dynamics"  # a set in which contacts stick on the ground has it; the engine has no modes of these
+# A set in which rollers stick in their bearings has it; the engine has no modes of these.
+MODES = "contact_spin_rates"
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(GRIPS) is None
+    runs = all(map(effects.function, MOTION)) and effects.function(MODES) is None
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

@@ -16,6 +16,7 @@ PLACE_WORDS = {
     "once": "once",
     "wheel": "per wheel",
     "slot": "per free-roller slot",
+    "pair": "per pair of wheels",
     "roller": "per free roller",
 }
 

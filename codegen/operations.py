@@ -7,11 +7,12 @@ from .programs import Function, Loop, Step, steps
 
 KINDS = ("add", "mul", "div", "sqrt", "sincos", "exp")
 PLACES = {(): "once", ("i",): "wheel", ("i", "j"): "roller", ("j",): "slot"}
+PAIR = "pair"
 
 
 def count_operations(function: Function) -> dict[str, dict[str, int]]:
     """{place: {kind: number}}. Places: once; wheel, slot: for each turn of that loop; roller: for each turn
-    of both.
+    of both. pair, where a function has it: for each wheel, for each wheel.
 
     A product with a power of two counts as one multiplication; sine and cosine count as one each; signs are
     free.
@@ -23,8 +24,10 @@ def count_operations(function: Function) -> dict[str, dict[str, int]]:
             if isinstance(node, Loop):
                 walk(node.body, (*around, node.index))
             elif node.expression is not None:
-                counts[PLACES[around]] += operations(node.expression)
-                counts[PLACES[around]]["add"] += node.kind == "add"
+                place = PLACES.get(around, PAIR)
+                counts.setdefault(place, Counter(dict.fromkeys(KINDS, 0)))
+                counts[place] += operations(node.expression)
+                counts[place]["add"] += node.kind == "add"
 
     walk(function.body, ())
     return {place: {kind: counted[kind] for kind in KINDS} for place, counted in counts.items()}

@@ -4,6 +4,8 @@ A scope is one block of the program: the function's own block, or one loop's. Lo
 index 0 ... N-1) and over free-roller slots ("j", index 0 ... n-2). A symbol comes from one of these places:
   - the model's fields and the arguments' elements, which need the loops that their indices name;
   - N, n (the two counts), slot (1 ... n-1 in a "j" loop) and pi;
+  - in a "k" loop, which goes over all wheels within an "i" loop and which derivatives alone have: own, 1 where the two
+    wheels are the same and 0 elsewhere;
   - steps: `let` (assigned once), `var` (an accumulator: declared, then changed by `add` and `update`).
 
 Steps that belong together are a group: in the data {"use": name} stands for the steps of that name. Groups are opened
@@ -16,8 +18,9 @@ from dataclasses import dataclass, field, replace
 
 from .expressions import Canonical, Expression, Order, symbols
 
-INDICES = ("i", "j")
-CONSTANTS = {"N": "", "n": "", "pi": "", "slot": "j"}  # name: indices that it needs
+INDICES = ("i", "j", "k")
+OWN = "own"
+CONSTANTS = {"N": "", "n": "", "pi": "", "slot": "j", OWN: "ik"}  # name: indices that it needs
 SHAPES = {"N": "i", "n-1": "j"}
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 
@@ -153,30 +156,38 @@ def _live(body: tuple[Step | Loop, ...], after: set[str]) -> tuple[tuple[Step | 
     return tuple(reversed(kept)), needed
 
 
-def read_array(data: dict, role: str) -> Array:
+def read_array(name: str, table: Mapping[str, dict], role: str, where: str) -> Array:
+    """The array `name` of the data's table of fields or of arguments; where: the set or function that has it."""
+    if name not in table:
+        raise ContractError(f"{where}: {name} is not in the table of {'fields' if role == 'field' else 'arguments'}")
+    data = table[name]
     shape = tuple(data["shape"])
     if any(not isinstance(size, int) and size not in SHAPES for size in shape):
-        raise ContractError(f"{data['name']}: unknown shape {list(shape)}")
-    return Array(data["name"], shape, role, data.get("unit", ""), data.get("meaning", ""), data.get("effect", ""))
+        raise ContractError(f"{name}: unknown shape {list(shape)}")
+    return Array(name, shape, role, data.get("unit", ""), data.get("meaning", ""), data.get("effect", ""))
 
 
 def read_function(
-    data: dict, fields: tuple[Array, ...], set_name: str, groups: Mapping[str, dict] | None = None
+    data: dict,
+    fields: tuple[Array, ...],
+    set_name: str,
+    table: Mapping[str, dict],
+    groups: Mapping[str, dict] | None = None,
 ) -> Function:
     """The function of the JSON form, for one of its sets. ContractError where it breaks the contract.
 
-    groups: the data's groups of steps by name, {"body": steps, ...} each.
+    table: the data's arguments by name; groups: its groups of steps by name, {"body": steps, ...} each.
     """
     where = f"{set_name}.{data['name']}"
     try:
         opened = list(_opened(data["body"], groups or {}))
-        arguments = tuple(read_array(a, a["role"]) for a in data["arguments"])
+        arguments = _arguments(data, table, where, has_model=bool(fields))
         function = Function(
             set_name, data["name"], data["summary"], tuple(data["equations"]), arguments, fields, {}, (),
             tuple(map(tuple, data.get("cases", [[]]))),
             sources={name: of["source"] for name, of in (groups or {}).items()},
         )  # fmt: skip
-        elements = _elements(function, data.get("elements") or {})
+        elements = _elements(function, table)
         names = [*elements, *_declared(opened), *CONSTANTS]
         reader = _Reader(replace(function, elements=elements), Canonical(Order(names)))
         return without_dead_steps(replace(reader.function, body=reader.block(opened, {}, ())))
@@ -203,17 +214,25 @@ def _declared(body: list) -> Iterator[str]:
         yield from (_declared(node["body"]) if "loop" in node else filter(None, [node.get("let"), node.get("var")]))
 
 
-def _elements(function: Function, named: dict) -> dict[str, Element]:
-    """Symbols read from arrays: the model's fields and scalar inputs by their own name, then what the data
-    names.
+def _arguments(data: dict, table: Mapping[str, dict], where: str, has_model: bool) -> tuple[Array, ...]:
+    """The inputs, then the outputs. Only where there is a model do they belong to effects."""
+    roles = [(name, "in") for name in data["inputs"]] + [(name, "out") for name in data["outputs"]]
+    arrays = (read_array(name, table, role, where) for name, role in roles)
+    return tuple(arrays if has_model else (replace(array, effect="") for array in arrays))
+
+
+def _elements(function: Function, table: Mapping[str, dict]) -> dict[str, Element]:
+    """Symbols read from arrays: the model's fields and scalar inputs by their own name, then what the table of
+    arguments names.
     """
-    inputs = {a.name: a for a in function.inputs}
-    own = [*(function.fields if function.reads_model else ()), *(a for a in inputs.values() if not a.shape)]
+    inputs = function.inputs
+    own = [*(function.fields if function.reads_model else ()), *(a for a in inputs if not a.shape)]
     elements = {a.name: Element(a, a.indices) for a in own}
-    for symbol, (name, *index) in named.items():
-        if name not in inputs:
-            raise ContractError(f"element {symbol}: no input {name}")
-        elements[symbol] = _element(inputs[name], index)
+    for array in inputs:
+        for symbol, (name, *index) in table[array.name].get("elements", {}).items():
+            if name != array.name:
+                raise ContractError(f"element {symbol}: of {name}, and stands with {array.name}")
+            elements[symbol] = _element(array, index)
     return elements
 
 
@@ -242,7 +261,7 @@ class _Reader:
     def node(self, node: dict, known: dict[str, str], indices: tuple[str, ...]) -> Step | Loop:
         if "loop" in node:
             index = node["loop"]
-            if index not in INDICES or index in indices or (index == "i" and indices):
+            if index not in SHAPES.values() or index in indices or (index == "i" and indices):
                 raise ContractError(f"loop over {index} within {list(indices)}")
             return Loop(index, self.block(node["body"], known, (*indices, index)))
         kind = next((k for k in ("let", "var", "add", "update", "put") if k in node), None)

@@ -32,6 +32,7 @@ CONSTANTS = {
     "n": "number({rollers}, like)",
     "slot": "number(j + 1, like)",
     "pi": "circle_ratio(like)",
+    "own": "number(int(i == k), like)",
 }
 COUNTS = {"N": "{wheels}", "n-1": "{rollers} - 1"}
 
@@ -142,4 +143,4 @@ class PythonFunction(Infix):
 
     def count(self, index: str) -> str:
         """Number of turns of the loop over this index."""
-        return self.with_counts(COUNTS["N" if index == "i" else "n-1"])
+        return self.with_counts(COUNTS["n-1" if index == "j" else "N"])

@@ -98,11 +98,13 @@ def latex_text(derivation: Derivation) -> str:
     )
 
 
+DATA_FILES = ("symbols", "effects", "arguments", "equations", "proofs", "bounds")
+
+
 def data_texts(derivation: Derivation) -> dict[str, str]:
-    parts = {name: {name: derivation.part(name)} for name in ("symbols", "effects", "equations", "proofs", "bounds")}
+    parts = {name: {name: derivation.part(name)} for name in DATA_FILES}
     if "sharpness" in derivation.data:
         parts["bounds"]["sharpness"] = derivation.part("sharpness")
-    parts["arguments"] = {"arguments": derivation.arguments}
     parts["programs"] = derivation.programs()
     return {f"data/{name}.json": data_text(part) for name, part in parts.items()}
 

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import combinations
+from itertools import chain, combinations
 
 from .expressions import (
     Call,
@@ -166,21 +166,31 @@ def share_pairs(expressions: list[Expression]) -> list[Expression]:
     """Products nested so that a pair of factors which several have in common is one product. Most common
     pair first.
     """
+    expressions = list(expressions)
+    products = [products_in(whole) for whole in expressions]
     while True:
-        products = dict.fromkeys(e for whole in expressions for e in nodes(whole) if isinstance(e, Product))
+        different = dict.fromkeys(chain.from_iterable(products))
         pairs = Counter(
-            pair for e in products for pair in combinations(e.factors, 2) if not isinstance(pair[0], Number)
+            pair for e in different for pair in combinations(e.factors, 2) if not isinstance(pair[0], Number)
         )
         best = max(pairs, key=lambda pair: pairs[pair], default=None)
         if best is None or pairs[best] < 2:
             return expressions
 
-        def change(e: Expression, pair: tuple[Expression, ...] = best) -> Expression:
-            if isinstance(e, Product) and len(e.factors) > 2 and set(pair) <= set(e.factors):
-                return Product((Product(pair), *(f for f in e.factors if f not in pair)))
-            return e
+        def has(e: Expression, pair: tuple[Expression, ...] = best) -> bool:
+            return isinstance(e, Product) and len(e.factors) > 2 and set(pair) <= set(e.factors)
 
-        expressions = [replaced(whole, change) for whole in expressions]
+        def change(e: Expression, pair: tuple[Expression, ...] = best) -> Expression:
+            return Product((Product(pair), *(f for f in e.factors if f not in pair))) if has(e, pair) else e
+
+        for place, own in enumerate(products):
+            if any(map(has, own)):
+                expressions[place] = replaced(expressions[place], change)
+                products[place] = products_in(expressions[place])
+
+
+def products_in(e: Expression) -> list[Product]:
+    return [node for node in nodes(e) if isinstance(node, Product)]
 
 
 # Naming

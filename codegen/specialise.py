@@ -5,9 +5,12 @@ what becomes zero is dropped, and so are the arguments, the fields of the model 
 Nothing of it is left: no branch, no product with zero, no state.
 """
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
+from .derivatives import REQUEST, Derivatives, putting
 from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
 from .programs import (
     CONSTANTS,
@@ -22,7 +25,7 @@ from .programs import (
     without_dead_steps,
 )
 
-Body = tuple[Step | Loop, ...]
+LONGEST_NAME = 150
 
 
 @dataclass(frozen=True)
@@ -57,10 +60,12 @@ class Registry:
     neutral: Mapping[str, Mapping[str, Expression]]
     needs: Mapping[str, Sequence[str]]
     states: Sequence["State"] = ()
+    derivatives: Derivatives = Derivatives.read({})
 
     @classmethod
-    def read(cls, effects: Sequence[Mapping]) -> "Registry":
-        """From the effects of the derivation's data; those that are not optional are no choice."""
+    def read(cls, effects: Sequence[Mapping], derivatives: Mapping = MappingProxyType({})) -> "Registry":
+        """From the effects of the derivation's data and what it says of derivatives; those that are not optional are
+        no choice."""
         read = Canonical(Order()).read
         chosen = [effect for effect in effects if effect.get("optional")]
         states = [s for effect in chosen for s in effect.get("states", ()) if s["size"] != "angle"]
@@ -73,6 +78,7 @@ class Registry:
                 )
                 for s in states
             ),
+            Derivatives.read(derivatives),
         )
 
     def integrated(self, effects: "EffectSet") -> list[State]:
@@ -82,16 +88,17 @@ class Registry:
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
-        unknown = sorted(set(effects) - self.neutral.keys())
+        asked = sorted({name for name in effects if name.startswith(REQUEST)})
+        unknown = sorted({*effects} - self.neutral.keys() - {*asked})
         if unknown:
             raise ContractError(f"unknown effects: {', '.join(unknown)}")
-        wanted = {*effects, *(needed for name in effects for needed in self.needs[name])}
-        return tuple(name for name in self.neutral if name in wanted)
+        own = {*effects, *([REQUEST.removesuffix("_by_")] if asked else [])} - {*asked}
+        wanted = {*own, *(needed for name in own for needed in self.needs[name])}
+        return (*(name for name in self.neutral if name in wanted), *asked)
 
     def set_name(self, base: str, effects: Sequence[str]) -> str:
         """The name of a set: its roller model and its effects, without those that another one needs."""
-        implied = {needed for name in effects for needed in self.needs[name]}
-        return "_".join([base, *(name for name in effects if name not in implied)])
+        return set_name(base, effects, self.needs)
 
     def absent(self, effects: Sequence[str]) -> dict[str, Expression]:
         """The neutral values of all symbols of the effects that are not there."""
@@ -103,17 +110,30 @@ class Registry:
         }
 
 
+def set_name(base: str, effects: Sequence[str], needs: Mapping[str, Sequence[str]]) -> str:
+    """The set of a roller model and further effects; what another one of them needs is not named. A name too long for a
+    file ends in a digest of it."""
+    implied = {needed for name in effects for needed in needs.get(name, ())}
+    named = [name for name in effects if name not in implied and not name.startswith(REQUEST)]
+    asked = [name.removeprefix(REQUEST) for name in effects if name.startswith(REQUEST)]
+    name = "_".join([base, *named, *(["by"] if asked else []), *asked])
+    if len(name) <= LONGEST_NAME:
+        return name
+    return f"{name[:LONGEST_NAME]}_{hashlib.sha256(name.encode()).hexdigest()[:16]}"
+
+
 def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "") -> EffectSet:
     """The set of the base's roller model with these further effects, with what they need, and no others."""
     present = registry.ordered(effects)
     name, neutral = registry.set_name(base.name, present), registry.absent(present)
     fields = _there(base.fields, present)
-    functions = tuple(
+    functions = [
         _function(replace(f, set=name, fields=fields), present, neutral)
         for f in base.functions
         if is_called_for(f, present)
-    )
-    return EffectSet(name, present, meaning, *_needed(fields, functions), base=base.name)
+    ]
+    functions, fields = registry.derivatives.added(functions, fields, present)
+    return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 
 def _needed(
@@ -133,20 +153,9 @@ def _elements_read(function: Function) -> list[Element]:
 def _prepared(prepare: Function, fields: tuple[Array, ...]) -> Function:
     """`prepare` for these fields alone, with the arguments that it then needs."""
     names = {field.name for field in fields}
-    body = without_dead_steps(replace(prepare, fields=fields, body=_without_puts(prepare.body, names)))
+    body = without_dead_steps(replace(prepare, fields=fields, body=putting(prepare.body, names)))
     needed = {element.array.name for element in _elements_read(body)}
     return replace(body, arguments=tuple(a for a in prepare.arguments if a.name in needed))
-
-
-def _without_puts(body: Body, names: set[str]) -> Body:
-    """The steps without values for fields that are not among `names`."""
-    kept: list[Step | Loop] = []
-    for node in body:
-        if isinstance(node, Loop):
-            kept.append(replace(node, body=_without_puts(node.body, names)))
-        elif node.kind != "put" or node.name in names:
-            kept.append(node)
-    return tuple(kept)
 
 
 def is_called_for(function: Function, present: Sequence[str]) -> bool:
@@ -177,7 +186,7 @@ class _Specialiser:
     canonical: Canonical
     arrays: set[str]  # arguments and fields that are there
 
-    def block(self, body: Body, values: dict[str, Expression]) -> Body:
+    def block(self, body: tuple[Step | Loop, ...], values: dict[str, Expression]) -> tuple[Step | Loop, ...]:
         """The steps that are left. values: what symbols stand for, here and around."""
         values, kept = dict(values), []
         accumulators = {step.name for step in steps(body) if step.kind == "var"}

@@ -1,6 +1,4 @@
-"""Draws docs/conventions.png: axes, angles and signs, as docs/theory.md explains them.
-
-    python docs/conventions.py
+"""Draws conventions.png: axes, angles and signs, as theory.md explains them. docs/site/pictures.py calls it.
 
 Needs matplotlib. The wheel is that of the paper's vehicle: n = 5 truncated rollers, r = l cos(pi/(n-1)).
 """
@@ -158,7 +156,7 @@ def draw_wheel(axis: Axes) -> None:
     turn(axis, (0, 0), 1.2, 0.45, 1.3, RATE, 2.2)
     axis.text(0.98, 0.98, r"$\dot\chi_i>0$," + "\npositive torque", fontsize=11.5, color=RATE)
     arrow(axis, (-1.1, 0.0), (-1.95, 0.0), RATE, 2.2)
-    axis.text(-2.05, 0.1, "the centre moves\nalong " + r"$-\mathbf{n}_i^\perp$", fontsize=11, color=RATE, va="bottom")
+    axis.text(-2.12, 0.1, "the centre moves\nalong " + r"$-\mathbf{n}_i^\perp$", fontsize=10, color=RATE, va="bottom")
     corner = np.array([-1.85, -1.55])
     arrow(axis, corner, corner + (0.45, 0), AXES)
     axis.text(*(corner + (0.5, 0)), r"$\mathbf{n}_i^\perp$", fontsize=13, color=AXES, va="center")
@@ -182,14 +180,10 @@ def draw_turning(axis: Axes) -> None:
     axis.text(0.06, -0.17, "$S$", fontsize=12, color=BODY)
 
 
-def main() -> None:
-    plt.rcParams |= {"mathtext.fontset": "cm", "figure.dpi": 110}
-    figure, axes = plt.subplots(1, 3, figsize=(15, 4.8), layout="constrained", width_ratios=(4.05, 4.3, 3.65))
-    draw_frames(axes[0])
-    draw_wheel(axes[1])
-    draw_turning(axes[2])
-    figure.savefig(Path(__file__).with_suffix(".png"), bbox_inches="tight", metadata={"Software": None})
-
-
-if __name__ == "__main__":
-    main()
+def draw(folder: Path) -> None:
+    with plt.rc_context({"mathtext.fontset": "cm"}):
+        figure, axes = plt.subplots(1, 3, figsize=(15, 4.8), layout="constrained", width_ratios=(4.05, 4.3, 3.65))
+        draw_frames(axes[0])
+        draw_wheel(axes[1])
+        draw_turning(axes[2])
+        figure.savefig(folder / "conventions.png", dpi=110, bbox_inches="tight", metadata={"Software": None})

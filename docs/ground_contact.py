@@ -1,10 +1,11 @@
-"""Measures and draws what docs/ground-contact.md shows: docs/ground-contact.png, and the numbers on the page.
+"""Measures and draws what ground-contact.md shows: the numbers on the page, and ground-contact.png.
 
-    python docs/ground_contact.py
+    python docs/ground_contact.py       prints the numbers; docs/site/pictures.py draws
 
-Takes about two minutes. Needs matplotlib.
+Needs matplotlib.
 """
 
+import tempfile
 from pathlib import Path
 
 import matplotlib
@@ -109,15 +110,16 @@ def together() -> None:
         print(f"{coefficient:9.3g} N s/m, nu away from", *away, flush=True)
 
 
-def main() -> None:
-    together()
+def draw(folder: Path) -> None:
     runs = {law: rolling(law) for law in ("impact", "smooth")}
     with matplotlib.rc_context(pictures.STYLE):
         figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
         draw_a_switch(axes[1], axes[2], runs["impact"])
         draw_distances(axes[0], distances(runs))
-        pictures.save(figure, Path(__file__).with_name("ground-contact.png"))
+        pictures.save(figure, folder / "ground-contact.png")
 
 
 if __name__ == "__main__":
-    main()
+    together()
+    with tempfile.TemporaryDirectory() as aside:
+        draw(Path(aside))

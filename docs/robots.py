@@ -1,6 +1,6 @@
-"""Measures and draws what docs/robots.md shows: docs/robots.png, and the table of figures on the page.
+"""Measures and draws what robots.md shows: the table of figures on the page, and robots.png.
 
-    python docs/robots.py
+    python docs/robots.py       writes the table; docs/site/pictures.py draws
 
 Takes some seconds. Needs matplotlib.
 """
@@ -69,7 +69,8 @@ def driven() -> tuple[list[str], dict[str, dict[str, omniroll.Trajectory]]]:
     return rows, found
 
 
-def draw(curves: dict[str, np.ndarray], scenes: dict[str, dict[str, omniroll.Trajectory]]) -> None:
+def draw(folder: Path) -> None:
+    (_, curves), (_, scenes) = coasting(), driven()
     with matplotlib.rc_context(pictures.STYLE):
         figure, axes = plt.subplots(1, 3, figsize=(13, 4), layout="constrained")
         for (name, curve), colour in zip(curves.items(), COLOURS, strict=True):
@@ -78,7 +79,8 @@ def draw(curves: dict[str, np.ndarray], scenes: dict[str, dict[str, omniroll.Tra
             title="energy lost over the first metre, coasting", xlabel="direction of motion, degrees from forward"
         )
         axes[0].set(ylabel=f"% of the energy at {SPEED:g} m/s", xticks=range(0, 91, 15))
-        axes[0].legend(fontsize="small")
+        axes[0].set_ylim(0, 1.35 * max(curve.max() for curve in curves.values()))  # room for the legend
+        axes[0].legend(fontsize="small", loc="upper center", ncols=2)
         for axis, (name, runs) in zip(axes[1:], scenes.items(), strict=True):
             for model, run in runs.items():
                 taken = -np.concatenate([[0], np.cumsum(run.switches.energy_jump)])
@@ -86,29 +88,26 @@ def draw(curves: dict[str, np.ndarray], scenes: dict[str, dict[str, omniroll.Tra
                 axis.step(times, taken, where="post", color=pictures.COLOURS[model], label=model)
             axis.set(title=f"scenes/{name}.toml: energy that switches took", xlabel="t, s", ylabel="J")
             axis.legend()
-        pictures.save(figure, PAGE.with_suffix(".png"))
+        pictures.save(figure, folder / "robots.png")
 
 
 def main() -> None:
-    coasted, curves = coasting()
-    drove, scenes = driven()
     lines = [
         f"Coasting from {SPEED:g} m/s, over all directions of motion: the part of the energy that is lost.",
         "",
         "| robot | free, first metre | second metre | locked, first metre | second metre | lever of yaw alternates |",
         "| --- | --- | --- | --- | --- | --- |",
-        *coasted,
+        *coasting()[0],
         "",
         "The scenes, driven through their motors:",
         "",
         "| scene | rollers | switches | work of the motors | taken by switches | end, away from massless |",
         "| --- | --- | --- | --- | --- | --- |",
-        *drove,
+        *driven()[0],
     ]
     text = PAGE.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)
     PAGE.write_text("\n".join([f"{before}{BEGIN}", "", *lines, "", f"{END}{rest.split(END)[1]}"]), encoding="utf-8")
-    draw(curves, scenes)
     print("\n".join(lines))
 
 

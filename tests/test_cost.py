@@ -26,9 +26,8 @@ ROOT = Path(__file__).resolve().parents[1]
 def operations(set_name, name, effects=()):
     """Operation counts of a generated function by place: once, wheel, slot, roller."""
     model = set_name.removesuffix("_sharp")
-    wanted = form(name, model != set_name)
-    (found,) = [f["operations"] for f in sets.functions(model, effects) if f["name"] == wanted]
-    return found
+    counted = {f["name"]: f["operations"] for f in sets.functions(model, effects)}
+    return counted[form(name, model != set_name, counted)]
 
 
 def total(set_name, name, wheels, rollers, effects=()):

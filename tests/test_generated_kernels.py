@@ -56,7 +56,7 @@ class Case:
         return self.function(name)(self.model, *arguments)
 
     def function(self, name):
-        return getattr(self.module, form(name, self.sharp))
+        return getattr(self.module, form(name, self.sharp, vars(self.module)))
 
     def momenta(self):
         return [self.call("momenta", self.call("axial_speeds", self.nu, self.chi, self.spins))] if self.free else []

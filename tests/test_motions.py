@@ -64,6 +64,15 @@ def test_the_locked_vehicle_goes_straight_without_steps_of_energy(rows):
     assert [row["claim"] for row in own if row["holds"] == "False"] == ["2d"]
 
 
+def test_each_run_is_a_line_with_the_time_that_is_left(capsys, monkeypatch):
+    monkeypatch.setattr(writing.time, "monotonic", iter((0.0, 2.0, 6.0)).__next__)
+    report, run = writing.progress(4), SimpleNamespace(switches=[0] * 7)
+    for setting in cases.SETTINGS[:2]:
+        report(cases.MOTIONS[0], setting, run)
+    first, second = capsys.readouterr().out.splitlines()
+    assert first.endswith("7 switches, 2.0 s so far, about 6 s left") and second.endswith("about 6 s left")
+
+
 def test_measures_of_a_run_made_by_hand():
     switches = np.array([(1.0, 0.5)], [("t", float), ("energy_jump", float)])
     angle = np.array([0.0, 0.3, 0.3, 2.0])

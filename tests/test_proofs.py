@@ -155,7 +155,7 @@ def questions() -> list[tuple[str, list[str]]]:
     return asked
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_proof_fails_under_one_changed_sign(tmp_path):
     asked = questions()
     assert len(asked) > 60

@@ -1,4 +1,4 @@
-"""Puts the sources of the site together: python assemble.py FOLDER.
+"""Puts the sources of the site together: python assemble.py FOLDER [PICTURES].
 
 The pages are those of docs/, which are read on their own, too, and what codegen has written of formulas and symbols.
 The reference of functions, commands and C headers is made from what the package says of itself. Links between pages
@@ -51,8 +51,8 @@ GROUPS = {  # of the reference; what belongs to none stands behind them
 }  # fmt: skip
 
 
-def main(folder: Path) -> None:
-    """Write the sources into a new folder."""
+def main(folder: Path, drawn: Path | None = None) -> None:
+    """Write the sources into a new folder, with the pictures of `drawn` in the place of those in docs/."""
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(SITE, folder)
     files: set[str] = set()
@@ -64,8 +64,9 @@ def main(folder: Path) -> None:
     for file in files:
         (folder / "files" / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / file, folder / "files" / file)
-    for picture in (ROOT / "docs").rglob("*.png"):
-        shutil.copy(picture, folder / picture.relative_to(ROOT / "docs"))
+    for place in filter(None, (ROOT / "docs", drawn)):
+        for picture in place.glob("*.png"):
+            shutil.copy(picture, folder / picture.name)
     for name, text in made().items():
         place = folder / f"{name}.md"
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -204,4 +205,6 @@ def c_headers() -> Iterator[str]:
 if __name__ == "__main__":
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("folder", type=Path)
-    sys.exit(main(arguments.parse_args().folder))
+    arguments.add_argument("pictures", type=Path, nargs="?", help="pictures that take the places of those in docs/")
+    given = arguments.parse_args()
+    sys.exit(main(given.folder, given.pictures))

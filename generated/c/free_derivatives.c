@@ -347,3 +347,475 @@ void omniroll_forward_dynamics_derivatives(const omniroll_model *model, const om
         nu_dot_by_momentum_sin[3*i + 2] = x_3_by_momentum_sin;
     }
 }
+
+/* Quasi-accelerations and their derivatives by state and inputs, what the effects bring held as it is, for
+ * sharp tips. Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
+ * (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
+ * drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates (maxima/forms/system.mac). */
+void omniroll_forward_dynamics_derivatives_sharp(const omniroll_model *model, const omniroll_real *nu,
+                                                 const omniroll_real *chi, const omniroll_real *momenta,
+                                                 omniroll_real *nu_dot, omniroll_real *nu_dot_by_nu,
+                                                 omniroll_real *nu_dot_by_chi,
+                                                 omniroll_real *nu_dot_by_momentum_cos,
+                                                 omniroll_real *nu_dot_by_momentum_sin)
+{
+    const int wheels = model->wheels;
+    const omniroll_real B = model->B;
+    const omniroll_real start_d1 = model->start_d1;
+    const omniroll_real start_d2 = model->start_d2;
+    const omniroll_real start_d3 = model->start_d3;
+    const omniroll_real start_u12 = model->start_u12;
+    const omniroll_real start_u13 = model->start_u13;
+    const omniroll_real start_u23 = model->start_u23;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real coriolis = model->coriolis;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    omniroll_real d1 = start_d1;
+    omniroll_real d2 = start_d2;
+    omniroll_real d3 = start_d3;
+    omniroll_real u12 = start_u12;
+    omniroll_real u13 = start_u13;
+    omniroll_real u23 = start_u23;
+    omniroll_real t1_by_nu_1 = OMNIROLL_NUMBER(0);
+    omniroll_real t1_by_nu_2 = OMNIROLL_NUMBER(0);
+    omniroll_real t1_by_nu_3 = OMNIROLL_NUMBER(0);
+    omniroll_real t1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2_by_nu_1 = OMNIROLL_NUMBER(0);
+    omniroll_real t2_by_nu_2 = OMNIROLL_NUMBER(0);
+    omniroll_real t2_by_nu_3 = OMNIROLL_NUMBER(0);
+    omniroll_real t2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3_by_nu_1 = OMNIROLL_NUMBER(0);
+    omniroll_real t3_by_nu_2 = OMNIROLL_NUMBER(0);
+    omniroll_real t3_by_nu_3 = OMNIROLL_NUMBER(0);
+    omniroll_real t3 = OMNIROLL_NUMBER(0);
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    omniroll_real f1_by_nu_1 = OMNIROLL_NUMBER(0);
+    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
+    omniroll_real f1_by_nu_2 = coriolis_nu_3;
+    omniroll_real f1_by_nu_3 = coriolis*nu_2;
+    const omniroll_real coriolis_nu_3_nu_2 = coriolis_nu_3*nu_2;
+    omniroll_real f1 = coriolis_nu_3_nu_2;
+    const omniroll_real t4 = -coriolis_nu_3;
+    omniroll_real f2_by_nu_1 = t4;
+    omniroll_real f2_by_nu_2 = OMNIROLL_NUMBER(0);
+    omniroll_real f2_by_nu_3 = -coriolis*nu_1;
+    const omniroll_real t4_nu_1 = t4*nu_1;
+    omniroll_real f2 = t4_nu_1;
+    omniroll_real f3_by_nu_1 = OMNIROLL_NUMBER(0);
+    omniroll_real f3_by_nu_2 = OMNIROLL_NUMBER(0);
+    omniroll_real f3_by_nu_3 = OMNIROLL_NUMBER(0);
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real t6 = 2*l;
+    const omniroll_real t7 = inverse_yaw_scale*R_over_l;
+    const omniroll_real t8 = -t7;
+    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real momentum_cos = momenta[2*i];
+        const omniroll_real momentum_sin = momenta[2*i + 1];
+        const omniroll_real t5 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t5);
+        const omniroll_real half_cosine = omniroll_cos(t5);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t6*width;
+        const omniroll_real roll_by_nu_1 = R_over_l*sin_alpha;
+        const omniroll_real roll_by_nu_2 = -R_over_l*cos_alpha;
+        const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
+        const omniroll_real wheel_rate_by_nu_3 = t8;
+        const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
+        const omniroll_real along_by_nu_1 = R*cos_alpha;
+        const omniroll_real along_by_nu_2 = R*sin_alpha;
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real rolling_by_nu_1 = inverse_rho*along_by_nu_1;
+        const omniroll_real rolling_by_nu_2 = inverse_rho*along_by_nu_2;
+        const omniroll_real rolling = along*inverse_rho;
+        const omniroll_real axial_by_nu_3 = inverse_yaw_scale*sine;
+        const omniroll_real axial = yaw_rate*sine + rolling;
+        const omniroll_real row_1 = along_by_nu_1*inverse_rho;
+        const omniroll_real row_2 = along_by_nu_2*inverse_rho;
+        const omniroll_real sine_3 = axial_by_nu_3;
+        const omniroll_real l_sine_inverse_rho = l*sine*inverse_rho;
+        const omniroll_real t9 = l_sine_inverse_rho*wheel_rate;
+        const omniroll_real t10 = l_sine_inverse_rho*rolling;
+        const omniroll_real stretch_by_nu_1 = t9*rolling_by_nu_1 + t10*roll_by_nu_1;
+        const omniroll_real stretch_by_nu_2 = t9*rolling_by_nu_2 + t10*roll_by_nu_2;
+        const omniroll_real stretch_by_nu_3 = t10*wheel_rate_by_nu_3;
+        const omniroll_real stretch = t10*wheel_rate;
+        const omniroll_real yaw_rate_cosine = yaw_rate*cosine;
+        const omniroll_real turning_by_nu_1 = yaw_rate_cosine*roll_by_nu_1;
+        const omniroll_real turning_by_nu_2 = yaw_rate_cosine*roll_by_nu_2;
+        const omniroll_real turning_by_nu_3 = inverse_yaw_scale*cosine*wheel_rate
+            + yaw_rate_cosine*wheel_rate_by_nu_3;
+        const omniroll_real turning = yaw_rate_cosine*wheel_rate;
+        const omniroll_real drift_by_nu_1 = stretch_by_nu_1 + turning_by_nu_1;
+        const omniroll_real drift_by_nu_2 = stretch_by_nu_2 + turning_by_nu_2;
+        const omniroll_real drift_by_nu_3 = stretch_by_nu_3 + turning_by_nu_3;
+        const omniroll_real drift = stretch + turning;
+        const omniroll_real B_cosine = B*cosine;
+        const omniroll_real couple_by_nu_1 = B_cosine*rolling_by_nu_1;
+        const omniroll_real couple_by_nu_2 = B_cosine*rolling_by_nu_2;
+        const omniroll_real couple_by_nu_3 = B_cosine*axial_by_nu_3;
+        const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
+        const omniroll_real couple_rate_by_nu_1 = R_over_l_yaw_rate*couple_by_nu_1;
+        const omniroll_real couple_rate_by_nu_2 = R_over_l_yaw_rate*couple_by_nu_2;
+        const omniroll_real couple_rate_by_nu_3 = t7*couple + R_over_l_yaw_rate*couple_by_nu_3;
+        const omniroll_real couple_rate = R_over_l_yaw_rate*couple;
+        const omniroll_real momentum_rate_by_nu_1 = roll*couple_by_nu_1 + couple*roll_by_nu_1;
+        const omniroll_real momentum_rate_by_nu_2 = roll*couple_by_nu_2 + couple*roll_by_nu_2;
+        const omniroll_real momentum_rate_by_nu_3 = roll*couple_by_nu_3;
+        const omniroll_real momentum_rate = roll*couple;
+        f1_by_nu_1 += sin_alpha*couple_rate_by_nu_1;
+        f1_by_nu_2 += sin_alpha*couple_rate_by_nu_2;
+        f1_by_nu_3 += sin_alpha*couple_rate_by_nu_3;
+        f1 += sin_alpha*couple_rate;
+        f2_by_nu_1 += -cos_alpha*couple_rate_by_nu_1;
+        f2_by_nu_2 += -cos_alpha*couple_rate_by_nu_2;
+        f2_by_nu_3 += -cos_alpha*couple_rate_by_nu_3;
+        f2 += -cos_alpha*couple_rate;
+        f3_by_nu_1 += -inverse_yaw_scale*momentum_rate_by_nu_1;
+        f3_by_nu_2 += -inverse_yaw_scale*momentum_rate_by_nu_2;
+        f3_by_nu_3 += -inverse_yaw_scale*momentum_rate_by_nu_3;
+        f3 += -inverse_yaw_scale*momentum_rate;
+        const omniroll_real target_by_nu_1 = -drift_by_nu_1;
+        const omniroll_real target_by_nu_2 = -drift_by_nu_2;
+        const omniroll_real target_by_nu_3 = -drift_by_nu_3;
+        const omniroll_real target = -drift;
+        const omniroll_real fold_d1 = B*row_1*row_1 + d1;
+        const omniroll_real inv_fold_d1 = 1/fold_d1;
+        const omniroll_real kept_1 = d1*inv_fold_d1;
+        const omniroll_real gain_1 = B*row_1*inv_fold_d1;
+        const omniroll_real fold_weight_2 = B*kept_1;
+        const omniroll_real fold_2 = row_2 - u12*row_1;
+        const omniroll_real fold_3 = sine_3 - u13*row_1;
+        const omniroll_real fold_target_2_by_nu_1 = target_by_nu_1 - row_1*t1_by_nu_1;
+        const omniroll_real fold_target_2_by_nu_2 = target_by_nu_2 - row_1*t1_by_nu_2;
+        const omniroll_real fold_target_2_by_nu_3 = target_by_nu_3 - row_1*t1_by_nu_3;
+        const omniroll_real fold_target_2 = target - t1*row_1;
+        d1 = fold_d1;
+        u12 = u12*kept_1 + row_2*gain_1;
+        u13 = u13*kept_1 + sine_3*gain_1;
+        t1_by_nu_1 = kept_1*t1_by_nu_1 + gain_1*target_by_nu_1;
+        t1_by_nu_2 = kept_1*t1_by_nu_2 + gain_1*target_by_nu_2;
+        t1_by_nu_3 = kept_1*t1_by_nu_3 + gain_1*target_by_nu_3;
+        t1 = t1*kept_1 + target*gain_1;
+        const omniroll_real fold_d2 = d2 + fold_weight_2*fold_2*fold_2;
+        const omniroll_real inv_fold_d2 = 1/fold_d2;
+        const omniroll_real kept_2 = d2*inv_fold_d2;
+        const omniroll_real gain_2 = fold_weight_2*fold_2*inv_fold_d2;
+        const omniroll_real fold_weight_3 = fold_weight_2*kept_2;
+        const omniroll_real fold_33 = fold_3 - u23*fold_2;
+        const omniroll_real fold_target_3_by_nu_1 = fold_target_2_by_nu_1 - fold_2*t2_by_nu_1;
+        const omniroll_real fold_target_3_by_nu_2 = fold_target_2_by_nu_2 - fold_2*t2_by_nu_2;
+        const omniroll_real fold_target_3_by_nu_3 = fold_target_2_by_nu_3 - fold_2*t2_by_nu_3;
+        const omniroll_real fold_target_3 = fold_target_2 - t2*fold_2;
+        d2 = fold_d2;
+        u23 = u23*kept_2 + fold_3*gain_2;
+        t2_by_nu_1 = kept_2*t2_by_nu_1 + gain_2*fold_target_2_by_nu_1;
+        t2_by_nu_2 = kept_2*t2_by_nu_2 + gain_2*fold_target_2_by_nu_2;
+        t2_by_nu_3 = kept_2*t2_by_nu_3 + gain_2*fold_target_2_by_nu_3;
+        t2 = t2*kept_2 + fold_target_2*gain_2;
+        const omniroll_real fold_d3 = d3 + fold_weight_3*fold_33*fold_33;
+        const omniroll_real inv_fold_d3 = 1/fold_d3;
+        const omniroll_real kept_3 = d3*inv_fold_d3;
+        const omniroll_real gain_3 = fold_weight_3*fold_33*inv_fold_d3;
+        d3 = fold_d3;
+        t3_by_nu_1 = kept_3*t3_by_nu_1 + gain_3*fold_target_3_by_nu_1;
+        t3_by_nu_2 = kept_3*t3_by_nu_2 + gain_3*fold_target_3_by_nu_2;
+        t3_by_nu_3 = kept_3*t3_by_nu_3 + gain_3*fold_target_3_by_nu_3;
+        t3 = t3*kept_3 + fold_target_3*gain_3;
+    }
+    const omniroll_real z2_by_nu_1 = f2_by_nu_1 - u12*f1_by_nu_1;
+    const omniroll_real z2_by_nu_2 = f2_by_nu_2 - u12*f1_by_nu_2;
+    const omniroll_real z2_by_nu_3 = f2_by_nu_3 - u12*f1_by_nu_3;
+    const omniroll_real z2 = f2 - u12*f1;
+    const omniroll_real z3_by_nu_1 = f3_by_nu_1 - u13*f1_by_nu_1 - u23*z2_by_nu_1;
+    const omniroll_real z3_by_nu_2 = f3_by_nu_2 - u13*f1_by_nu_2 - u23*z2_by_nu_2;
+    const omniroll_real z3_by_nu_3 = f3_by_nu_3 - u13*f1_by_nu_3 - u23*z2_by_nu_3;
+    const omniroll_real z3 = f3 - u13*f1 - u23*z2;
+    const omniroll_real inv_d3 = 1/d3;
+    const omniroll_real x_3_by_nu_1 = t3_by_nu_1 + z3_by_nu_1*inv_d3;
+    const omniroll_real x_3_by_nu_2 = t3_by_nu_2 + z3_by_nu_2*inv_d3;
+    const omniroll_real x_3_by_nu_3 = t3_by_nu_3 + z3_by_nu_3*inv_d3;
+    const omniroll_real x_3 = t3 + z3*inv_d3;
+    const omniroll_real inv_d2 = 1/d2;
+    const omniroll_real own_2_by_nu_1 = t2_by_nu_1 + z2_by_nu_1*inv_d2;
+    const omniroll_real own_2_by_nu_2 = t2_by_nu_2 + z2_by_nu_2*inv_d2;
+    const omniroll_real own_2_by_nu_3 = t2_by_nu_3 + z2_by_nu_3*inv_d2;
+    const omniroll_real own_2 = t2 + z2*inv_d2;
+    const omniroll_real inv_d1 = 1/d1;
+    const omniroll_real own_1_by_nu_1 = f1_by_nu_1*inv_d1 + t1_by_nu_1;
+    const omniroll_real own_1_by_nu_2 = f1_by_nu_2*inv_d1 + t1_by_nu_2;
+    const omniroll_real own_1_by_nu_3 = f1_by_nu_3*inv_d1 + t1_by_nu_3;
+    const omniroll_real own_1 = t1 + f1*inv_d1;
+    const omniroll_real x_2_by_nu_1 = own_2_by_nu_1 - u23*x_3_by_nu_1;
+    const omniroll_real x_2_by_nu_2 = own_2_by_nu_2 - u23*x_3_by_nu_2;
+    const omniroll_real x_2_by_nu_3 = own_2_by_nu_3 - u23*x_3_by_nu_3;
+    const omniroll_real x_2 = own_2 - u23*x_3;
+    const omniroll_real x_1_by_nu_1 = own_1_by_nu_1 - u12*x_2_by_nu_1 - u13*x_3_by_nu_1;
+    const omniroll_real x_1_by_nu_2 = own_1_by_nu_2 - u12*x_2_by_nu_2 - u13*x_3_by_nu_2;
+    const omniroll_real x_1_by_nu_3 = own_1_by_nu_3 - u12*x_2_by_nu_3 - u13*x_3_by_nu_3;
+    const omniroll_real x_1 = own_1 - u12*x_2 - u13*x_3;
+    nu_dot_by_nu[0] = x_1_by_nu_1;
+    nu_dot_by_nu[1] = x_1_by_nu_2;
+    nu_dot_by_nu[2] = x_1_by_nu_3;
+    nu_dot[0] = x_1;
+    nu_dot_by_nu[3] = x_2_by_nu_1;
+    nu_dot_by_nu[4] = x_2_by_nu_2;
+    nu_dot_by_nu[5] = x_2_by_nu_3;
+    nu_dot[1] = x_2;
+    nu_dot_by_nu[6] = x_3_by_nu_1;
+    nu_dot_by_nu[7] = x_3_by_nu_2;
+    nu_dot_by_nu[8] = x_3_by_nu_3;
+    nu_dot[2] = x_3;
+    const omniroll_real t15 = 2*B;
+    for (int i = 0; i < wheels; i++) {
+        omniroll_real d1_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real d1_k = start_d1;
+        omniroll_real d2_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real d2_k = start_d2;
+        omniroll_real d3_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real d3_k = start_d3;
+        omniroll_real u12_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real u12_k = start_u12;
+        omniroll_real u13_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real u13_k = start_u13;
+        omniroll_real u23_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real u23_k = start_u23;
+        omniroll_real t1_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real t1_k = OMNIROLL_NUMBER(0);
+        omniroll_real t2_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real t2_k = OMNIROLL_NUMBER(0);
+        omniroll_real t3_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real t3_k = OMNIROLL_NUMBER(0);
+        const omniroll_real yaw_rate_k = yaw_rate;
+        omniroll_real f1_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real f1_k_by_momentum_cos = OMNIROLL_NUMBER(0);
+        omniroll_real f1_k_by_momentum_sin = OMNIROLL_NUMBER(0);
+        omniroll_real f1_k = coriolis_nu_3_nu_2;
+        omniroll_real f2_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real f2_k_by_momentum_cos = OMNIROLL_NUMBER(0);
+        omniroll_real f2_k_by_momentum_sin = OMNIROLL_NUMBER(0);
+        omniroll_real f2_k = t4_nu_1;
+        omniroll_real f3_k_by_chi = OMNIROLL_NUMBER(0);
+        omniroll_real f3_k_by_momentum_cos = OMNIROLL_NUMBER(0);
+        omniroll_real f3_k_by_momentum_sin = OMNIROLL_NUMBER(0);
+        omniroll_real f3_k = OMNIROLL_NUMBER(0);
+        const omniroll_real R_over_l_yaw_rate_k = R_over_l*yaw_rate_k;
+        for (int k = 0; k < wheels; k++) {
+            const omniroll_real own = OMNIROLL_NUMBER(i == k);
+            const omniroll_real cos_alpha_k = model->wheel[k].cos_alpha;
+            const omniroll_real sin_alpha_k = model->wheel[k].sin_alpha;
+            const omniroll_real chi_k = chi[k];
+            const omniroll_real momentum_cos_k = momenta[2*k];
+            const omniroll_real momentum_sin_k = momenta[2*k + 1];
+            const omniroll_real t11 = chi_k/2;
+            const omniroll_real half_sine_k = omniroll_sin(t11);
+            const omniroll_real half_cosine_k = omniroll_cos(t11);
+            const omniroll_real sine_k = 2*half_cosine_k*half_sine_k;
+            const omniroll_real own_sine_k = own*sine_k;
+            const omniroll_real cosine_k_by_chi = -own_sine_k;
+            const omniroll_real cosine_k = 1 - 2*half_sine_k*half_sine_k;
+            const omniroll_real sine_k_by_chi = own*cosine_k;
+            const omniroll_real below_k = joint_sine - half_sine_k;
+            const omniroll_real above_k = joint_sine + half_sine_k;
+            const omniroll_real width_k = above_k*below_k;
+            const omniroll_real l_sine_k = l*sine_k;
+            const omniroll_real rho_k_by_chi = -l_sine_k*own;
+            const omniroll_real rho_k = tip + t6*width_k;
+            const omniroll_real roll_k = R_over_l*(nu_1*sin_alpha_k - nu_2*cos_alpha_k);
+            const omniroll_real wheel_rate_k = roll_k - R_over_l_yaw_rate_k;
+            const omniroll_real along_k = R*(nu_1*cos_alpha_k + nu_2*sin_alpha_k);
+            const omniroll_real inv_rho_k = 1/rho_k;
+            const omniroll_real inverse_rho_k_by_chi = -rho_k_by_chi*inv_rho_k*inv_rho_k;
+            const omniroll_real inverse_rho_k = inv_rho_k;
+            const omniroll_real rolling_k_by_chi = along_k*inverse_rho_k_by_chi;
+            const omniroll_real rolling_k = along_k*inverse_rho_k;
+            const omniroll_real axial_k_by_chi = rolling_k_by_chi + yaw_rate_k*sine_k_by_chi;
+            const omniroll_real axial_k = rolling_k + yaw_rate_k*sine_k;
+            const omniroll_real R_cos_alpha_k = R*cos_alpha_k;
+            const omniroll_real row_1_k_by_chi = R_cos_alpha_k*inverse_rho_k_by_chi;
+            const omniroll_real row_1_k = R_cos_alpha_k*inverse_rho_k;
+            const omniroll_real R_sin_alpha_k = R*sin_alpha_k;
+            const omniroll_real row_2_k_by_chi = R_sin_alpha_k*inverse_rho_k_by_chi;
+            const omniroll_real row_2_k = R_sin_alpha_k*inverse_rho_k;
+            const omniroll_real sine_3_k_by_chi = inverse_yaw_scale*sine_k_by_chi;
+            const omniroll_real sine_3_k = inverse_yaw_scale*sine_k;
+            const omniroll_real t12 = inverse_rho_k*wheel_rate_k;
+            const omniroll_real t12_rolling_k = t12*rolling_k;
+            const omniroll_real stretch_k_by_chi = t12_rolling_k*l*sine_k_by_chi
+                + t12*l_sine_k*rolling_k_by_chi + l_sine_k*inverse_rho_k_by_chi*rolling_k*wheel_rate_k;
+            const omniroll_real stretch_k = t12_rolling_k*l_sine_k;
+            const omniroll_real t13 = yaw_rate_k*wheel_rate_k;
+            const omniroll_real turning_k_by_chi = t13*cosine_k_by_chi;
+            const omniroll_real turning_k = t13*cosine_k;
+            const omniroll_real drift_k_by_chi = stretch_k_by_chi + turning_k_by_chi;
+            const omniroll_real drift_k = stretch_k + turning_k;
+            const omniroll_real t14 = B*axial_k + momentum_cos_k;
+            const omniroll_real couple_k_by_chi = B*axial_k_by_chi*cosine_k + cosine_k_by_chi*t14
+                - momentum_sin_k*sine_k_by_chi;
+            const omniroll_real couple_k_by_momentum_cos = sine_k_by_chi;
+            const omniroll_real couple_k_by_momentum_sin = -own_sine_k;
+            const omniroll_real couple_k = cosine_k*t14 - momentum_sin_k*sine_k;
+            const omniroll_real couple_rate_k_by_chi = R_over_l_yaw_rate_k*couple_k_by_chi;
+            const omniroll_real couple_rate_k_by_momentum_cos = R_over_l_yaw_rate_k*couple_k_by_momentum_cos;
+            const omniroll_real couple_rate_k_by_momentum_sin = R_over_l_yaw_rate_k*couple_k_by_momentum_sin;
+            const omniroll_real couple_rate_k = R_over_l_yaw_rate_k*couple_k;
+            const omniroll_real momentum_rate_k_by_chi = couple_k_by_chi*roll_k;
+            const omniroll_real momentum_rate_k_by_momentum_cos = couple_k_by_momentum_cos*roll_k;
+            const omniroll_real momentum_rate_k_by_momentum_sin = couple_k_by_momentum_sin*roll_k;
+            const omniroll_real momentum_rate_k = couple_k*roll_k;
+            f1_k_by_chi += couple_rate_k_by_chi*sin_alpha_k;
+            f1_k_by_momentum_cos += couple_rate_k_by_momentum_cos*sin_alpha_k;
+            f1_k_by_momentum_sin += couple_rate_k_by_momentum_sin*sin_alpha_k;
+            f1_k += couple_rate_k*sin_alpha_k;
+            f2_k_by_chi += -cos_alpha_k*couple_rate_k_by_chi;
+            f2_k_by_momentum_cos += -cos_alpha_k*couple_rate_k_by_momentum_cos;
+            f2_k_by_momentum_sin += -cos_alpha_k*couple_rate_k_by_momentum_sin;
+            f2_k += -cos_alpha_k*couple_rate_k;
+            f3_k_by_chi += -inverse_yaw_scale*momentum_rate_k_by_chi;
+            f3_k_by_momentum_cos += -inverse_yaw_scale*momentum_rate_k_by_momentum_cos;
+            f3_k_by_momentum_sin += -inverse_yaw_scale*momentum_rate_k_by_momentum_sin;
+            f3_k += -inverse_yaw_scale*momentum_rate_k;
+            const omniroll_real target_k_by_chi = -drift_k_by_chi;
+            const omniroll_real target_k = -drift_k;
+            const omniroll_real fold_d1_k_by_chi = t15*row_1_k*row_1_k_by_chi + d1_k_by_chi;
+            const omniroll_real fold_d1_k = B*row_1_k*row_1_k + d1_k;
+            const omniroll_real inv_fold_d1_k = 1/fold_d1_k;
+            const omniroll_real t16 = fold_d1_k_by_chi*inv_fold_d1_k*inv_fold_d1_k;
+            const omniroll_real kept_1_k_by_chi = d1_k_by_chi*inv_fold_d1_k - t16*d1_k;
+            const omniroll_real kept_1_k = d1_k*inv_fold_d1_k;
+            const omniroll_real B_row_1_k = B*row_1_k;
+            const omniroll_real gain_1_k_by_chi = B*row_1_k_by_chi*inv_fold_d1_k - B_row_1_k*t16;
+            const omniroll_real gain_1_k = B_row_1_k*inv_fold_d1_k;
+            const omniroll_real fold_weight_2_k_by_chi = B*kept_1_k_by_chi;
+            const omniroll_real fold_weight_2_k = B*kept_1_k;
+            const omniroll_real fold_2_k_by_chi = row_2_k_by_chi - row_1_k*u12_k_by_chi
+                - row_1_k_by_chi*u12_k;
+            const omniroll_real fold_2_k = row_2_k - row_1_k*u12_k;
+            const omniroll_real fold_3_k_by_chi = sine_3_k_by_chi - row_1_k*u13_k_by_chi
+                - row_1_k_by_chi*u13_k;
+            const omniroll_real fold_3_k = sine_3_k - row_1_k*u13_k;
+            const omniroll_real fold_target_2_k_by_chi = target_k_by_chi - row_1_k*t1_k_by_chi
+                - row_1_k_by_chi*t1_k;
+            const omniroll_real fold_target_2_k = target_k - row_1_k*t1_k;
+            d1_k_by_chi = fold_d1_k_by_chi;
+            d1_k = fold_d1_k;
+            u12_k_by_chi = gain_1_k*row_2_k_by_chi + gain_1_k_by_chi*row_2_k + kept_1_k*u12_k_by_chi
+                + kept_1_k_by_chi*u12_k;
+            u12_k = gain_1_k*row_2_k + kept_1_k*u12_k;
+            u13_k_by_chi = gain_1_k*sine_3_k_by_chi + gain_1_k_by_chi*sine_3_k + kept_1_k*u13_k_by_chi
+                + kept_1_k_by_chi*u13_k;
+            u13_k = gain_1_k*sine_3_k + kept_1_k*u13_k;
+            t1_k_by_chi = gain_1_k*target_k_by_chi + gain_1_k_by_chi*target_k + kept_1_k*t1_k_by_chi
+                + kept_1_k_by_chi*t1_k;
+            t1_k = gain_1_k*target_k + kept_1_k*t1_k;
+            const omniroll_real t17 = fold_2_k*fold_weight_2_k;
+            const omniroll_real fold_2_k_sq = fold_2_k*fold_2_k;
+            const omniroll_real fold_d2_k_by_chi = d2_k_by_chi + 2*t17*fold_2_k_by_chi
+                + fold_2_k_sq*fold_weight_2_k_by_chi;
+            const omniroll_real fold_d2_k = d2_k + fold_2_k_sq*fold_weight_2_k;
+            const omniroll_real inv_fold_d2_k = 1/fold_d2_k;
+            const omniroll_real t18 = fold_d2_k_by_chi*inv_fold_d2_k*inv_fold_d2_k;
+            const omniroll_real kept_2_k_by_chi = d2_k_by_chi*inv_fold_d2_k - t18*d2_k;
+            const omniroll_real kept_2_k = d2_k*inv_fold_d2_k;
+            const omniroll_real gain_2_k_by_chi = fold_2_k*fold_weight_2_k_by_chi*inv_fold_d2_k - t18*t17
+                + fold_2_k_by_chi*fold_weight_2_k*inv_fold_d2_k;
+            const omniroll_real gain_2_k = t17*inv_fold_d2_k;
+            const omniroll_real fold_weight_3_k_by_chi = fold_weight_2_k*kept_2_k_by_chi
+                + fold_weight_2_k_by_chi*kept_2_k;
+            const omniroll_real fold_weight_3_k = fold_weight_2_k*kept_2_k;
+            const omniroll_real fold_33_k_by_chi = fold_3_k_by_chi - fold_2_k*u23_k_by_chi
+                - fold_2_k_by_chi*u23_k;
+            const omniroll_real fold_33_k = fold_3_k - fold_2_k*u23_k;
+            const omniroll_real fold_target_3_k_by_chi = fold_target_2_k_by_chi - fold_2_k*t2_k_by_chi
+                - fold_2_k_by_chi*t2_k;
+            const omniroll_real fold_target_3_k = fold_target_2_k - fold_2_k*t2_k;
+            d2_k_by_chi = fold_d2_k_by_chi;
+            d2_k = fold_d2_k;
+            u23_k_by_chi = fold_3_k*gain_2_k_by_chi + fold_3_k_by_chi*gain_2_k + kept_2_k*u23_k_by_chi
+                + kept_2_k_by_chi*u23_k;
+            u23_k = fold_3_k*gain_2_k + kept_2_k*u23_k;
+            t2_k_by_chi = fold_target_2_k*gain_2_k_by_chi + fold_target_2_k_by_chi*gain_2_k
+                + kept_2_k*t2_k_by_chi + kept_2_k_by_chi*t2_k;
+            t2_k = fold_target_2_k*gain_2_k + kept_2_k*t2_k;
+            const omniroll_real t19 = fold_33_k*fold_weight_3_k;
+            const omniroll_real fold_33_k_sq = fold_33_k*fold_33_k;
+            const omniroll_real fold_d3_k_by_chi = d3_k_by_chi + 2*t19*fold_33_k_by_chi
+                + fold_33_k_sq*fold_weight_3_k_by_chi;
+            const omniroll_real fold_d3_k = d3_k + fold_33_k_sq*fold_weight_3_k;
+            const omniroll_real inv_fold_d3_k = 1/fold_d3_k;
+            const omniroll_real t20 = fold_d3_k_by_chi*inv_fold_d3_k*inv_fold_d3_k;
+            const omniroll_real kept_3_k_by_chi = d3_k_by_chi*inv_fold_d3_k - t20*d3_k;
+            const omniroll_real kept_3_k = d3_k*inv_fold_d3_k;
+            const omniroll_real gain_3_k_by_chi = fold_33_k*fold_weight_3_k_by_chi*inv_fold_d3_k - t20*t19
+                + fold_33_k_by_chi*fold_weight_3_k*inv_fold_d3_k;
+            const omniroll_real gain_3_k = t19*inv_fold_d3_k;
+            d3_k_by_chi = fold_d3_k_by_chi;
+            d3_k = fold_d3_k;
+            t3_k_by_chi = fold_target_3_k*gain_3_k_by_chi + fold_target_3_k_by_chi*gain_3_k
+                + kept_3_k*t3_k_by_chi + kept_3_k_by_chi*t3_k;
+            t3_k = fold_target_3_k*gain_3_k + kept_3_k*t3_k;
+        }
+        const omniroll_real z2_k_by_chi = f2_k_by_chi - f1_k*u12_k_by_chi - f1_k_by_chi*u12_k;
+        const omniroll_real z2_k_by_momentum_cos = f2_k_by_momentum_cos - f1_k_by_momentum_cos*u12_k;
+        const omniroll_real z2_k_by_momentum_sin = f2_k_by_momentum_sin - f1_k_by_momentum_sin*u12_k;
+        const omniroll_real z2_k = f2_k - f1_k*u12_k;
+        const omniroll_real z3_k_by_chi = f3_k_by_chi - f1_k*u13_k_by_chi - f1_k_by_chi*u13_k
+            - u23_k*z2_k_by_chi - u23_k_by_chi*z2_k;
+        const omniroll_real z3_k_by_momentum_cos = f3_k_by_momentum_cos - f1_k_by_momentum_cos*u13_k
+            - u23_k*z2_k_by_momentum_cos;
+        const omniroll_real z3_k_by_momentum_sin = f3_k_by_momentum_sin - f1_k_by_momentum_sin*u13_k
+            - u23_k*z2_k_by_momentum_sin;
+        const omniroll_real z3_k = f3_k - f1_k*u13_k - u23_k*z2_k;
+        const omniroll_real inv_d3_k = 1/d3_k;
+        const omniroll_real x_3_k_by_chi = t3_k_by_chi - d3_k_by_chi*z3_k*inv_d3_k*inv_d3_k
+            + z3_k_by_chi*inv_d3_k;
+        const omniroll_real x_3_k_by_momentum_cos = z3_k_by_momentum_cos*inv_d3_k;
+        const omniroll_real x_3_k_by_momentum_sin = z3_k_by_momentum_sin*inv_d3_k;
+        const omniroll_real x_3_k = t3_k + z3_k*inv_d3_k;
+        const omniroll_real inv_d2_k = 1/d2_k;
+        const omniroll_real own_2_k_by_chi = t2_k_by_chi - d2_k_by_chi*z2_k*inv_d2_k*inv_d2_k
+            + z2_k_by_chi*inv_d2_k;
+        const omniroll_real own_2_k_by_momentum_cos = z2_k_by_momentum_cos*inv_d2_k;
+        const omniroll_real own_2_k_by_momentum_sin = z2_k_by_momentum_sin*inv_d2_k;
+        const omniroll_real own_2_k = t2_k + z2_k*inv_d2_k;
+        const omniroll_real inv_d1_k = 1/d1_k;
+        const omniroll_real own_1_k_by_chi = f1_k_by_chi*inv_d1_k - d1_k_by_chi*f1_k*inv_d1_k*inv_d1_k
+            + t1_k_by_chi;
+        const omniroll_real own_1_k_by_momentum_cos = f1_k_by_momentum_cos*inv_d1_k;
+        const omniroll_real own_1_k_by_momentum_sin = f1_k_by_momentum_sin*inv_d1_k;
+        const omniroll_real x_2_k_by_chi = own_2_k_by_chi - u23_k*x_3_k_by_chi - u23_k_by_chi*x_3_k;
+        const omniroll_real x_2_k_by_momentum_cos = own_2_k_by_momentum_cos - u23_k*x_3_k_by_momentum_cos;
+        const omniroll_real x_2_k_by_momentum_sin = own_2_k_by_momentum_sin - u23_k*x_3_k_by_momentum_sin;
+        const omniroll_real x_2_k = own_2_k - u23_k*x_3_k;
+        const omniroll_real x_1_k_by_chi = own_1_k_by_chi - u12_k*x_2_k_by_chi - u12_k_by_chi*x_2_k
+            - u13_k*x_3_k_by_chi - u13_k_by_chi*x_3_k;
+        const omniroll_real x_1_k_by_momentum_cos = own_1_k_by_momentum_cos - u12_k*x_2_k_by_momentum_cos
+            - u13_k*x_3_k_by_momentum_cos;
+        const omniroll_real x_1_k_by_momentum_sin = own_1_k_by_momentum_sin - u12_k*x_2_k_by_momentum_sin
+            - u13_k*x_3_k_by_momentum_sin;
+        nu_dot_by_chi[3*i] = x_1_k_by_chi;
+        nu_dot_by_momentum_cos[3*i] = x_1_k_by_momentum_cos;
+        nu_dot_by_momentum_sin[3*i] = x_1_k_by_momentum_sin;
+        nu_dot_by_chi[3*i + 1] = x_2_k_by_chi;
+        nu_dot_by_momentum_cos[3*i + 1] = x_2_k_by_momentum_cos;
+        nu_dot_by_momentum_sin[3*i + 1] = x_2_k_by_momentum_sin;
+        nu_dot_by_chi[3*i + 2] = x_3_k_by_chi;
+        nu_dot_by_momentum_cos[3*i + 2] = x_3_k_by_momentum_cos;
+        nu_dot_by_momentum_sin[3*i + 2] = x_3_k_by_momentum_sin;
+    }
+}

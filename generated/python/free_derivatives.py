@@ -8,7 +8,7 @@ array of states among them. Outputs are nested lists of components. N is the num
 rollers of a wheel. `model` is what prepare() returns.
 """
 
-from .elementary import cos, sin
+from .elementary import cos, number, sin
 from .massless import nu_from_contacts, nu_from_wheels, pose_rates, wheel_rates, wheel_speeds, wheel_torques
 from .free import accelerations, accelerations_sharp, axial_speeds, contact_axial, energy, forces, forward_dynamics, forward_dynamics_sharp, impact, impact_sharp, inverse_dynamics, mass_matrix, momenta, prepare, spins_from_axial
 
@@ -356,4 +356,472 @@ def forward_dynamics_derivatives(model, nu, chi, momenta):
         nu_dot_by_momentum_sin[i][0] = x_1_by_momentum_sin
         nu_dot_by_momentum_sin[i][1] = x_2_by_momentum_sin
         nu_dot_by_momentum_sin[i][2] = x_3_by_momentum_sin
+    return nu_dot, nu_dot_by_nu, nu_dot_by_chi, nu_dot_by_momentum_cos, nu_dot_by_momentum_sin
+
+
+def forward_dynamics_derivatives_sharp(model, nu, chi, momenta):
+    """Quasi-accelerations and their derivatives by state and inputs, what the effects bring held as it is, for sharp tips.
+
+    Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
+    (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
+    drift (maxima/forms/rolling.mac); platform_force, free_couple, couple_rates (maxima/forms/system.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
+    rollers.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      nu_dot_by_nu[3][3] [1/s]: derivatives of nu_dot by nu: rows nu_dot, columns nu.
+      nu_dot_by_chi[N][3] [1/s^2]: derivatives of nu_dot by chi.
+      nu_dot_by_momentum_cos[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the first of a wheel's momenta.
+      nu_dot_by_momentum_sin[N][3] [1/(kg m^2 s)]: derivatives of nu_dot by the second of a wheel's momenta.
+    Operations: once 36 add, 46 mul, 3 div; per wheel 97 add, 185 mul, 7 div, 2 sincos; per pair of wheels 85
+    add, 181 mul, 4 div, 2 sincos. Intermediates: 315.
+    """
+    like = nu[0]
+    nu_dot = [None] * 3
+    nu_dot_by_nu = [[None] * 3 for _ in range(3)]
+    nu_dot_by_chi = [[None] * 3 for _ in range(model.wheels)]
+    nu_dot_by_momentum_cos = [[None] * 3 for _ in range(model.wheels)]
+    nu_dot_by_momentum_sin = [[None] * 3 for _ in range(model.wheels)]
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    d1 = start_d1
+    d2 = start_d2
+    d3 = start_d3
+    u12 = start_u12
+    u13 = start_u13
+    u23 = start_u23
+    t1_by_nu_1 = 0
+    t1_by_nu_2 = 0
+    t1_by_nu_3 = 0
+    t1 = 0
+    t2_by_nu_1 = 0
+    t2_by_nu_2 = 0
+    t2_by_nu_3 = 0
+    t2 = 0
+    t3_by_nu_1 = 0
+    t3_by_nu_2 = 0
+    t3_by_nu_3 = 0
+    t3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    f1_by_nu_1 = 0
+    coriolis_nu_3 = coriolis*nu_3
+    f1_by_nu_2 = coriolis_nu_3
+    f1_by_nu_3 = coriolis*nu_2
+    coriolis_nu_3_nu_2 = coriolis_nu_3*nu_2
+    f1 = coriolis_nu_3_nu_2
+    t4 = -coriolis_nu_3
+    f2_by_nu_1 = t4
+    f2_by_nu_2 = 0
+    f2_by_nu_3 = -coriolis*nu_1
+    t4_nu_1 = t4*nu_1
+    f2 = t4_nu_1
+    f3_by_nu_1 = 0
+    f3_by_nu_2 = 0
+    f3_by_nu_3 = 0
+    f3 = 0
+    t6 = 2*l
+    t7 = inverse_yaw_scale*R_over_l
+    t8 = -t7
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        momentum_cos = momenta[i][0]
+        momentum_sin = momenta[i][1]
+        t5 = chi_i/2
+        half_sine = sin(t5)
+        half_cosine = cos(t5)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t6*width
+        roll_by_nu_1 = R_over_l*sin_alpha
+        roll_by_nu_2 = -R_over_l*cos_alpha
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate_by_nu_3 = t8
+        wheel_rate = roll - R_over_l_yaw_rate
+        along_by_nu_1 = R*cos_alpha
+        along_by_nu_2 = R*sin_alpha
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling_by_nu_1 = inverse_rho*along_by_nu_1
+        rolling_by_nu_2 = inverse_rho*along_by_nu_2
+        rolling = along*inverse_rho
+        axial_by_nu_3 = inverse_yaw_scale*sine
+        axial = yaw_rate*sine + rolling
+        row_1 = along_by_nu_1*inverse_rho
+        row_2 = along_by_nu_2*inverse_rho
+        sine_3 = axial_by_nu_3
+        l_sine_inverse_rho = l*sine*inverse_rho
+        t9 = l_sine_inverse_rho*wheel_rate
+        t10 = l_sine_inverse_rho*rolling
+        stretch_by_nu_1 = t9*rolling_by_nu_1 + t10*roll_by_nu_1
+        stretch_by_nu_2 = t9*rolling_by_nu_2 + t10*roll_by_nu_2
+        stretch_by_nu_3 = t10*wheel_rate_by_nu_3
+        stretch = t10*wheel_rate
+        yaw_rate_cosine = yaw_rate*cosine
+        turning_by_nu_1 = yaw_rate_cosine*roll_by_nu_1
+        turning_by_nu_2 = yaw_rate_cosine*roll_by_nu_2
+        turning_by_nu_3 = inverse_yaw_scale*cosine*wheel_rate + yaw_rate_cosine*wheel_rate_by_nu_3
+        turning = yaw_rate_cosine*wheel_rate
+        drift_by_nu_1 = stretch_by_nu_1 + turning_by_nu_1
+        drift_by_nu_2 = stretch_by_nu_2 + turning_by_nu_2
+        drift_by_nu_3 = stretch_by_nu_3 + turning_by_nu_3
+        drift = stretch + turning
+        B_cosine = B*cosine
+        couple_by_nu_1 = B_cosine*rolling_by_nu_1
+        couple_by_nu_2 = B_cosine*rolling_by_nu_2
+        couple_by_nu_3 = B_cosine*axial_by_nu_3
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
+        couple_rate_by_nu_1 = R_over_l_yaw_rate*couple_by_nu_1
+        couple_rate_by_nu_2 = R_over_l_yaw_rate*couple_by_nu_2
+        couple_rate_by_nu_3 = t7*couple + R_over_l_yaw_rate*couple_by_nu_3
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate_by_nu_1 = roll*couple_by_nu_1 + couple*roll_by_nu_1
+        momentum_rate_by_nu_2 = roll*couple_by_nu_2 + couple*roll_by_nu_2
+        momentum_rate_by_nu_3 = roll*couple_by_nu_3
+        momentum_rate = roll*couple
+        f1_by_nu_1 = f1_by_nu_1 + sin_alpha*couple_rate_by_nu_1
+        f1_by_nu_2 = f1_by_nu_2 + sin_alpha*couple_rate_by_nu_2
+        f1_by_nu_3 = f1_by_nu_3 + sin_alpha*couple_rate_by_nu_3
+        f1 = f1 + sin_alpha*couple_rate
+        f2_by_nu_1 = f2_by_nu_1 + -cos_alpha*couple_rate_by_nu_1
+        f2_by_nu_2 = f2_by_nu_2 + -cos_alpha*couple_rate_by_nu_2
+        f2_by_nu_3 = f2_by_nu_3 + -cos_alpha*couple_rate_by_nu_3
+        f2 = f2 + -cos_alpha*couple_rate
+        f3_by_nu_1 = f3_by_nu_1 + -inverse_yaw_scale*momentum_rate_by_nu_1
+        f3_by_nu_2 = f3_by_nu_2 + -inverse_yaw_scale*momentum_rate_by_nu_2
+        f3_by_nu_3 = f3_by_nu_3 + -inverse_yaw_scale*momentum_rate_by_nu_3
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        target_by_nu_1 = -drift_by_nu_1
+        target_by_nu_2 = -drift_by_nu_2
+        target_by_nu_3 = -drift_by_nu_3
+        target = -drift
+        fold_d1 = B*row_1*row_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*row_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = row_2 - u12*row_1
+        fold_3 = sine_3 - u13*row_1
+        fold_target_2_by_nu_1 = target_by_nu_1 - row_1*t1_by_nu_1
+        fold_target_2_by_nu_2 = target_by_nu_2 - row_1*t1_by_nu_2
+        fold_target_2_by_nu_3 = target_by_nu_3 - row_1*t1_by_nu_3
+        fold_target_2 = target - t1*row_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + row_2*gain_1
+        u13 = u13*kept_1 + sine_3*gain_1
+        t1_by_nu_1 = kept_1*t1_by_nu_1 + gain_1*target_by_nu_1
+        t1_by_nu_2 = kept_1*t1_by_nu_2 + gain_1*target_by_nu_2
+        t1_by_nu_3 = kept_1*t1_by_nu_3 + gain_1*target_by_nu_3
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3_by_nu_1 = fold_target_2_by_nu_1 - fold_2*t2_by_nu_1
+        fold_target_3_by_nu_2 = fold_target_2_by_nu_2 - fold_2*t2_by_nu_2
+        fold_target_3_by_nu_3 = fold_target_2_by_nu_3 - fold_2*t2_by_nu_3
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2_by_nu_1 = kept_2*t2_by_nu_1 + gain_2*fold_target_2_by_nu_1
+        t2_by_nu_2 = kept_2*t2_by_nu_2 + gain_2*fold_target_2_by_nu_2
+        t2_by_nu_3 = kept_2*t2_by_nu_3 + gain_2*fold_target_2_by_nu_3
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3_by_nu_1 = kept_3*t3_by_nu_1 + gain_3*fold_target_3_by_nu_1
+        t3_by_nu_2 = kept_3*t3_by_nu_2 + gain_3*fold_target_3_by_nu_2
+        t3_by_nu_3 = kept_3*t3_by_nu_3 + gain_3*fold_target_3_by_nu_3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+    z2_by_nu_1 = f2_by_nu_1 - u12*f1_by_nu_1
+    z2_by_nu_2 = f2_by_nu_2 - u12*f1_by_nu_2
+    z2_by_nu_3 = f2_by_nu_3 - u12*f1_by_nu_3
+    z2 = f2 - u12*f1
+    z3_by_nu_1 = f3_by_nu_1 - u13*f1_by_nu_1 - u23*z2_by_nu_1
+    z3_by_nu_2 = f3_by_nu_2 - u13*f1_by_nu_2 - u23*z2_by_nu_2
+    z3_by_nu_3 = f3_by_nu_3 - u13*f1_by_nu_3 - u23*z2_by_nu_3
+    z3 = f3 - u13*f1 - u23*z2
+    inv_d3 = 1/d3
+    x_3_by_nu_1 = t3_by_nu_1 + z3_by_nu_1*inv_d3
+    x_3_by_nu_2 = t3_by_nu_2 + z3_by_nu_2*inv_d3
+    x_3_by_nu_3 = t3_by_nu_3 + z3_by_nu_3*inv_d3
+    x_3 = t3 + z3*inv_d3
+    inv_d2 = 1/d2
+    own_2_by_nu_1 = t2_by_nu_1 + z2_by_nu_1*inv_d2
+    own_2_by_nu_2 = t2_by_nu_2 + z2_by_nu_2*inv_d2
+    own_2_by_nu_3 = t2_by_nu_3 + z2_by_nu_3*inv_d2
+    own_2 = t2 + z2*inv_d2
+    inv_d1 = 1/d1
+    own_1_by_nu_1 = f1_by_nu_1*inv_d1 + t1_by_nu_1
+    own_1_by_nu_2 = f1_by_nu_2*inv_d1 + t1_by_nu_2
+    own_1_by_nu_3 = f1_by_nu_3*inv_d1 + t1_by_nu_3
+    own_1 = t1 + f1*inv_d1
+    x_2_by_nu_1 = own_2_by_nu_1 - u23*x_3_by_nu_1
+    x_2_by_nu_2 = own_2_by_nu_2 - u23*x_3_by_nu_2
+    x_2_by_nu_3 = own_2_by_nu_3 - u23*x_3_by_nu_3
+    x_2 = own_2 - u23*x_3
+    x_1_by_nu_1 = own_1_by_nu_1 - u12*x_2_by_nu_1 - u13*x_3_by_nu_1
+    x_1_by_nu_2 = own_1_by_nu_2 - u12*x_2_by_nu_2 - u13*x_3_by_nu_2
+    x_1_by_nu_3 = own_1_by_nu_3 - u12*x_2_by_nu_3 - u13*x_3_by_nu_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot_by_nu[0][0] = x_1_by_nu_1
+    nu_dot_by_nu[0][1] = x_1_by_nu_2
+    nu_dot_by_nu[0][2] = x_1_by_nu_3
+    nu_dot[0] = x_1
+    nu_dot_by_nu[1][0] = x_2_by_nu_1
+    nu_dot_by_nu[1][1] = x_2_by_nu_2
+    nu_dot_by_nu[1][2] = x_2_by_nu_3
+    nu_dot[1] = x_2
+    nu_dot_by_nu[2][0] = x_3_by_nu_1
+    nu_dot_by_nu[2][1] = x_3_by_nu_2
+    nu_dot_by_nu[2][2] = x_3_by_nu_3
+    nu_dot[2] = x_3
+    t15 = 2*B
+    for i in range(model.wheels):
+        d1_k_by_chi = 0
+        d1_k = start_d1
+        d2_k_by_chi = 0
+        d2_k = start_d2
+        d3_k_by_chi = 0
+        d3_k = start_d3
+        u12_k_by_chi = 0
+        u12_k = start_u12
+        u13_k_by_chi = 0
+        u13_k = start_u13
+        u23_k_by_chi = 0
+        u23_k = start_u23
+        t1_k_by_chi = 0
+        t1_k = 0
+        t2_k_by_chi = 0
+        t2_k = 0
+        t3_k_by_chi = 0
+        t3_k = 0
+        yaw_rate_k = yaw_rate
+        f1_k_by_chi = 0
+        f1_k_by_momentum_cos = 0
+        f1_k_by_momentum_sin = 0
+        f1_k = coriolis_nu_3_nu_2
+        f2_k_by_chi = 0
+        f2_k_by_momentum_cos = 0
+        f2_k_by_momentum_sin = 0
+        f2_k = t4_nu_1
+        f3_k_by_chi = 0
+        f3_k_by_momentum_cos = 0
+        f3_k_by_momentum_sin = 0
+        f3_k = 0
+        R_over_l_yaw_rate_k = R_over_l*yaw_rate_k
+        for k in range(model.wheels):
+            own = number(int(i == k), like)
+            cos_alpha_k = model.cos_alpha[k]
+            sin_alpha_k = model.sin_alpha[k]
+            chi_k = chi[k]
+            momentum_cos_k = momenta[k][0]
+            momentum_sin_k = momenta[k][1]
+            t11 = chi_k/2
+            half_sine_k = sin(t11)
+            half_cosine_k = cos(t11)
+            sine_k = 2*half_cosine_k*half_sine_k
+            own_sine_k = own*sine_k
+            cosine_k_by_chi = -own_sine_k
+            cosine_k = 1 - 2*half_sine_k*half_sine_k
+            sine_k_by_chi = own*cosine_k
+            below_k = joint_sine - half_sine_k
+            above_k = joint_sine + half_sine_k
+            width_k = above_k*below_k
+            l_sine_k = l*sine_k
+            rho_k_by_chi = -l_sine_k*own
+            rho_k = tip + t6*width_k
+            roll_k = R_over_l*(nu_1*sin_alpha_k - nu_2*cos_alpha_k)
+            wheel_rate_k = roll_k - R_over_l_yaw_rate_k
+            along_k = R*(nu_1*cos_alpha_k + nu_2*sin_alpha_k)
+            inv_rho_k = 1/rho_k
+            inverse_rho_k_by_chi = -rho_k_by_chi*inv_rho_k*inv_rho_k
+            inverse_rho_k = inv_rho_k
+            rolling_k_by_chi = along_k*inverse_rho_k_by_chi
+            rolling_k = along_k*inverse_rho_k
+            axial_k_by_chi = rolling_k_by_chi + yaw_rate_k*sine_k_by_chi
+            axial_k = rolling_k + yaw_rate_k*sine_k
+            R_cos_alpha_k = R*cos_alpha_k
+            row_1_k_by_chi = R_cos_alpha_k*inverse_rho_k_by_chi
+            row_1_k = R_cos_alpha_k*inverse_rho_k
+            R_sin_alpha_k = R*sin_alpha_k
+            row_2_k_by_chi = R_sin_alpha_k*inverse_rho_k_by_chi
+            row_2_k = R_sin_alpha_k*inverse_rho_k
+            sine_3_k_by_chi = inverse_yaw_scale*sine_k_by_chi
+            sine_3_k = inverse_yaw_scale*sine_k
+            t12 = inverse_rho_k*wheel_rate_k
+            t12_rolling_k = t12*rolling_k
+            stretch_k_by_chi = (t12_rolling_k*l*sine_k_by_chi + t12*l_sine_k*rolling_k_by_chi
+                + l_sine_k*inverse_rho_k_by_chi*rolling_k*wheel_rate_k)
+            stretch_k = t12_rolling_k*l_sine_k
+            t13 = yaw_rate_k*wheel_rate_k
+            turning_k_by_chi = t13*cosine_k_by_chi
+            turning_k = t13*cosine_k
+            drift_k_by_chi = stretch_k_by_chi + turning_k_by_chi
+            drift_k = stretch_k + turning_k
+            t14 = B*axial_k + momentum_cos_k
+            couple_k_by_chi = B*axial_k_by_chi*cosine_k + cosine_k_by_chi*t14 - momentum_sin_k*sine_k_by_chi
+            couple_k_by_momentum_cos = sine_k_by_chi
+            couple_k_by_momentum_sin = -own_sine_k
+            couple_k = cosine_k*t14 - momentum_sin_k*sine_k
+            couple_rate_k_by_chi = R_over_l_yaw_rate_k*couple_k_by_chi
+            couple_rate_k_by_momentum_cos = R_over_l_yaw_rate_k*couple_k_by_momentum_cos
+            couple_rate_k_by_momentum_sin = R_over_l_yaw_rate_k*couple_k_by_momentum_sin
+            couple_rate_k = R_over_l_yaw_rate_k*couple_k
+            momentum_rate_k_by_chi = couple_k_by_chi*roll_k
+            momentum_rate_k_by_momentum_cos = couple_k_by_momentum_cos*roll_k
+            momentum_rate_k_by_momentum_sin = couple_k_by_momentum_sin*roll_k
+            momentum_rate_k = couple_k*roll_k
+            f1_k_by_chi = f1_k_by_chi + couple_rate_k_by_chi*sin_alpha_k
+            f1_k_by_momentum_cos = f1_k_by_momentum_cos + couple_rate_k_by_momentum_cos*sin_alpha_k
+            f1_k_by_momentum_sin = f1_k_by_momentum_sin + couple_rate_k_by_momentum_sin*sin_alpha_k
+            f1_k = f1_k + couple_rate_k*sin_alpha_k
+            f2_k_by_chi = f2_k_by_chi + -cos_alpha_k*couple_rate_k_by_chi
+            f2_k_by_momentum_cos = f2_k_by_momentum_cos + -cos_alpha_k*couple_rate_k_by_momentum_cos
+            f2_k_by_momentum_sin = f2_k_by_momentum_sin + -cos_alpha_k*couple_rate_k_by_momentum_sin
+            f2_k = f2_k + -cos_alpha_k*couple_rate_k
+            f3_k_by_chi = f3_k_by_chi + -inverse_yaw_scale*momentum_rate_k_by_chi
+            f3_k_by_momentum_cos = f3_k_by_momentum_cos + -inverse_yaw_scale*momentum_rate_k_by_momentum_cos
+            f3_k_by_momentum_sin = f3_k_by_momentum_sin + -inverse_yaw_scale*momentum_rate_k_by_momentum_sin
+            f3_k = f3_k + -inverse_yaw_scale*momentum_rate_k
+            target_k_by_chi = -drift_k_by_chi
+            target_k = -drift_k
+            fold_d1_k_by_chi = t15*row_1_k*row_1_k_by_chi + d1_k_by_chi
+            fold_d1_k = B*row_1_k*row_1_k + d1_k
+            inv_fold_d1_k = 1/fold_d1_k
+            t16 = fold_d1_k_by_chi*inv_fold_d1_k*inv_fold_d1_k
+            kept_1_k_by_chi = d1_k_by_chi*inv_fold_d1_k - t16*d1_k
+            kept_1_k = d1_k*inv_fold_d1_k
+            B_row_1_k = B*row_1_k
+            gain_1_k_by_chi = B*row_1_k_by_chi*inv_fold_d1_k - B_row_1_k*t16
+            gain_1_k = B_row_1_k*inv_fold_d1_k
+            fold_weight_2_k_by_chi = B*kept_1_k_by_chi
+            fold_weight_2_k = B*kept_1_k
+            fold_2_k_by_chi = row_2_k_by_chi - row_1_k*u12_k_by_chi - row_1_k_by_chi*u12_k
+            fold_2_k = row_2_k - row_1_k*u12_k
+            fold_3_k_by_chi = sine_3_k_by_chi - row_1_k*u13_k_by_chi - row_1_k_by_chi*u13_k
+            fold_3_k = sine_3_k - row_1_k*u13_k
+            fold_target_2_k_by_chi = target_k_by_chi - row_1_k*t1_k_by_chi - row_1_k_by_chi*t1_k
+            fold_target_2_k = target_k - row_1_k*t1_k
+            d1_k_by_chi = fold_d1_k_by_chi
+            d1_k = fold_d1_k
+            u12_k_by_chi = (gain_1_k*row_2_k_by_chi + gain_1_k_by_chi*row_2_k + kept_1_k*u12_k_by_chi
+                + kept_1_k_by_chi*u12_k)
+            u12_k = gain_1_k*row_2_k + kept_1_k*u12_k
+            u13_k_by_chi = (gain_1_k*sine_3_k_by_chi + gain_1_k_by_chi*sine_3_k + kept_1_k*u13_k_by_chi
+                + kept_1_k_by_chi*u13_k)
+            u13_k = gain_1_k*sine_3_k + kept_1_k*u13_k
+            t1_k_by_chi = (gain_1_k*target_k_by_chi + gain_1_k_by_chi*target_k + kept_1_k*t1_k_by_chi
+                + kept_1_k_by_chi*t1_k)
+            t1_k = gain_1_k*target_k + kept_1_k*t1_k
+            t17 = fold_2_k*fold_weight_2_k
+            fold_2_k_sq = fold_2_k*fold_2_k
+            fold_d2_k_by_chi = d2_k_by_chi + 2*t17*fold_2_k_by_chi + fold_2_k_sq*fold_weight_2_k_by_chi
+            fold_d2_k = d2_k + fold_2_k_sq*fold_weight_2_k
+            inv_fold_d2_k = 1/fold_d2_k
+            t18 = fold_d2_k_by_chi*inv_fold_d2_k*inv_fold_d2_k
+            kept_2_k_by_chi = d2_k_by_chi*inv_fold_d2_k - t18*d2_k
+            kept_2_k = d2_k*inv_fold_d2_k
+            gain_2_k_by_chi = (fold_2_k*fold_weight_2_k_by_chi*inv_fold_d2_k - t18*t17
+                + fold_2_k_by_chi*fold_weight_2_k*inv_fold_d2_k)
+            gain_2_k = t17*inv_fold_d2_k
+            fold_weight_3_k_by_chi = fold_weight_2_k*kept_2_k_by_chi + fold_weight_2_k_by_chi*kept_2_k
+            fold_weight_3_k = fold_weight_2_k*kept_2_k
+            fold_33_k_by_chi = fold_3_k_by_chi - fold_2_k*u23_k_by_chi - fold_2_k_by_chi*u23_k
+            fold_33_k = fold_3_k - fold_2_k*u23_k
+            fold_target_3_k_by_chi = fold_target_2_k_by_chi - fold_2_k*t2_k_by_chi - fold_2_k_by_chi*t2_k
+            fold_target_3_k = fold_target_2_k - fold_2_k*t2_k
+            d2_k_by_chi = fold_d2_k_by_chi
+            d2_k = fold_d2_k
+            u23_k_by_chi = (fold_3_k*gain_2_k_by_chi + fold_3_k_by_chi*gain_2_k + kept_2_k*u23_k_by_chi
+                + kept_2_k_by_chi*u23_k)
+            u23_k = fold_3_k*gain_2_k + kept_2_k*u23_k
+            t2_k_by_chi = (fold_target_2_k*gain_2_k_by_chi + fold_target_2_k_by_chi*gain_2_k
+                + kept_2_k*t2_k_by_chi + kept_2_k_by_chi*t2_k)
+            t2_k = fold_target_2_k*gain_2_k + kept_2_k*t2_k
+            t19 = fold_33_k*fold_weight_3_k
+            fold_33_k_sq = fold_33_k*fold_33_k
+            fold_d3_k_by_chi = d3_k_by_chi + 2*t19*fold_33_k_by_chi + fold_33_k_sq*fold_weight_3_k_by_chi
+            fold_d3_k = d3_k + fold_33_k_sq*fold_weight_3_k
+            inv_fold_d3_k = 1/fold_d3_k
+            t20 = fold_d3_k_by_chi*inv_fold_d3_k*inv_fold_d3_k
+            kept_3_k_by_chi = d3_k_by_chi*inv_fold_d3_k - t20*d3_k
+            kept_3_k = d3_k*inv_fold_d3_k
+            gain_3_k_by_chi = (fold_33_k*fold_weight_3_k_by_chi*inv_fold_d3_k - t20*t19
+                + fold_33_k_by_chi*fold_weight_3_k*inv_fold_d3_k)
+            gain_3_k = t19*inv_fold_d3_k
+            d3_k_by_chi = fold_d3_k_by_chi
+            d3_k = fold_d3_k
+            t3_k_by_chi = (fold_target_3_k*gain_3_k_by_chi + fold_target_3_k_by_chi*gain_3_k
+                + kept_3_k*t3_k_by_chi + kept_3_k_by_chi*t3_k)
+            t3_k = fold_target_3_k*gain_3_k + kept_3_k*t3_k
+        z2_k_by_chi = f2_k_by_chi - f1_k*u12_k_by_chi - f1_k_by_chi*u12_k
+        z2_k_by_momentum_cos = f2_k_by_momentum_cos - f1_k_by_momentum_cos*u12_k
+        z2_k_by_momentum_sin = f2_k_by_momentum_sin - f1_k_by_momentum_sin*u12_k
+        z2_k = f2_k - f1_k*u12_k
+        z3_k_by_chi = (f3_k_by_chi - f1_k*u13_k_by_chi - f1_k_by_chi*u13_k - u23_k*z2_k_by_chi
+            - u23_k_by_chi*z2_k)
+        z3_k_by_momentum_cos = f3_k_by_momentum_cos - f1_k_by_momentum_cos*u13_k - u23_k*z2_k_by_momentum_cos
+        z3_k_by_momentum_sin = f3_k_by_momentum_sin - f1_k_by_momentum_sin*u13_k - u23_k*z2_k_by_momentum_sin
+        z3_k = f3_k - f1_k*u13_k - u23_k*z2_k
+        inv_d3_k = 1/d3_k
+        x_3_k_by_chi = t3_k_by_chi - d3_k_by_chi*z3_k*inv_d3_k*inv_d3_k + z3_k_by_chi*inv_d3_k
+        x_3_k_by_momentum_cos = z3_k_by_momentum_cos*inv_d3_k
+        x_3_k_by_momentum_sin = z3_k_by_momentum_sin*inv_d3_k
+        x_3_k = t3_k + z3_k*inv_d3_k
+        inv_d2_k = 1/d2_k
+        own_2_k_by_chi = t2_k_by_chi - d2_k_by_chi*z2_k*inv_d2_k*inv_d2_k + z2_k_by_chi*inv_d2_k
+        own_2_k_by_momentum_cos = z2_k_by_momentum_cos*inv_d2_k
+        own_2_k_by_momentum_sin = z2_k_by_momentum_sin*inv_d2_k
+        own_2_k = t2_k + z2_k*inv_d2_k
+        inv_d1_k = 1/d1_k
+        own_1_k_by_chi = f1_k_by_chi*inv_d1_k - d1_k_by_chi*f1_k*inv_d1_k*inv_d1_k + t1_k_by_chi
+        own_1_k_by_momentum_cos = f1_k_by_momentum_cos*inv_d1_k
+        own_1_k_by_momentum_sin = f1_k_by_momentum_sin*inv_d1_k
+        x_2_k_by_chi = own_2_k_by_chi - u23_k*x_3_k_by_chi - u23_k_by_chi*x_3_k
+        x_2_k_by_momentum_cos = own_2_k_by_momentum_cos - u23_k*x_3_k_by_momentum_cos
+        x_2_k_by_momentum_sin = own_2_k_by_momentum_sin - u23_k*x_3_k_by_momentum_sin
+        x_2_k = own_2_k - u23_k*x_3_k
+        x_1_k_by_chi = (own_1_k_by_chi - u12_k*x_2_k_by_chi - u12_k_by_chi*x_2_k - u13_k*x_3_k_by_chi
+            - u13_k_by_chi*x_3_k)
+        x_1_k_by_momentum_cos = (own_1_k_by_momentum_cos - u12_k*x_2_k_by_momentum_cos
+            - u13_k*x_3_k_by_momentum_cos)
+        x_1_k_by_momentum_sin = (own_1_k_by_momentum_sin - u12_k*x_2_k_by_momentum_sin
+            - u13_k*x_3_k_by_momentum_sin)
+        nu_dot_by_chi[i][0] = x_1_k_by_chi
+        nu_dot_by_momentum_cos[i][0] = x_1_k_by_momentum_cos
+        nu_dot_by_momentum_sin[i][0] = x_1_k_by_momentum_sin
+        nu_dot_by_chi[i][1] = x_2_k_by_chi
+        nu_dot_by_momentum_cos[i][1] = x_2_k_by_momentum_cos
+        nu_dot_by_momentum_sin[i][1] = x_2_k_by_momentum_sin
+        nu_dot_by_chi[i][2] = x_3_k_by_chi
+        nu_dot_by_momentum_cos[i][2] = x_3_k_by_momentum_cos
+        nu_dot_by_momentum_sin[i][2] = x_3_k_by_momentum_sin
     return nu_dot, nu_dot_by_nu, nu_dot_by_chi, nu_dot_by_momentum_cos, nu_dot_by_momentum_sin

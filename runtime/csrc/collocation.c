@@ -7,7 +7,7 @@
  *
  * The file knows no mechanics and no effect by name: engine_set.h says what there is, and calls the generated
  * kernel. What a set does not have is not compiled. */
-#if SET_SLIPS
+#if SET_IS_COUPLED
 #include "radau.h"                  /* slip decays far faster than the vehicle moves */
 #else
 #include "gauss.h"
@@ -22,6 +22,13 @@
 #define FORCE_NOISE 64              /* roundings that the polynomials of a held force may have               */
 #define FINE_DIFFERENCE 1e-11       /* the same of nu, which turns wheels that a small named speed holds         */
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
+#define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
+#define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (taken)))
+#ifdef SET_HAS_CONTACT_SPEEDS
+#define SET_FIRST_DIRECTION 0       /* in which contacts may slip: along the axle, along the rolling direction */
+#else
+#define SET_FIRST_DIRECTION 1
+#endif
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
@@ -29,7 +36,7 @@ typedef struct {
     nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
 } newton_t;
 
-#if SET_SLIPS
+#if SET_IS_COUPLED
 /* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
  * of the rates. */
 typedef struct {
@@ -78,9 +85,26 @@ typedef struct {
     nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
 #endif
 #if SET_SLIPS
+    const double *guard_rows;                   /* of the run                                    */
+#endif
+#if SET_IS_COUPLED
     const coupled_t *coupled;
     int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
-    const double *guard_rows;                   /* of the run                                    */
+#endif
+#if SET_GRIPS
+    int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
+    int turning, gripping;                      /* whether there are such with directions, and such as stick */
+    const lanes_t *load, *friction;
+    const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
+    nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
+    nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
+    nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
+    int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
+    nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
+    double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
+    double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
+    double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
+    double end_slip[2*MOST_WHEELS];
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
@@ -162,6 +186,14 @@ ALWAYS_INLINE double turns(const step_t *s, int wheel)
 #endif
 }
 
+#if SET_GRIPS
+NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b);
+static void find_directions(step_t *s, const int wheels);
+#endif
+#if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
+NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b);
+#endif
+
 /* nu and chi, and what else the rates need, at the nodes from the rates. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
@@ -173,6 +205,9 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
+#if SET_GRIPS
+        stick_at_nodes(s, wheels, b);
+#endif
 #if SET_SLIPS
         for (int i = 0; i < wheels; i++)
             s->rate_chi[i].lanes[b] = s->at_core[rates_at(wheels) + i].lanes[b];
@@ -191,6 +226,10 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     }
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
+#if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
+    for (int b = 0; b < BLOCKS && s->gripping; b++)
+        rollers_stick_at_nodes(s, wheels, b);
+#endif
 #if SET_HAS_HEADING
     integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
 #endif
@@ -205,7 +244,19 @@ typedef struct {
 #if SET_HOLDS
     lanes_t held_force[3];
 #endif
+#if SET_GRIPS
+    lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
+#endif
 } arrays_t;
+
+#if SET_GRIPS
+ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at);
+
+ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
+{
+    point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
+}
+#endif
 
 /* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
  * asked. */
@@ -235,17 +286,25 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.absent = s->absent;
     point.held_force = at->held_force;
 #endif
+#if SET_GRIPS
+    for (int k = 0; k < 2*wheels; k++)
+        at->ground_push[k] = s->push[k].lanes[b];
+    put_contacts(at, &point);
+#endif
     return point;
 }
 
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
-ALWAYS_INLINE void keep_held_force(step_t *s, int b, const arrays_t *at)
+ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
+#if SET_GRIPS
+    keep_contacts(s, wheels, b, at);
+#endif
 #if SET_HOLDS
     for (int k = 0; s->held && k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
 #endif
-    (void)s, (void)b, (void)at;
+    (void)s, (void)wheels, (void)b, (void)at;
 }
 
 #if SET_IS_ACTED_ON
@@ -417,7 +476,7 @@ ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t 
     for (int c = 0; c < s->core; c++)
         s->found_core[c].lanes[b] = s->core_dot[c];
 #endif
-    keep_held_force(s, b, at);
+    keep_held_force(s, wheels, b, at);
 }
 
 /* Add what is missing of a rate; returns the largest change so far, in the measure of nu. */
@@ -508,6 +567,9 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     nodes_t missing[3];
     s->steepest = 0;
     states_at_nodes(s, wheels);
+#if SET_GRIPS
+    find_directions(s, wheels);
+#endif
 #if CORE_FOLLOWS
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
@@ -542,7 +604,7 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 }
 #endif
 
-#if SET_SLIPS
+#if SET_IS_COUPLED
 NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);
 #endif
@@ -552,7 +614,7 @@ static double coupled_missed(const step_t *s);
 NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 {
     (void)slow;
-#if SET_SLIPS
+#if SET_IS_COUPLED
     return coupled_sweep(s, wheels, slow);
 #endif
 #if SET_IS_ACTED_ON
@@ -561,12 +623,15 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 #endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
+#if SET_GRIPS
+    find_directions(s, wheels);
+#endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
         core_rates(wheels, &point, nu_dot);
-        keep_held_force(s, b, &at);
+        keep_held_force(s, wheels, b, &at);
         for (int k = 0; k < 3; k++) {
             const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
             change = lanes_select(moved <= change, change, moved);
@@ -597,7 +662,7 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
  * integrated. */
 ALWAYS_INLINE double missed(const step_t *s)
 {
-#if SET_SLIPS
+#if SET_IS_COUPLED
     return coupled_missed(s);
 #endif
     double tails = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
@@ -612,6 +677,11 @@ ALWAYS_INLINE double missed(const step_t *s)
         const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
         tails += s->per_force[k]*fmax(missing, 0);
     }
+#endif
+#if SET_GRIPS
+    for (int i = 0; i < s->wheels; i++)         /* the same of contacts that stick                             */
+        if (s->grips[i])
+            tails += s->friction_makes*fmax(tail(&s->taken[i]) - FORCE_NOISE*GRIP_NOISE(s->taken[i].node[0]), 0);
 #endif
     return s->h*tails/(2*NODES);
 }

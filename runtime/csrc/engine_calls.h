@@ -64,6 +64,25 @@ typedef struct {
     double speed;               /* the largest |nu| at the start of a phase since the vehicle rested     */
 } omniroll_hold_t;
 
+/* A contact on ground whose friction is the set-valued law. Coefficients and directions: along the wheel's axle, and along
+ * its rolling direction. */
+typedef struct {
+    double load, sliding[2], staying[2];    /* coefficients while it slips, and while it sticks         */
+    double towards[2];          /* where it slips, or begins to: a unit vector                          */
+    int sticks;                 /* its mode in this phase                                               */
+    int resting;                /* whether its slip is zero                                             */
+    int released;               /* whether it has used its friction up at this instant                  */
+} omniroll_grip_t;
+
+/* What is the same for all contacts with such ground. */
+typedef struct {
+    int undecided;              /* whether the modes must be decided anew                               */
+    int passed;                 /* contacts whose mode has ended at this instant                        */
+    double typical, friction;   /* the largest force of friction, and what it makes of nu'              */
+    double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
+    double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
+} omniroll_ground_t;
+
 typedef struct {
     int wheels, rollers_per_wheel;
     int impact;                 /* the law: 0 smooth, 1 impact                                          */
@@ -108,6 +127,9 @@ typedef struct {
     int axle_count;             /* axles that may stick: N or none                                      */
     omniroll_axle_t *axles;
     omniroll_hold_t hold;
+    int grip_count;             /* contacts that may stick: N or none                                   */
+    omniroll_grip_t *grips;
+    omniroll_ground_t ground;
     double *signals;            /* values and slopes of all signals, slopes before (3 x (inputs + 1) x N) */
     long long *leads_to;        /* the mode that follows each guard, and its wheel (count x 2)          */
     long long *passed;          /* which guards are passed, where the caller is asked; out               */
@@ -143,6 +165,20 @@ enum {
 
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model);
+
+/* One of many runs of a vehicle that pause, and go on together with new voltages (members.c). */
+typedef struct {
+    omniroll_run_t *run;
+    double *volts;              /* N: where the run reads its motors' voltages                           */
+} omniroll_member_t;
+
+/* The members `which` (count) go on, each to its time `until` since its start with its `volts` (N each). statuses
+ * (count): what omniroll_run returns for each of them. until and volts are those of all members. */
+void omniroll_run_members(long long count, const long long *which, const omniroll_member_t *members,
+                          const omniroll_model *model, const double *until, const double *volts, int *statuses);
+
+/* nu (count x 3) and chi (count x N) of all members. */
+void omniroll_read_members(long long count, const omniroll_member_t *members, double *nu, double *chi);
 
 /* The rows and steps that runs have left. contact: its first column in a row. */
 typedef struct {

@@ -124,6 +124,11 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 }
 #endif
 
+#if SET_GRIPS                      /* contact_events.c */
+static double length_to_change(step_t *s, const int wheels, double length);
+NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
+#endif
+
 /* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 {
@@ -146,6 +151,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_HOLDS
     length = length_to_facet(s, wheels, length);
 #endif
+#if SET_GRIPS
+    length = length_to_change(s, wheels, length);
+#endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
@@ -160,6 +168,10 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 #if SET_HOLDS
     if (s->landing >= wheels + s->guards)
         measure_force_at_end(s, wheels);
+#endif
+#if SET_GRIPS
+    if (s->landing >= wheels + s->guards)
+        measure_contacts_at_end(s, wheels);
 #endif
     s->late = length_to_event(s, wheels, most) - s->h;
     return fabs(s->late) <= reach*s->h;
@@ -180,7 +192,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         ratio = change/last;
 #if SET_IS_ACTED_ON
-        if (!SET_SLIPS && !s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
+        if (!SET_IS_COUPLED && !s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
             stiff_since = k;
             long_at = k + 2;
@@ -197,11 +209,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
-        if (SET_SLIPS && k > 1 && ratio > (k > 2 ? 0.8 : 1.5))
+        if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5))
             return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (SET_SLIPS ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
+        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
             return TOO_LONG;
 #if SET_IS_ACTED_ON
         if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */

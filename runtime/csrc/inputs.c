@@ -169,10 +169,11 @@ static void pass_guards(omniroll_run_t *run)
 static int pass_events(omniroll_run_t *run, const work_t *work)
 {
     for (;;) {
-        settle_axles(run, work);
+        settle_modes(run, work);
         const int is_time = run->elapsed >= run->next_time;
         const int guards = is_time ? 0 : guards_passed(run, work), axles = is_time ? 0 : pass_axles(run, work);
-        if (!is_time && !guards && !axles) {
+        const int contacts = is_time ? 0 : pass_contacts(run);
+        if (!is_time && !guards && !axles && !contacts) {
             run->at_event = 0;
             return OMNIROLL_RUN_DONE;
         }
@@ -184,7 +185,7 @@ static int pass_events(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_STUCK;
         if (!is_time && !guards)
             continue;
-        run->hold.undecided = 1;            /* since the inputs change                                  */
+        run->hold.undecided = run->ground.undecided = 1;    /* since the inputs change                   */
         if (run->asks)
             return OMNIROLL_RUN_ASK;
         if (is_time)

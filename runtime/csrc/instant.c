@@ -9,6 +9,21 @@ typedef struct {
 #endif
 } instant_t;
 
+#if SET_GRIPS
+/* The forces of the contacts that slip. */
+static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+{
+    lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    for (int k = 0; k < 2*run->wheels; k++)
+        toward[k] = lanes_of(run->grips[k/2].towards[k%2]);
+    set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, push, slope);
+    for (int k = 0; k < 2*run->wheels; k++)
+        if (!slides(run, k/2))
+            push[k] = lanes_of(0);
+    (void)slope;
+}
+#endif
+
 ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work, const int wheels, instant_t *now)
 {
     now->point = (point_t){
@@ -39,6 +54,11 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.directions = run->hold.count ? now->directions : 0;
     now->point.absent = now->absent;
     now->point.held_force = work->held_force;
+#endif
+#if SET_GRIPS
+    forces_now(run, work, now->arrays.ground_push);
+    now->point.ground_push = now->arrays.ground_push;
+    now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
 #endif
 }
 

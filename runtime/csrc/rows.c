@@ -7,8 +7,13 @@ typedef struct {
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
     nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu;
-#if SET_SLIPS
+#if SET_IS_COUPLED
     coupled_t coupled_speeds;
+#endif
+#if SET_GRIPS
+    lanes_t *load, *friction;       /* of the contacts                                                       */
+    lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
+    double *response;               /* of the rates of their slips to forces on them, 2N x 2N                */
 #endif
     lanes_t *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
@@ -41,7 +46,14 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
     next += (3*core + LANES - 1)/LANES;
 #endif
-#if SET_SLIPS
+#if SET_GRIPS
+    work->load = next, next += wheels;
+    work->friction = next, next += 2*wheels;
+    work->ground_force = next, next += 2*wheels;
+    work->slip_dot = next, next += 2*wheels;
+    work->response = (double *)next, next += (4*wheels*wheels + LANES - 1)/LANES;
+#endif
+#if SET_IS_COUPLED
     next += lay_out_coupled(&work->coupled_speeds, next, coupled_size(wheels) + 3, core);
 #endif
 #if SET_HOLDS
@@ -62,6 +74,12 @@ ALWAYS_INLINE int rests(const omniroll_run_t *run, int wheel)
 ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
 {
     return SET_HOLDS && run->axle_count && run->axles[wheel].mode == 0;
+}
+
+/* Whether a contact slips on the ground: one without load is off. */
+ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
+{
+    return !run->grips[contact].sticks && run->grips[contact].load > 0;
 }
 
 /* Guards of the effects, then of turning axles. */

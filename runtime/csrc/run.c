@@ -1,15 +1,20 @@
 /* The compiled engine: a run is phases, events and transitions, until its duration is over.
  *
  * collocation.c  a step: the state at its nodes
- * coupled.c      where wheels may slip: its rates at the nodes, implicitly
+ * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
+ * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
  * events.c       where it ends
+ * contact_events.c  and where contacts with the ground end it
  * rows.c         what the caller gets
  * instant.c      the rates at an instant
  * sticking.c     which axles stick
  * complementarity.c  the small problem of which bearings can hold
+ * grip.c         which contacts stick on the ground
+ * cones.c        the small problem of which contacts can
  * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
- * distance.c     how far two runs are apart */
+ * distance.c     how far two runs are apart
+ * members.c      many runs that go on together */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
@@ -27,13 +32,19 @@
 #include "complementarity.c"
 #endif
 #include "collocation.c"
-#if SET_SLIPS
+#if SET_IS_COUPLED
 #include "coupled.c"
 #endif
+#include "directions.c"
 #include "events.c"
+#include "contact_events.c"
 #include "rows.c"
 #include "instant.c"
 #include "sticking.c"
+#if SET_GRIPS
+#include "cones.c"
+#endif
+#include "grip.c"
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"
@@ -63,7 +74,13 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
 #endif
 #if SET_SLIPS
-    s->coupled = &work->coupled_speeds, s->guard_rows = run->guards;
+    s->guard_rows = run->guards;
+#endif
+#if SET_IS_COUPLED
+    s->coupled = &work->coupled_speeds;
+#endif
+#if SET_GRIPS
+    begin_contacts(run, work, s, wheels);
 #endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
@@ -152,6 +169,10 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     if (s->stiff)
         *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
 #endif
+#if SET_GRIPS
+    contacts_at_start(run, work, s, wheels);
+    *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
+#endif
     const double most = s->h = *longest;
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
@@ -168,7 +189,7 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
         s->h = 1e-3*most;
     /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
      * step that was far shorter is little but rounding. */
-#if SET_SLIPS
+#if SET_IS_COUPLED
     const lanes_t none[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
     size_of_state(run, work, s, none);
     first_guess(s, wheels, nu_dot);
@@ -214,6 +235,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #if SET_IS_ACTED_ON
     for (int k = 0; k < s->guards; k++)
         turned = fmin(turned, turn_of_guard(s, k));
+#endif
+#if SET_GRIPS
+    turned = fmin(turned, turn_of_contacts(s, wheels));
 #endif
 #if SET_HOLDS
     nodes_t force_rate[3];
@@ -270,7 +294,7 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
  * in whose middle they bend. */
 ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
 {
-#if SET_IS_ACTED_ON && !SET_SLIPS
+#if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
         *ahead = 2*s->h*(found.right - found.left);
@@ -300,7 +324,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     const double rest = limit_of_step(run) - run->elapsed - run->carry;
     const double meant = run->step;
     double most = meant > 0 && meant < rest ? meant : rest;
-    const int after_switch = SET_SLIPS && run->elapsed == run->phase_start;
+    const int after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
     if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
         most = fmin(most, SPIN_UP*run->first_step);
     begin_step(run, work, s, wheels);
@@ -310,7 +334,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
 #endif
-#if SET_SLIPS
+#if SET_IS_COUPLED
     double error_before = INFINITY; /* of the try before                                                     */
 #endif
     for (int trial = 0; trial < 200; trial++) {
@@ -323,14 +347,14 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(s->h, most)/(SET_SLIPS ? 2 : 3);
+            most = fmin(s->h, most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
-#if SET_SLIPS
+#if SET_IS_COUPLED
         if (error > 0.5*error_before)       /* a shorter step is no better: what decays is far shorter yet       */
             factor = fmin(factor, 0.25);
         error_before = error;
@@ -352,10 +376,10 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->step_error = fmax(run->step_error, error*run->tolerance);
 #if SET_IS_ACTED_ON
         run->sweep_error += size > 0 ? s->rest/size : 0;
-        s->stiff = s->stiff || (!SET_SLIPS && slow && error < EASY);
+        s->stiff = s->stiff || (!SET_IS_COUPLED && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
-#if SET_SLIPS
+#if SET_IS_COUPLED
         run->first_step = after_switch ? s->h : run->first_step;
         run->step = fmin(run->step, slow ? CAUTIOUS*s->h : INFINITY);
 #endif
@@ -471,6 +495,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_HOLDS
     axles_have_moved(run, work);
 #endif
+#if SET_GRIPS
+    contacts_have_moved(run, work, s);
+#endif
     (void)work;
     put_row(run);
 }
@@ -550,6 +577,9 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             work.rise_core[c] = 0;
     }
 #endif
+#if SET_GRIPS
+    friction_in_lanes(run, &work);
+#endif
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, &work);
 #endif
@@ -597,3 +627,5 @@ int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
         return OMNIROLL_RUN_WHEELS;
     return run_phases(run, model, OWN_WHEELS(run->wheels));
 }
+
+#include "members.c"

@@ -35,6 +35,9 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
     (void)directions;
     begin_core(run, work);
+#if SET_GRIPS
+    contacts_have_switched(run, directions);
+#endif
 }
 #endif
 
@@ -154,7 +157,7 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
     const int at_end = (is_over(run) || run->at_event) && phase_length > 0;
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
-    settle_axles(run, work);
+    settle_modes(run, work);
     speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
@@ -201,7 +204,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         if (!has_progress(run, 0))
             return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
-        settle_axles(run, work);
+        settle_modes(run, work);
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
         *out++ = run->elapsed;

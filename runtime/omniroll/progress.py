@@ -15,12 +15,15 @@ Report = Callable[[Any, Any], Any]  # (done, total)
 
 
 @contextmanager
-def reporting(wanted: bool | Report | None, total: float, unit: str, *, delay: float = 0.0) -> Iterator[Report]:
+def reporting(
+    wanted: bool | Report | None, total: float, unit: str, *, delay: float = 0.0, keeps: bool = True
+) -> Iterator[Report]:
     """A function that is called as report(done, total), for `with`.
 
     wanted  a function: that one. True: a bar. None: a bar on a terminal, lines elsewhere. False: nothing
     total   how much there is to do, in `unit`
     delay   s before a bar is shown; a bar that is delayed goes away when the work is done
+    keeps   whether Ctrl-C keeps what there is
     """
     if callable(wanted):
         yield wanted
@@ -28,7 +31,7 @@ def reporting(wanted: bool | Report | None, total: float, unit: str, *, delay: f
     if wanted is False:
         yield lambda done, total: None
         return
-    announce = forewarning(unit)
+    announce = forewarning(unit, keeps=keeps)
     tqdm = _tqdm()
     if tqdm is None or (wanted is None and not sys.stderr.isatty()):
         shown = lines(unit)
@@ -64,7 +67,7 @@ class Pace:
         return (total - done) / self.rate if self.rate > 0 else float("inf")
 
 
-def forewarning(unit: str, clock: Callable[[], float] = time.monotonic) -> Report:
+def forewarning(unit: str, clock: Callable[[], float] = time.monotonic, keeps: bool = True) -> Report:
     """A function that says once, soon after the work has begun, that it will take longer than a day. Work that begins
     anew, as a run does after the coarser one that its error estimate needs, is looked at again."""
     pace, looked, said = Pace(clock), False, False
@@ -81,7 +84,8 @@ def forewarning(unit: str, clock: Callable[[], float] = time.monotonic) -> Repor
         looked, left = True, pace.left(done, total)
         said = left > DAY
         if said:
-            text = f"at its present pace this takes {duration(left)}; Ctrl-C ends it and keeps what there is"
+            ends = "Ctrl-C ends it and keeps what there is" if keeps else "Ctrl-C ends it"
+            text = f"at its present pace this takes {duration(left)}; {ends}"
             print(f"{done:.4g} of {total:.4g} {unit} done: {text}", file=sys.stderr, flush=True)
 
     return report

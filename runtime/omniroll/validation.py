@@ -4,7 +4,7 @@ import inspect
 import math
 import operator
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from omniroll.errors import InvalidValueError
 # Squares of numbers inside these limits are normal floating-point numbers.
 SMALLEST = math.sqrt(np.finfo(float).tiny) * 2
 LARGEST = math.sqrt(np.finfo(float).max) / 2
+MOST_NUMBERS = 10**8  # of an array that is copied
 
 
 def integer(field: str, value: Any, least: int) -> int:
@@ -65,6 +66,8 @@ def real_array(field: str, value: ArrayLike, shape: tuple[int, ...] | None = Non
         raise InvalidValueError(field, value, "must be real numbers") from None
     if raw.dtype.kind not in "iuf":
         raise InvalidValueError(field, value, "must be real numbers")
+    if raw.size > MOST_NUMBERS:
+        raise InvalidValueError(field, f"shape {raw.shape}", f"must hold at most {MOST_NUMBERS} numbers: go in parts")
     array = raw.astype(float)
     if not np.isfinite(array).all():
         raise InvalidValueError(field, value, "must be finite")
@@ -121,6 +124,13 @@ def sequence(field: str, value: Any, bound: str) -> list:
     if isinstance(value, (str, bytes, bytearray, memoryview)) or not isinstance(value, Sequence):
         raise InvalidValueError(field, value, bound)
     return list(value)
+
+
+def mapping(field: str, value: Any) -> dict[str, Any]:
+    """`value`, which must be a mapping whose keys are texts, as a dict."""
+    if not isinstance(value, Mapping) or not all(isinstance(key, str) for key in value):
+        raise InvalidValueError(field, value, "must be a dict by name")
+    return dict(value)
 
 
 def function(field: str, value: Any, *arguments: str) -> Callable:

@@ -11,7 +11,7 @@ N is the number of wheels, n of rollers per wheel, K the number of rows of a tab
 import math
 import textwrap
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from omniroll import generated_data
@@ -20,6 +20,7 @@ from omniroll.kinds import Choice, Numbers, Whole, Word
 ROLLER_MODELS = ("massless", "locked", "free")
 LAWS = ("smooth", "impact")
 GROUND_LAWS = ("viscous", "regularised", "coulomb")
+LOADS = ("static", "dynamic")
 ENGINES = ("compiled", "python")
 OUTPUTS = ("torque", "voltage")
 INTERPOLATIONS = ("linear", "hold")
@@ -375,8 +376,18 @@ BEARINGS = (
         "roller_speed",
         bounded("roller_fade_speed"),
         argument="roller_fade_speed",
-        note="It is needed with roller_coulomb, and only then",
+        default="none: rollers stick",
+        note="Only with roller_coulomb",
         optional=True,
+    ),
+    Entry(
+        "roller_break_away",
+        COEFFICIENT,
+        "N m",
+        "largest torque that the bearings of a roller at rest on its disk take",
+        "roller_coulomb",
+        optional=True,
+        note="At least roller_coulomb, which a roller that spins takes. Only without roller_speed",
     ),
 )
 SLOPE = (
@@ -385,6 +396,30 @@ SLOPE = (
     derived("gravity", NOT_NEGATIVE, default=f"{STANDARD_GRAVITY}"),
 )
 
+# Numbers of the loads' balance that a vehicle does not have, beside height
+
+BALANCE = (
+    derived(
+        "wheel_mass",
+        POSITIVE,
+        note="It is needed where the wheels' centroid is not the centre of mass; elsewhere it has no influence",
+        optional=True,
+    ),
+    derived(
+        "platform_products",
+        PLACE,
+        note="(0, 0) is exact where what is not wheels has a vertical axis or a horizontal plane of symmetry",
+        default="(0, 0)",
+    ),
+    derived(
+        "spin_inertia",
+        Numbers(shapes=((), ("N",)), above=0),
+        note="The default is exact unless wheel_inertia itself holds a rotor behind a gear; then it is wheel_inertia "
+        "less gear (gear - 1) times the rotor's inertia",
+        default="wheel_inertia, with the rotors of the run's motors",
+        optional=True,
+    ),
+)
 TWO = ((), (2,))
 CONTACT = (
     Entry(
@@ -431,14 +466,22 @@ CONTACT = (
         note="Of the law regularised: friction * load * slip/sqrt(slip^2 + speed^2)",
     ),
     Entry(
+        "loads",
+        Choice(LOADS),
+        "",
+        "how the loads of the contacts are found",
+        "static",
+        note="static: those at rest, or `load`; dynamic: from the balance of all moving parts, solved together with "
+        "the accelerations. Of more than three wheels they are the loads of least norm that nowhere pull",
+    ),
+    Entry(
         "load",
         COEFFICIENT,
         "N",
         "load of each contact",
         "those at rest",
         optional=True,
-        note="At rest they follow from weight, layout and centre of mass; of more than three wheels they are the loads "
-        "of least norm that nowhere pull",
+        note="Where loads are static. At rest they follow from weight, layout and centre of mass",
     ),
     derived(
         "normal_gravity",
@@ -447,6 +490,8 @@ CONTACT = (
         optional=True,
         note="It must be given on a slope where load is not",
     ),
+    derived("height", POSITIVE, note="Dynamic loads need it", optional=True),
+    *(replace(entry, note=f"Of dynamic loads. {entry.note}") for entry in BALANCE),
     Entry("wheel_rates", ONE_OR_PER_WHEEL, "rad/s", "wheel rates at the start", "they roll", optional=True),
     Entry(
         "contact_spins",
@@ -468,26 +513,7 @@ REACTIONS = (
         optional=True,
     ),
     derived("gravity", POSITIVE, default=f"that of the run's slope, or {STANDARD_GRAVITY}", optional=True),
-    derived(
-        "wheel_mass",
-        POSITIVE,
-        note="It is needed where the wheels' centroid is not the centre of mass; elsewhere it has no influence",
-        optional=True,
-    ),
-    derived(
-        "platform_products",
-        PLACE,
-        note="(0, 0) is exact where what is not wheels has a vertical axis or a horizontal plane of symmetry",
-        default="(0, 0)",
-    ),
-    derived(
-        "spin_inertia",
-        Numbers(shapes=((), ("N",)), above=0),
-        note="The default is exact unless wheel_inertia itself holds a rotor behind a gear; then it is wheel_inertia "
-        "less gear (gear - 1) times the rotor's inertia",
-        default="wheel_inertia, with the rotors of the run's motors",
-        optional=True,
-    ),
+    *BALANCE,
 )  # fmt: skip
 
 # What instruments on a robot read

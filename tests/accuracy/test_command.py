@@ -20,6 +20,8 @@ from omniroll.studies.accuracy.peers import PEERS, outcome_of
 from omniroll.studies.accuracy.study import INTEGRATORS, Point, _law, _offers, advice, study
 from omniroll.studies.accuracy.tables import text
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("flint")
 FLOAT_EPS = 2.0**-23
 NAMES = [peer.name for peer in INTEGRATORS]
@@ -211,6 +213,23 @@ def test_figures_of_every_kind_of_scene(tmp_path):
     assert not shown.points and all(path.stat().st_size > 10_000 for path in draw(shown, tmp_path))
 
 
+def test_what_there_is_no_time_for_is_named(tmp_path, capsys, monkeypatch):
+    """The reference tells how far it is; with no time left nothing else is measured, and the page says so."""
+    seen = []
+    arguments = {"peers": PEERS[:1], "within": 0.0, "progress": lambda done, total: seen.append((done, total))}
+    shown = study(load_scene("scenes/motion-3.toml"), 0.2, **arguments)
+    assert not shown.points and not shown.models and len(shown.failed) == len(PEERS[0].settings) + 1
+    assert f"compiled at {PEERS[0].settings[0]:g}: not begun within 0 s" in shown.failed
+    assert "not done: models: not begun within 0 s" in text(shown)
+    ends = [done for done, total in seen if done == total == 0.2]
+    assert len(ends) == 2 and 0 < seen[0][0] < 0.2  # the reference and the solution that confirms it
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0.2", "--within", "0",
+                     "--folder", str(tmp_path)]) == 0  # fmt: skip
+    said = capsys.readouterr()
+    assert "reference: Taylor series" in said.err and "left at most" in said.err and "not begun within 0 s" in said.out
+
+
 def test_bad_calls(tmp_path, capsys):
     bad = tmp_path / "bad.toml"
     bad.write_text("[vehicle]\npreset = 'papr'\n[start]\nnu = [1, nan, 0]\n[run]\nduraton = 1\n[roller]\n")
@@ -220,6 +239,7 @@ def test_bad_calls(tmp_path, capsys):
     assert cli.main(["accuracy", str(tmp_path / "absent.toml")]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--error", "-1"]) == 2
     assert cli.main(["accuracy", "scenes/motion-3.toml", "--duration", "0"]) == 2
+    assert cli.main(["accuracy", "scenes/motion-3.toml", "--within", "nan"]) == 2
 
 
 def test_a_motion_that_blew_up_is_shown_and_not_advised(found):

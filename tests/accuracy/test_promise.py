@@ -13,6 +13,8 @@ from omniroll.engine.python_engine import Run
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import difference
 
+pytestmark = pytest.mark.long
+
 EPS = np.finfo(float).eps
 SEEDS = (0, 2, 4)  # without a layout: its sets are tested elsewhere, and take seconds each to compile
 

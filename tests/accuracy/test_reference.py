@@ -23,6 +23,8 @@ from omniroll.studies.accuracy.reference import (
     follow,
 )
 
+pytestmark = pytest.mark.long
+
 flint = pytest.importorskip("flint")
 CASES = [c for c in references.load() if c["name"].startswith(("2 wheels", "paper 2")) and c["model"] != "massless"]
 

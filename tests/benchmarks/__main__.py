@@ -1,18 +1,19 @@
 """`python -m benchmarks [question ...]` from tests/: asks the questions, all or those named, for docs/benchmarks.md.
 
-Answers are kept in out/benchmarks/, so that one question can be asked again; the page is written when all are there.
+The page is written anew where all are asked. One that is asked alone takes its own section of the page, on which the
+others stay.
 """
 
-import pickle
 import sys
+from functools import reduce
 
 import matplotlib
 
 matplotlib.use("Agg")
 
-from . import batch, calls, environments, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
+from . import batch, calls, derivatives, environments, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
 from .common import ROOT  # noqa: E402
-from .page import page, section  # noqa: E402
+from .page import page, section, with_answer  # noqa: E402
 
 QUESTIONS = {
     "right_hand_side": right_hand_side,
@@ -23,10 +24,9 @@ QUESTIONS = {
     "calls": calls,
     "sweeps": sweeps,
     "environments": environments,
+    "derivatives": derivatives,
 }
-
-
-KEPT = ROOT / "out/benchmarks"
+PAGE = ROOT / "docs/benchmarks.md"
 
 
 def main() -> int:
@@ -35,18 +35,16 @@ def main() -> int:
     if unknown:
         print(f"unknown: {', '.join(unknown)}; there are: {', '.join(QUESTIONS)}", file=sys.stderr)
         return 2
-    KEPT.mkdir(parents=True, exist_ok=True)
+    answers = []
     for name in names:
         print(f"... {name}", file=sys.stderr, flush=True)
-        answer = QUESTIONS[name].answer()
-        (KEPT / f"{name}.pickle").write_bytes(pickle.dumps(answer))
-        print(section(answer), flush=True)
-    kept = [KEPT / f"{name}.pickle" for name in QUESTIONS]
-    missing = [path.stem for path in kept if not path.exists()]
-    if missing:
-        print(f"not written, no answers yet: {', '.join(missing)}", file=sys.stderr)
-        return 0
-    (ROOT / "docs/benchmarks.md").write_text(page([pickle.loads(path.read_bytes()) for path in kept]), encoding="utf-8")
+        answers.append(QUESTIONS[name].answer())
+        print(section(answers[-1]), flush=True)
+    if names == list(QUESTIONS):
+        text = page(answers)
+    else:
+        text = reduce(with_answer, answers, PAGE.read_text(encoding="utf-8"))
+    PAGE.write_text(text, encoding="utf-8")
     print("written: docs/benchmarks.md", file=sys.stderr)
     return 0
 

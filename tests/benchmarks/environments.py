@@ -6,7 +6,7 @@ from omniroll.gym import TwistVectorEnv
 
 from .common import Answer, Target, repeated
 
-ENVIRONMENTS, STEPS, REPEATS = 256, 40, 15
+ENVIRONMENTS, STEPS, REPEATS = 256, 40, 25
 CHECKED = 20  # steps after which the error is taken
 
 
@@ -32,7 +32,7 @@ def answer() -> Answer:
     agents = Agents(1e-6)
     error = np.abs(agents.observed() - Agents(1e-11).observed()).max()
     took = repeated(agents, REPEATS)
-    each = took.least / (STEPS * ENVIRONMENTS)
+    least, median = ((STEPS * ENVIRONMENTS) / time for time in (took.least, took.median))
     task = agents.env.task
     return Answer(
         title="8. Environments for learning",
@@ -42,6 +42,15 @@ def answer() -> Answer:
             f"that of nu over its largest target after {CHECKED} steps, against runs with an accuracy of 1e-11."
         ),
         headings=["environments", "microseconds a step of one", "steps a second", "error"],
-        rows=[[str(ENVIRONMENTS), took.in_unit(1e6 / (STEPS * ENVIRONMENTS)), f"{1 / each:.3g}", f"{error:.0e}"]],
-        targets=[Target("environments: >= 1e5 steps a second on one core", f"{1 / each:.3g}", each <= 1e-5)],
+        rows=[
+            [
+                str(ENVIRONMENTS),
+                took.in_unit(1e6 / (STEPS * ENVIRONMENTS)),
+                f"{least:.3g} ({median:.3g})",
+                f"{error:.0e}",
+            ]
+        ],
+        targets=[
+            Target("environments: >= 1e5 steps a second on one core, by the median", f"{median:.3g}", median >= 1e5)
+        ],
     )

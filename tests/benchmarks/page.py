@@ -1,6 +1,8 @@
 """The page of results, docs/benchmarks.md."""
 
-from .common import Answer, machine
+import re
+
+from .common import Answer, Target, machine
 
 INTRODUCTION = """# Benchmarks
 
@@ -26,12 +28,23 @@ def section(answer: Answer) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+def goal(target: Target) -> list[str]:
+    return [target.claim, target.measured, "yes" if target.reached else "**no**"]
+
+
 def page(answers: list[Answer]) -> str:
-    targets = [target for answer in answers for target in answer.targets]
-    goals = table(
-        ["target", "measured", "reached"],
-        [[target.claim, target.measured, "yes" if target.reached else "**no**"] for target in targets],
-    )
+    goals = table(["target", "measured", "reached"], [goal(target) for answer in answers for target in answer.targets])
     parts = [INTRODUCTION, table(["machine", ""], [list(row) for row in machine()]) + "\n"]
     parts += ["## What was to be reached\n", goals + "\n", *(section(answer) for answer in answers)]
     return "\n".join(parts)
+
+
+def with_answer(text: str, answer: Answer) -> str:
+    """A page with one question asked again: its section, and its rows among the targets; the others stay."""
+    head, *sections = re.split(r"^(?=## \d+\. )", text, flags=re.MULTILINE)
+    kept = [part for part in sections if not part.startswith(f"## {answer.title.split('.')[0]}. ")]
+    new = [f"| {' | '.join(goal(target))} |" for target in answer.targets]
+    claims = tuple(f"| {target.claim} |" for target in answer.targets)
+    rows = [line for line in head.rstrip().splitlines() if not (claims and line.startswith(claims))]
+    ordered = sorted([*kept, section(answer) + "\n"], key=lambda part: int(re.match(r"## (\d+)", part)[1]))
+    return "\n".join([*rows, *new]) + "\n\n" + "".join(f"{part.rstrip()}\n\n" for part in ordered).rstrip() + "\n"

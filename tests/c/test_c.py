@@ -11,6 +11,8 @@ from firmware.files import NUMBER_TYPES, PAIRS, STRICT, WARNINGS, example, run, 
 import omniroll
 from omniroll.cli import main
 
+pytestmark = pytest.mark.long
+
 SCENE = Path(__file__).resolve().parents[2] / "scenes/robot-soccer-kit.toml"  # free rollers, no further effects
 EPS = {"double": 2.0**-52, "float": 2.0**-23, "long double": 2.0**-52}  # long double is compared with double
 LIBRARY_CALLS = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "exp") for suffix in ("", "f", "l")}

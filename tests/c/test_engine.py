@@ -10,6 +10,8 @@ import pytest
 import omniroll
 from omniroll.kernels import building, sets
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 SCALARS = (
     "mass",
@@ -42,7 +44,6 @@ CASES = {  # effects of the set, flags, and what acts: as in engine.c
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_engine_from_c_under_sanitizers(tmp_path, case):
     effects, macro, acting = CASES[case]

@@ -14,6 +14,8 @@ from codegen.derivation import Derivation, json_text
 from codegen.programs import ContractError
 from codegen.rendering import render
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parent.parent.parent
 WRONG = [{"put": ["gain"], "expr": "zeta"}]
 
@@ -96,7 +98,7 @@ def test_no_trace_of_the_machine(toy_file, folder, tmp_path):
     "change, message",
     [
         (lambda d: d.pop("bounds"), "parts missing: bounds"),
-        (lambda d: d.update(format=1), "not of format 2"),
+        (lambda d: d.update(format=1), "not of format 3"),
         (lambda d: d["bases"].pop(), "functions of unknown sets: parts"),
         (lambda d: d["functions"].append(d["functions"][0]), "stands twice"),
         (lambda d: d.update(steps={}), "wheel_rates: no group of steps wheel"),
@@ -127,7 +129,9 @@ def test_data_is_json_with_counts(folder):
     assert dynamics["operations"]["roller"] == dict.fromkeys(("add", "mul", "div", "sqrt", "sincos", "exp"), 0)
     programs = json.loads((folder / "data/programs.json").read_text())
     program = next(f for f in programs["functions"] if f["name"] == "forward_dynamics")
-    assert program["elements"]["p"] == ["momenta", "i", 0]
+    assert program["inputs"] == ["nu", "chi", "momenta"]
+    arguments = json.loads((folder / "data/arguments.json").read_text())["arguments"]
+    assert arguments["momenta"]["elements"]["p"] == ["momenta", "i", 0]
     rates = next(f for f in programs["functions"] if f["name"] == "wheel_rates")
     assert rates["body"][0]["body"][0] == {"use": "wheel"}
     assert programs["steps"]["wheel"]["proofs"] == ["p"]
@@ -137,9 +141,9 @@ def test_data_is_json_with_counts(folder):
 
 def test_emitted_data_can_be_derived_from_again(folder):
     """Canonical data renders to the same kernels: specialising needs no Maxima."""
-    names = ("programs", "symbols", "effects", "equations", "proofs", "bounds")
+    names = ("programs", "arguments", "symbols", "effects", "equations", "proofs", "bounds")
     parts = [json.loads((folder / f"data/{name}.json").read_text()) for name in names]
-    data = {"format": 2, "sets": derivation()["sets"]} | {key: value for part in parts for key, value in part.items()}
+    data = {"format": 3, "sets": derivation()["sets"]} | {key: value for part in parts for key, value in part.items()}
     again = render(Derivation(data))
     assert all(again[path] == (folder / path).read_bytes() for path in again)
 

@@ -22,7 +22,9 @@ def with_wind():
         "body": [{"let": "gust", "expr": ["*", "push", "nu_1"]}, {"add": "f", "expr": ["*", "gust", "l"]}],
     }
     dynamics = next(f for f in data["functions"] if f["name"] == "forward_dynamics")
-    dynamics["arguments"].insert(2, array("push", [], "in") | {"effect": "wind"})
+    data["arguments"] |= array("push", [])
+    data["arguments"]["push"]["effect"] = "wind"
+    dynamics["inputs"].insert(2, "push")
     loop = next(k for k, node in enumerate(dynamics["body"]) if "loop" in node)
     dynamics["body"].insert(loop, {"use": "wind"})
     return data

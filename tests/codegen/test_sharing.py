@@ -5,24 +5,22 @@ from collections import Counter
 
 import pytest
 from test_expressions import random_expression
-from toy import FUNCTIONS, GROUPS, MODEL, array, function, let, put, random_data, run
+from toy import ARGUMENTS, FIELDS, FUNCTIONS, GROUPS, array, function, let, put, random_data, run
 
 from codegen.operations import count_operations
 from codegen.programs import ContractError, Loop, read_array, read_function, steps
 from codegen.sharing import share
 
-FIELDS = tuple(read_array(f, "field") for f in MODEL)
+MODEL = tuple(read_array(name, FIELDS, "field", "toy") for name in FIELDS)
 
 
-def read(data):
+def read(data, arguments=ARGUMENTS):
     (name,) = data["sets"]
-    return read_function(data, FIELDS if name == "toy" else (), name, GROUPS)
+    return read_function(data, MODEL if name == "toy" else (), name, arguments, GROUPS)
 
 
 def random_program(rng):
     """A function of random steps: accumulators changed in loops and used after them, lets in every scope."""
-    inputs = [("nu", [3]), ("chi", ["N"]), ("spins", ["N", "n-1"])]
-    elements = {"nu_1": ["nu", 0], "nu_2": ["nu", 1], "chi": ["chi", "i"], "spin": ["spins", "i", "j"]}
     once, wheel = ["nu_1", "nu_2", "gain", "N"], ["chi", "cos_alpha"]
     numbers = Counter()
 
@@ -57,7 +55,7 @@ def random_program(rng):
         body += [{"loop": "i", "body": inner}, let(f"after{turn}", expression([*names, "s", "t"]))]
         names = [*names, f"after{turn}"]
     body += [put(["nu_dot", k], expression([*names, "s", "t"])) for k in range(3)]
-    return function("random", "Random.", inputs, [("nu_dot", [3]), ("chi_dot", ["N"])], elements, body)
+    return function("random", "Random.", "nu chi spins", "nu_dot chi_dot", body)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -91,9 +89,8 @@ def test_work_never_grows(seed):
 
 
 def shared(body):
-    elements = {"a": ["nu", 0], "b": ["nu", 1], "c": ["nu", 2], "chi": ["chi", "i"]}
-    inputs, outputs = [("nu", [3]), ("chi", ["N"])], [("nu_dot", [3]), ("chi_dot", ["N"])]
-    return share(read(function("f", "F.", inputs, outputs, elements, body)))
+    arguments = ARGUMENTS | array("nu", [3], a=[0], b=[1], c=[2])
+    return share(read(function("f", "F.", "nu chi", "nu_dot chi_dot", body), arguments))
 
 
 def names(body):
@@ -172,4 +169,9 @@ def test_what_breaks_the_contract_is_named(body, message):
 
 def test_unknown_shapes_are_refused():
     with pytest.raises(ContractError, match="unknown shape"):
-        read_array(array("x", ["m"]), "field")
+        read_array("x", array("x", ["m"]), "field", "toy")
+
+
+def test_an_argument_without_an_entry_is_refused():
+    with pytest.raises(ContractError, match="toy.f: force is not in the table of arguments"):
+        read(function("f", "F.", "force", "nu_dot", []))

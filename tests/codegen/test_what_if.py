@@ -64,7 +64,7 @@ def changed(told: str) -> set[str]:
     return set(re.findall(r"^  (\S+), .*\n    old ", told, re.MULTILINE))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_changed_term_of_the_kinetic_energy(asked):
     told, tex = asked(
         "paper/kinetic_energy.mac", "spin^2 + 2*dot(carrier, axis)*spin", "spin^2 + dot(carrier, axis)*spin"
@@ -76,7 +76,7 @@ def test_one_changed_term_of_the_kinetic_energy(asked):
     compiled(tex)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_profile_of_the_rollers(asked):
     told, tex = asked("paper/constraints.mac", "l*cos(chi) - r$", "l*cos(chi) - r + bulge*sin(chi)^2$")
     assert "contact to roller axis (paper/constraints.mac)" in told and "massless, forward_dynamics" not in told
@@ -84,7 +84,7 @@ def test_another_profile_of_the_rollers(asked):
     compiled(tex)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_axles_that_are_not_horizontal(asked):
     told, tex = asked("paper/geometry.mac", "axle: level_axle$", "axle: cos(camber)*level_axle + sin(camber)*vertical$")
     assert "(2.2) (paper/constraints.mac)" in told

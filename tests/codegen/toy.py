@@ -7,26 +7,35 @@ from codegen.expressions import Call, Number, Power, Product, Sum, Symbol
 from codegen.programs import Loop
 
 
-def array(name, shape, role=None):
-    return {"name": name, "shape": shape, "unit": "1", "meaning": f"the toy's {name}"} | (
-        {"role": role} if role else {}
-    )
+def array(name, shape, **elements):
+    """An entry of a table. elements: the place of each symbol in the array."""
+    places = {symbol: [name, *place] for symbol, place in elements.items()}
+    return {name: {"shape": shape, "unit": "1", "meaning": f"the toy's {name}", "elements": places}}
 
 
-MODEL = [array("gain", []), array("l", []), array("cos_alpha", ["N"]), array("sin_alpha", ["N"]),
-         array("cos_kappa", ["n-1"])]  # fmt: skip
-NU = {"nu_1": ["nu", 0], "nu_2": ["nu", 1], "nu_3": ["nu", 2]}
+FIELDS = (
+    array("gain", []) | array("l", []) | array("cos_alpha", ["N"]) | array("sin_alpha", ["N"])
+    | array("cos_kappa", ["n-1"])
+)  # fmt: skip
+ARGUMENTS = (
+    array("mass", [], M=[]) | array("length", []) | array("wheel_angles", ["N"], alpha=["i"])
+    | array("nu", [3], nu_1=[0], nu_2=[1], nu_3=[2]) | array("chi", ["N"], chi=["i"]) | array("theta", [])
+    | array("momenta", ["N", 2], p=["i", 0], q=["i", 1]) | array("spins", ["N", "n-1"], spin=["i", "j"])
+    | array("sizes", ["N"], size=["i"]) | array("chi_dot", ["N"]) | array("contact_spin", ["N"])
+    | array("pose_dot", [3]) | array("nu_dot", [3]) | array("matrix", [3, 3]) | array("spins_dot", ["N", "n-1"])
+    | array("energy", []) | array("total", []) | array("mean", [])
+)  # fmt: skip
 
 
-def function(name, summary, inputs, outputs, elements, body, set="toy", equations=("3.4", "section 4")):
-    arguments = [array(*a, "in") for a in inputs] + [array(*a, "out") for a in outputs]
+def function(name, summary, inputs, outputs, body, set="toy", equations=("3.4", "section 4")):
+    """inputs, outputs: names of arguments."""
     return {
         "sets": [set],
         "name": name,
         "summary": summary,
         "equations": list(equations),
-        "arguments": arguments,
-        "elements": elements,
+        "inputs": inputs.split(),
+        "outputs": outputs.split(),
         "body": body,
     }
 
@@ -42,8 +51,7 @@ def put(target, expr):
 FUNCTIONS = [
     function(
         "prepare", "Constants of the toy.",
-        [("mass", []), ("length", []), ("wheel_angles", ["N"])], [],
-        {"M": ["mass"], "alpha": ["wheel_angles", "i"]},
+        "mass length wheel_angles", "",
         [
             let("gain", ["*", ["/", 1, 3], "M", ["^", "N", -1]]),
             let("half", ["*", ["/", 1, 2], "n"]),
@@ -58,8 +66,7 @@ FUNCTIONS = [
     ),
     function(
         "wheel_rates", "Rates of the toy's wheels.",
-        [("nu", [3]), ("chi", ["N"])], [("chi_dot", ["N"]), ("contact_spin", ["N"])],
-        NU | {"chi": ["chi", "i"]},
+        "nu chi", "chi_dot contact_spin",
         [
             {"loop": "i", "body": [
                 {"use": "wheel"},
@@ -70,11 +77,11 @@ FUNCTIONS = [
         ],
     ),
     function(
-        "wheel_speeds", "Rates of the toy's wheels alone.", [("nu", [3])], [("chi_dot", ["N"])], NU,
+        "wheel_speeds", "Rates of the toy's wheels alone.", "nu", "chi_dot",
         [{"loop": "i", "body": [put(["chi_dot", "i"], ["*", "gain", "cos_alpha", "nu_2"])]}],
     ),
     function(
-        "pose_rates", "Rates of the toy's pose.", [("nu", [3]), ("theta", [])], [("pose_dot", [3])], NU,
+        "pose_rates", "Rates of the toy's pose.", "nu theta", "pose_dot",
         [
             put(["pose_dot", 0], ["*", "nu_1", ["cos", "theta"]]),
             put(["pose_dot", 1], ["*", "nu_1", ["sin", "theta"]]),
@@ -83,8 +90,7 @@ FUNCTIONS = [
     ),
     function(
         "forward_dynamics", "Accelerations of the toy.",
-        [("nu", [3]), ("chi", ["N"]), ("momenta", ["N", 2])], [("nu_dot", [3])],
-        NU | {"chi": ["chi", "i"], "p": ["momenta", "i", 0], "q": ["momenta", "i", 1]},
+        "nu chi momenta", "nu_dot",
         [
             {"var": "m", "expr": ["+", 1, ["^", "gain", 2]]},
             {"var": "f", "expr": 0},
@@ -102,9 +108,7 @@ FUNCTIONS = [
     ),
     function(
         "everything", "All kinds of steps at once.",
-        [("nu", [3]), ("chi", ["N"]), ("spins", ["N", "n-1"])],
-        [("matrix", [3, 3]), ("spins_dot", ["N", "n-1"]), ("momenta", ["N", 2]), ("energy", [])],
-        NU | {"chi": ["chi", "i"], "spin": ["spins", "i", "j"]},
+        "nu chi spins", "matrix spins_dot momenta energy",
         [
             {"var": "energy", "expr": ["*", ["/", 1, 2], ["^", "nu_1", 5]]},
             {"loop": "i", "body": [
@@ -124,8 +128,7 @@ FUNCTIONS = [
         ],
     ),
     function(
-        "share_of", "A set without a model.", [("mass", []), ("sizes", ["N"])], [("total", []), ("mean", [])],
-        {"size": ["sizes", "i"]},
+        "share_of", "A set without a model.", "mass sizes", "total mean",
         [
             {"var": "sum", "expr": 0},
             {"loop": "i", "body": [{"add": "sum", "expr": ["*", "mass", "size"]}]},
@@ -148,10 +151,12 @@ def derivation():
     """The toy's data, new at every call."""
     meanings = {"nu_1": r"\nu_1", "rho": r"\rho", "l": "l"}
     return {
-        "format": 2,
+        "format": 3,
         "symbols": {s: {"code": s, "latex": t, "unit": "1", "meaning": s} for s, t in meanings.items()},
         "effects": [{"name": "toy", "meaning": "a toy"}],
-        "bases": [{"name": "toy", "effects": ["toy"], "model": MODEL},
+        "arguments": ARGUMENTS,
+        "fields": FIELDS,
+        "bases": [{"name": "toy", "effects": ["toy"], "model": list(FIELDS)},
                   {"name": "parts", "effects": [], "model": []}],
         "sets": [{"base": "toy", "effects": [], "meaning": "a toy for tests"},
                  {"base": "parts", "effects": [], "meaning": "a toy of parts"}],

@@ -25,3 +25,9 @@ def test_a_small_named_speed_costs_at_most_five_times_a_large_one():
 def test_slip_on_a_viscous_ground_against_the_bare_vehicle(coefficient, times):
     """Rolling evaluates in long steps; with slip each switch begins with steps as short as the roller's spin-up."""
     assert evaluations(Contact(coefficient, wheel_rates=0)) <= times * evaluations()
+
+
+@pytest.mark.parametrize("friction, times", [(0.1, 40), (0.3, 18), (1.0, 41)])
+def test_set_valued_friction_against_the_bare_vehicle(friction, times):
+    """Contacts come to rest one after the other, and anew behind each of six switches."""
+    assert evaluations(Contact(law="coulomb", friction=friction, wheel_rates=0)) <= times * evaluations()

@@ -1,10 +1,15 @@
-"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law."""
+"""Coulomb's friction of the ground as the set-valued law: closed forms, instants, directions, the smooth law.
+
+test_engines.py compares the engines.
+"""
 
 import numpy as np
 import pytest
 
-from omniroll import Contact, InvalidValueError, Session, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
+from omniroll import Contact, InvalidValueError, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
 from omniroll.effects import cones
+
+pytestmark = pytest.mark.long
 
 PAPER = Vehicle.paper()
 PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))  # two wheels that face each other
@@ -171,7 +176,5 @@ def test_what_makes_no_sense_is_refused():
         with pytest.raises(InvalidValueError) as caught:
             Contact(**{"law": "coulomb", "friction": 0.3} | changes)
         assert caught.value.field == field
-    with pytest.raises(InvalidValueError, match="law coulomb"):
-        Session(PAPER, effects=[Contact(law="coulomb", friction=0.3)])
     with pytest.raises(InvalidValueError, match="law regularised"):
         Contact(law="regularised", friction=0.3, speed=1e-3, static_friction=0.4)

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 from random_scenes import PAPER, PLACES, controller, coulomb, limited_motors, linear_table, slope, viscous
 
-from omniroll import Contact, Vehicle, simulate
+from omniroll import Contact, Torque, Vehicle, simulate
 from omniroll.engine.control import one_run
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import distance_at
+
+pytestmark = pytest.mark.long
+
+
+def torque(rng):
+    return Torque(tuple(rng.normal(scale=0.3, size=3)))
+
 
 GRAVITY = 9.8  # across the plane
 ALL = (linear_table, limited_motors, controller, slope)
@@ -20,6 +27,10 @@ SCENES = {  # law, roller model, what acts beside the ground
     "regularised": ("regularised", "free", ()),
     "regularised, with Coulomb's friction in rollers and all that acts": ("regularised", "free", (*ALL, coulomb)),
 }
+STICKING = {
+    "coulomb": ("coulomb", "free", (slope, torque)),
+    "coulomb, massless rollers": ("coulomb", "massless", (slope, torque)),
+}
 ACCURACY = 1e-11
 
 
@@ -27,6 +38,10 @@ def ground(law, rng):
     rates = rng.normal(scale=20, size=3)
     if law == "viscous":
         return Contact(rng.uniform(5, 40, 2), wheel_rates=rates)
+    if law == "coulomb":
+        friction = rng.uniform(0.1, 0.6, 2)
+        static = friction * rng.choice([1.0, 1.4])
+        return Contact(law=law, friction=friction, static_friction=static, normal_gravity=GRAVITY, wheel_rates=rates)
     return Contact(
         law=law, friction=rng.uniform(0.1, 0.6, 2), speed=0.05, normal_gravity=GRAVITY, wheel_rates=rates
     )  # fmt: skip
@@ -34,8 +49,8 @@ def ground(law, rng):
 
 def slipping_task(name, seed):
     """A random state of a vehicle whose wheels slip, with every contact near its joint."""
-    law, model, makers = SCENES[name]
-    rng = np.random.default_rng([seed, list(SCENES).index(name)])
+    law, model, makers = (SCENES | STICKING)[name]
+    rng = np.random.default_rng([seed, list(SCENES | STICKING).index(name)])
     vehicle = PAPER.replace(wheel_places=PLACES, center_of_mass=(0.005, -0.01)) if seed % 2 else PAPER
     chi = rng.choice([-1, 1], 3) * rng.uniform(0.55, 0.62, 3)
     start = {"nu": rng.normal(scale=2, size=3), "chi": chi, "pose": rng.normal(size=3)}
@@ -70,6 +85,32 @@ def test_engines_agree(name):
     python = simulate(vehicle, **options, engine="python", accuracy=1e-8, control=False)
     assert python.stats["engine"] == "python"
     assert_agreement(with_all_effects(vehicle, options), python, 1e-7)
+
+
+def changes(run, wheel):
+    """When the mode of a contact changes, and the modes that follow."""
+    mode = run.sticks[:, wheel]
+    at = np.flatnonzero(mode[1:] != mode[:-1]) + 1
+    return run.t[at], mode[at].tolist()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("name", STICKING)
+def test_engines_agree_about_what_sticks(name, seed):
+    """Modes, their instants, forces in the rows, the state at the end and the account."""
+    vehicle, options = slipping_task(name, seed)
+    options |= {"duration": 0.04, "control": False}
+    own, other = (simulate(vehicle, **options, engine=engine) for engine in ("compiled", "python"))
+    assert own.stats["engine"] == "compiled"
+    for wheel in range(vehicle.wheels):
+        (instants, modes), (theirs, those) = changes(own, wheel), changes(other, wheel)
+        assert modes == those
+        np.testing.assert_allclose(instants, theirs, rtol=0, atol=1e-10)
+    assert own.switches.wheel.tolist() == other.switches.wheel.tolist()
+    np.testing.assert_allclose(own.ground_force[-1], other.ground_force[-1], rtol=0, atol=1e-6)
+    assert distance_at(own, other, np.linspace(0, 0.04, 7)) < 1e-8
+    np.testing.assert_allclose(own.added[-1], other.added[-1], rtol=0, atol=1e-7 * (1 + np.abs(other.added).max()))
+    assert abs(own.ledger.residual) <= 1e-10 * (own.energy.max() + 1e-3)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

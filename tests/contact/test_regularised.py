@@ -71,15 +71,15 @@ def test_loads_at_rest():
     """Three wheels determine them; four share by the least norm; a given load stands."""
     aside = PAPER.replace(center_of_mass=(0.03, -0.01))
     ground = Contact(law="regularised", friction=0.5, speed=1e-2)
-    loads = ground.loads(aside)
+    loads = ground.loads_at_rest(aside)
     angles = np.array(PAPER.wheel_angles)
     places = PAPER.platform_radius * np.stack([np.cos(angles), np.sin(angles)])
     assert loads.sum() == pytest.approx(PAPER.mass * GRAVITY, rel=1e-14)
     assert places @ loads == pytest.approx(PAPER.mass * GRAVITY * np.array([0.03, -0.01]), rel=1e-12)
     four = Vehicle.paper(4, 5).replace(center_of_mass=(0.02, 0.0))
     spare = np.array([1, -1, 1, -1])
-    assert ground.loads(four) @ spare == pytest.approx(0, abs=1e-12)
-    assert Contact(law="regularised", friction=0.5, speed=1e-2, load=3.0).loads(PAIR).tolist() == [3.0, 3.0]
+    assert ground.loads_at_rest(four) @ spare == pytest.approx(0, abs=1e-12)
+    assert Contact(law="regularised", friction=0.5, speed=1e-2, load=3.0).loads_at_rest(PAIR).tolist() == [3.0, 3.0]
 
 
 def test_what_makes_no_sense_is_refused():

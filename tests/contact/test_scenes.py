@@ -14,6 +14,8 @@ from omniroll.scenes import SceneError, load_scene
 from omniroll.scenes.costs import operations
 from omniroll.scenes.lints import lints
 
+pytestmark = pytest.mark.long
+
 SCENE = """
 [vehicle]
 preset = "paper"
@@ -64,6 +66,8 @@ def test_a_later_run_without_contacts_takes_the_file_away(written, tmp_path):
         ("", "", "[contact] coefficient"),
         ('law = "regularised"\nfriction = 0.5', "", "[contact] speed"),
         ("coefficient = 30\nload = 3", "", "[contact] load"),
+        ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"', "", "[contact] height"),
+        ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"\nheight = 0.1\nload = 7', "", "[contact] load"),
         ("coefficient = 30", "[bearings]\nwheel_coulomb = 0.1", "wheel_speed"),
     ],
 )
@@ -78,9 +82,23 @@ def test_a_law_of_a_switch_has_no_part(written):
     assert [(lint.table, lint.key) for lint in lints(scene)] == [("switching", "law")]
 
 
+def test_dynamic_loads_take_their_numbers_from_the_reactions(written, capsys):
+    """The two tables need not say the same twice; [contact] counts where both do. `explain` names engine and events."""
+    asked = 'law = "coulomb"\nfriction = 0.4\nloads = "dynamic"'
+    path = written(asked, "[reactions]\nheight = 0.08")
+    (ground,) = load_scene(path).options["effects"]
+    assert ground.height == 0.08
+    (ground,) = load_scene(written(asked + "\nheight = 0.1", "[reactions]\nheight = 0.08")).options["effects"]
+    assert ground.height == 0.1
+    assert cli.main(["explain", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert "Python engine" in said and "loads that vanish and come back" in said and "slip_load_balance" in said
+
+
 @pytest.mark.parametrize(
     "contact, key",
     [
+        ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"\nheight = 80', "height"),
         ('law = "coulomb"\nfriction = 5', "friction"),
         ('law = "regularised"\nfriction = 0.5\nspeed = 1e-7', "speed"),
         ('law = "coulomb"\nfriction = 0.5\nload = 70', "load"),
@@ -93,15 +111,24 @@ def test_numbers_that_no_ground_has_are_named(written, contact, key):
 
 
 @pytest.mark.parametrize(
-    "name, modes", [("wheel-spin", {(1, 1, 1), (0, 1, 0)}), ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)})]
+    "name, modes",
+    [
+        ("wheel-spin", {(1, 1, 1), (0, 1, 0)}),
+        ("ramp-lets-go", {(1, 1, 1), (1, 0, 0)}),
+        ("hard-stop", {(1, 0, 1, 0), (1, 0, 0, 0), (1, 1, 1, 1)}),
+    ],
 )
 def test_shipped_scenes_do_what_they_say(name, modes, tmp_path):
-    """Wheels spin and grip again; on the ramp two let go for good. The picture of it is drawn."""
+    """Wheels spin and grip again; two let go on the ramp for good; one is off and comes back. Pictures are drawn."""
     path = Path(__file__).parents[2] / "scenes" / f"{name}.toml"
     assert cli.main(["run", str(path), "--output", str(tmp_path), "--plot"]) == 0
     run = omniroll.Trajectory.load(tmp_path / "trajectory.npz")
     assert modes <= {tuple(row) for row in run.sticks.astype(int)} and (tmp_path / "slip.png").stat().st_size > 10_000
-    assert run.sticks[-1].all() == (name == "wheel-spin")
+    assert run.sticks[-1].all() == (name != "ramp-lets-go")
+    if name == "hard-stop":
+        rows = list(csv.DictReader((tmp_path / "slip.csv").open()))
+        assert [float(row["load_3"]) for row in rows] == run.ground_load[:, 2].tolist()
+        assert (run.ground_load[:, 2] == 0).any() and run.ground_load[-1, 2] > 0
     assert abs(run.ledger.residual) <= 1e-9 * sum(map(abs, run.ledger.contributions.values()))
 
 

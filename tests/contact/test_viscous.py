@@ -134,6 +134,3 @@ def test_what_makes_no_sense_is_refused():
     for coefficient in (-1.0, (1.0, -1.0), (1, 2, 3)):
         with pytest.raises(InvalidValueError, match="coefficient"):
             Contact(coefficient)
-    run = simulate(PAPER, nu=(1, 0, 0), duration=0.01, effects=[Contact(1.0)], control=False)
-    with pytest.raises(InvalidValueError, match="ground_force"):
-        omniroll.reactions(run, height=0.06)

@@ -9,7 +9,7 @@ sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is miss
 SITE = Path(__file__).parents[2] / "out/site"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.long,
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
     pytest.mark.skipif(not (SITE / "index.html").exists(), reason="the site is not built: make docs"),
 ]

@@ -69,6 +69,24 @@ def test_links_hold_on_the_site(text, wanted):
     assert assemble.with_links(text, "docs/x.md", "deeper/x.md", set()) == wanted
 
 
+def test_every_picture_is_drawn_by_a_script_or_where_it_is_measured(sources):
+    """Those of the pages, those of the scripts, and those in docs/ are the same."""
+    pictures = tool("pictures")
+    made = {f"{name.replace('_', '-')}.png" for name in pictures.NAMES} | {f"{name}.png" for name in pictures.MEASURED}
+    named = {name for text in sources.values() for name in re.findall(r"!\[[^\]]*\]\(([\w-]+\.png)\)", text)}
+    assert named == made == {path.name for path in (ROOT / "docs").glob("*.png")}
+    assert all((ROOT / "docs" / f"{name}.py").exists() for name in pictures.NAMES)
+
+
+def test_pictures_of_the_build_take_the_places_of_those_in_docs(tmp_path):
+    (tmp_path / "drawn").mkdir()
+    (tmp_path / "drawn/conventions.png").write_bytes(b"new")
+    assemble.main(tmp_path / "site", tmp_path / "drawn")
+    assert (tmp_path / "site/conventions.png").read_bytes() == b"new"
+    kept = ROOT / "docs/robots.png"
+    assert (tmp_path / "site/robots.png").read_bytes() == kept.read_bytes()
+
+
 def test_mathematics_and_anchors_are_those_of_the_site():
     assert assemble.with_mathematics("the $`\\chi_i`$ of\n$`a\nb`$") == "the $\\chi_i$ of\n$a b$"
     assert assemble.with_targets('<a id="f-7-1-m33"></a>\n') == "(f-7-1-m33)=\n"

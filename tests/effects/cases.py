@@ -30,7 +30,9 @@ def random_case(rng, wheels=WHEELS, rollers=ROLLERS):
         "torque": rng.normal(size=wheels), "damping": rng.uniform(0.1, 1, wheels), "heading": 0.4,
         "bearing_torque": rng.normal(size=wheels),
     }  # fmt: skip
-    return vehicle, random_state(rng, vehicle, 0.9), numbers
+    state = random_state(rng, vehicle, 0.9)
+    numbers |= {"contact_bearing": rng.normal(size=wheels), "free_bearing": rng.normal(size=(wheels, rollers - 1))}
+    return vehicle, state, numbers
 
 
 def balls(value):

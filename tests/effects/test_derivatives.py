@@ -26,6 +26,7 @@ def state_of(model, effects, seed=3):
     if "layout" not in effects:
         vehicle = without_layout(vehicle)
     numbers = numbers | {"roller_drag": rng.normal(size=3), "momenta": rng.normal(size=(3, 2)) * 0.1, "theta": 0.4}
+    numbers["bearing_drag"] = rng.normal(size=3)
     return vehicle, numbers | {"nu": nu, "chi": chi}
 
 

@@ -31,7 +31,8 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
     speeds = lagrange.speeds(vehicle, nu, chi, spins, model="locked" if model == "massless" else model, theta=theta)
     forces = lagrange.Speeds.zero(vehicle)
     torque, damping = present("drive", "torque"), present("motor", "damping")
-    bearing = present("axle_sticking", "bearing_torque")
+    bearing, contact_bearing = present("axle_sticking", "bearing_torque"), present("roller_sticking", "contact_bearing")
+    free_bearing = present("roller_sticking", "free_bearing") if "roller_sticking" in effects else None
     for i, rate in enumerate(speeds.chi):
         forces.chi[i] = torque[i] + bearing[i] - damping[i] * rate + friction(
             present("axle_viscous", "axle_damping")[i], present("axle_coulomb", "axle_torque")[i],
@@ -40,6 +41,10 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
             forces.phi[i][j] = friction(
                 present("roller_viscous", "roller_damping")[i], present("roller_coulomb", "roller_torque")[i],
                 exact(numbers["roller_fade_speed"]), spin)  # fmt: skip
+            if j == 0:
+                forces.phi[i][j] += contact_bearing[i]
+            elif free_bearing is not None:
+                forces.phi[i][j] += free_bearing[i][j - 1]
     if "slope" in effects:
         weight = vehicle.number("mass") * exact(numbers["gravity"]) * exact(numbers["slope_angle"]).sin()
         direction = exact(numbers["slope_direction"])
@@ -53,11 +58,14 @@ def applied_forces(vehicle, nu, chi, spins, model, effects, numbers):
 def found_accelerations(vehicle, nu, chi, spins, model, effects, numbers):
     base = model.removesuffix("_sharp")
     module, constants = prepared_kernel(vehicle, base, effects, numbers)
-    asked = {"drive": "torque", "motor": "damping", "axle_sticking": "bearing_torque", "slope": "heading"}
+    asked = {"drive": "torque", "motor": "damping", "axle_sticking": "bearing_torque",
+             "roller_sticking": "contact_bearing", "slope": "heading"}  # fmt: skip
     inputs = [balls(numbers[name]) for effect, name in asked.items() if effect in effects]
+    if base == "free" and "roller_sticking" in effects:
+        inputs.append(balls(numbers["free_bearing"]))
     spins = [balls(spins)] if base == "free" else []
     name = "accelerations" if base == "free" else "forward_dynamics"
-    found = getattr(module, form(name, base != model))(constants, balls(nu), balls(chi), *spins, *inputs)
+    found = getattr(module, form(name, base != model, vars(module)))(constants, balls(nu), balls(chi), *spins, *inputs)
     return (found[0], found[1]) if base == "free" else (found, [])
 
 
@@ -124,12 +132,12 @@ def test_powers_are_the_work_of_the_forces():
     module, constants = prepared_kernel(vehicle, "locked", effects, numbers)
     bare, bare_constants = prepared_kernel(vehicle, "locked", ("layout",), numbers)
     nu_, chi_, torque, damping = balls(nu), balls(chi), balls(numbers["torque"]), balls(numbers["damping"])
-    bearing = balls(numbers["bearing_torque"])
-    with_effects = module.forces(constants, nu_, chi_, torque, damping, bearing)
+    bearing, of_rollers = balls(numbers["bearing_torque"]), balls(numbers["contact_bearing"])
+    with_effects = module.forces(constants, nu_, chi_, torque, damping, bearing, of_rollers)
     without = bare.forces(bare_constants, nu_, chi_)
     power = sum((a - b) * v for a, b, v in zip(with_effects, without, nu_, strict=True))
     told = module.drive_power(constants, nu_, torque, damping) - module.axle_loss(constants, nu_, bearing)
-    told -= module.contact_loss(constants, nu_, chi_)
+    told -= module.contact_loss(constants, nu_, chi_, of_rollers)
     assert abs(float(power - told)) <= CLOSE * abs(float(power))
 
 

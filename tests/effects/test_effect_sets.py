@@ -21,6 +21,8 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, PythonKernel, kernel
 
+pytestmark = pytest.mark.long
+
 EFFECTS = {
     e["name"]: e for e in generated_data.load("effects")["effects"] if e["neutral"] and e["table"] != "reactions"
 }

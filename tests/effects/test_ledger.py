@@ -92,6 +92,7 @@ def test_the_combinations_are_all_that_the_registry_allows():
         if e["neutral"] and e["table"] not in ("reactions", "contact")
     ]
     acting.remove("axle_sticking")  # its account is in test_sticking.py
+    acting.remove("roller_sticking")  # its account is in test_sticking_rollers.py
     named = [[name for effect in effects_of(c) for name in effect.kernel_effects()] for c in COMBINATIONS]
     sets = {
         frozenset(names + ["layout"] * LAYOUTS[c[-1]].has_layout) for names, c in zip(named, COMBINATIONS, strict=True)

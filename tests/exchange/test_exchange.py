@@ -10,10 +10,10 @@ import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.exchange.beside_mujoco import run_in_mujoco
 from omniroll.exchange.bodies import bodies_of
 from omniroll.exchange.importing import import_vehicle
 from omniroll.exchange.mjcf import to_mjcf
+from omniroll.exchange.run_in_mujoco import run_in_mujoco
 from omniroll.robots.catalogue import ROBOTS, robot
 
 from .urdf import CYLINDER, NUMBERS, joint, link, urdf

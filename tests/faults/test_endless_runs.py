@@ -19,6 +19,8 @@ from omniroll.scenes.allowance import Allowance
 PAPER = omniroll.Vehicle.paper()
 ROLLERS = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-15)
 WHEELS = omniroll.Bearings(wheel_viscous=1e12)
+STICKING = omniroll.Bearings(wheel_coulomb=1e-3)
+STIFF_AND_STICKING = omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-15, wheel_coulomb=1e-3)
 ROLLERS_OF_TWO = omniroll.Bearings(roller_viscous=1e3, wheel_viscous=1e-4)  # one of its two terms is stiff
 MOTOR = omniroll.Motor(6.0, torque_constant=20.0, resistance=1.5, gear_ratio=4)
 
@@ -36,6 +38,8 @@ def done(effects, engine, **changes):
         ([WHEELS], "python", "wheel_viscous = 1000000000000.0"),
         ([MOTOR], "python", "Motor"),
         ([ROLLERS_OF_TWO], "python", "roller_viscous = 1000.0"),
+        ([MOTOR, STICKING], "python", "Motor"),
+        ([STIFF_AND_STICKING], "python", "roller_coulomb = 0.0001, roller_speed = 1e-15"),
     ],
 )
 def test_steps_that_collapse_are_stopped_and_the_term_is_named(effects, engine, term):
@@ -95,9 +99,29 @@ def test_a_term_is_named_in_a_session_too():
         session.step(20.0)
 
 
+@pytest.mark.parametrize("fast", [WHEELS, omniroll.Bearings(roller_coulomb=1e-4, roller_speed=1e-12)])
+def test_set_valued_contact_and_a_fast_term_are_in_range(fast):
+    """A vehicle that rolls starts without slip, whose direction is 0/0 until it is known to rest; a closer look at the
+    rates, which only far-off numbers get, found that too large."""
+    ground = omniroll.Contact(law="coulomb", friction=0.5, load=5.0)
+    task = checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[ground, fast], engine="python")
+    assert type(fast).__name__ in str(sharpest(task))
+
+
 def test_one_wheel_is_named():
     one = omniroll.Bearings(wheel_viscous=(1e-6, 1e3, 1e-6))
     assert "at wheel 1" in str(sharpest(checked_task(PAPER, nu=(1, 0, 1), duration=20, effects=[one])))
+
+
+def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():
+    """Memory would hold these steps, which take the Python engine an hour; it is ended here once the word is said."""
+    options = {"nu": (1, 0, 1), "duration": 20, "engine": "python", "memory": 1e12}
+    task = checked_task(PAPER, effects=[omniroll.Bearings(roller_viscous=1.0)], **options)
+    looks = iter(range(1000))
+    term = r"more steps of the Python engine: Bearings \(roller_viscous = 1.0\) has a time constant of"
+    with pytest.warns(RuntimeWarning, match=term) as said:
+        ended = made(replace(task, interrupted=lambda: "" if next(looks) < 300 else "that is enough"), 1e-9)
+    assert len(said) == 1 and "that is enough" in str(ended.stop)
 
 
 def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
@@ -172,6 +196,10 @@ def test_a_vehicle_whose_states_have_no_room_is_refused():
     many = omniroll.Vehicle.paper(1000, 10_000)
     with pytest.raises(omniroll.InvalidValueError, match="1000 wheels of 10000 free rollers: 8 GB"):
         omniroll.simulate(many, nu=(1, 0, 1), duration=1)
+    with pytest.raises(omniroll.InvalidValueError, match="wheels = 1000: must be at most 100"):
+        omniroll.linearise(many)
+    with pytest.raises(omniroll.InvalidValueError, match="spheres = 31: must be at most 0 for 10000000 rollers"):
+        omniroll.to_mjcf(many)
     with pytest.raises(omniroll.InvalidValueError, match="memory"):
         omniroll.simulate(PAPER, nu=(1, 0, 1), duration=1, memory=100)
 
@@ -181,6 +209,14 @@ def test_samples_without_end_are_refused(tmp_path):
     path.write_text("[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\nstep = 1e-9\n")
     with pytest.raises(omniroll.SceneError, match="must leave at most 1000000 samples"):
         omniroll.load_scene(path)
+
+
+def test_a_billion_times_are_refused():
+    """Arrays of zero strides, which take no memory themselves."""
+    run = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.1)
+    for most, count in (("100000000 numbers", 10**9), ("10000000 at once", 2 * 10**7)):
+        with pytest.raises(omniroll.InvalidValueError, match=f"must .*at most {most}: go in parts"):
+            run.sample(np.broadcast_to(0.05, (count,)))
 
 
 # What explain does with them

@@ -66,6 +66,17 @@ def test_every_text_may_be_damaged(fresh_cache):
         assert path.read_bytes() == whole, path
 
 
+def test_checksums_that_leave_a_text_out_are_none(fresh_cache):
+    """Nothing would say then that the text is damaged."""
+    place = sets.folder("locked", ("slope",))
+    whole = (place / "functions.json").read_bytes()
+    (place / sets.CHECKSUMS).write_text("{}")
+    damage(place / "functions.json", b"[]")
+    forget()
+    with pytest.warns(RuntimeWarning, match="is damaged; it is made anew"):
+        assert (sets.folder("locked", ("slope",)) / "functions.json").read_bytes() == whole
+
+
 def test_a_foreign_library_and_a_damaged_bytecode_are_made_anew(fresh_cache, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     expected, _ = asked_elsewhere()
@@ -104,6 +115,37 @@ def test_a_library_that_came_with_the_package_may_be_damaged(fresh_cache, tmp_pa
         made = kernel(Vehicle.paper(), "locked")
     assert isinstance(made, CompiledKernel) and made.wheel_speeds([1, 0, 1]).tolist() == expected
     assert list(fresh_cache.rglob("double.so"))
+
+
+def test_libraries_of_other_sources_are_not_loaded(fresh_cache, tmp_path, monkeypatch):
+    """An engine compiled before its sources changed would be called with other arguments, and end the process."""
+    built = tmp_path / "built"
+    shutil.copytree(sets.BUILT, built, ignore=shutil.ignore_patterns("engine-*"))
+    monkeypatch.setattr(sets, "BUILT", built)
+    (effects, *_) = sets.general_sets("locked")
+    assert sets.is_general("locked", effects) and sets._pair("locked", (), "double")[0] == built / "locked"
+    (built / building.SOURCES).write_text("0" * 64)
+    sets._is_current.cache_clear()
+    with pytest.warns(RuntimeWarning, match="compiled from other sources than are there now: 'make build'") as said:
+        place, file = sets._pair("locked", (), "double")
+        assert not sets.is_general("locked", effects)
+    assert len(said) == 1 and place.is_relative_to(fresh_cache) and building.is_whole(place / file)
+    sets._is_current.cache_clear()
+
+
+def test_the_digest_of_the_sources_knows_each_of_them(tmp_path):
+    folders = [tmp_path / name for name in ("data", "codegen", "csrc", "c")]
+    for folder in (*folders, folders[1] / "templates"):
+        folder.mkdir()
+    for name in ("programs", "effects", "symbols", "bounds"):
+        (folders[0] / f"{name}.json").write_text(name)
+    found = [building.sources_digest(*folders)]
+    for path in ("data/programs.json", "codegen/a.py", "codegen/templates/a.j2", "csrc/a.c", "csrc/a.h", "c/gauss.h"):
+        (tmp_path / path).write_text("new")
+        found.append(building.sources_digest(*folders))
+    assert len(set(found)) == len(found)
+    (tmp_path / "csrc/notes.txt").write_text("new")
+    assert building.sources_digest(*folders) == found[-1]
 
 
 def test_a_full_disk_gives_way_to_a_folder_of_the_process(fresh_cache, monkeypatch):

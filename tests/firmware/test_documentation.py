@@ -7,13 +7,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.linalg import solve_discrete_are
+from scipy.signal import cont2discrete
 
+import omniroll
 from firmware.files import NUMBER_TYPES, STRICT, run, tool
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/c-interface.md").read_text(encoding="utf-8")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+LINEARISING = (ROOT / "docs/linearising.md").read_text(encoding="utf-8")
 
 
 def blocks(text, language):
@@ -47,7 +52,44 @@ def test_the_commands_of_the_readme(tmp_path):
     assert (tmp_path / "out/firmware/omniroll.o").exists() and (tmp_path / "out/free/omniroll.h").exists()
 
 
-@pytest.mark.parametrize("page", ["docs/c-interface.md", "CHANGELOG.md"])
+def test_the_regulator_and_the_filter_of_the_page_on_derivatives(tmp_path):
+    """The gain against SciPy's from omniroll.linearise; the filter against its readings and its own bounds."""
+    (scene,) = blocks(LINEARISING, "toml")
+    (tmp_path / "robot.toml").write_text(scene)
+    (command,) = blocks(LINEARISING, "sh")
+    shell(command, tmp_path)
+    printed = {kind: printed_on_board(tmp_path / "firmware", NUMBER_TYPES[kind]) for kind in ("double", "float")}
+    assert printed["double"] == blocks(LINEARISING, "console")
+    regulator, known = map(numbers, printed["double"])
+    assert [*regulator, *known] == pytest.approx(numbers("".join(printed["float"])), abs=1e-4)
+    model = omniroll.linearise(omniroll.load_scene(tmp_path / "robot.toml"), nu=(1, 0, 0.5), chi=0)
+    A, B, *_ = cont2discrete((model.A[:3, :3], model.B[:3], np.eye(3), np.zeros((3, 3))), 0.02)
+    P = solve_discrete_are(A, B, np.eye(3), 0.01 * np.eye(3))
+    gain = np.linalg.solve(0.01 * np.eye(3) + B.T @ P @ B, B.T @ P @ A)
+    assert regulator[:9] == pytest.approx(gain.ravel(), abs=2e-5)
+    assert regulator[-3:] == pytest.approx([1, 0, 0.5], abs=1e-3)
+    surprise, nu, of_wheels, place, of_camera, of_odometry = known
+    assert abs(surprise - 1) < 4 * (2 / 4300) ** 0.5  # of some 4300 squares
+    assert nu < of_wheels / 5 and place < of_camera / 3 and place < of_odometry / 3
+
+
+def printed_on_board(firmware, flags):
+    """What the two programs print with a number type."""
+    run(tool("gcc"), *STRICT, *flags, "-c", firmware / "omniroll.c", "-o", firmware / "omniroll.o")
+    found = []
+    for name in ("regulator", "kalman_filter"):
+        sources = (ROOT / f"tests/c/{name}.c", firmware / "omniroll.o", "-lm")
+        run(tool("gcc"), *STRICT, *flags, "-I", firmware, *sources, "-o", firmware / name)
+        found.append(run(firmware / name))
+    return found
+
+
+def numbers(text):
+    """The numbers with a point that a program prints."""
+    return [float(found) for found in re.findall(r"-?\d+\.\d+", text)]
+
+
+@pytest.mark.parametrize("page", ["docs/c-interface.md", "docs/linearising.md", "CHANGELOG.md"])
 def test_links_lead_to_files(page):
     path = ROOT / page
     targets = re.findall(r"\]\(([^)#:]+)\)", path.read_text(encoding="utf-8"))

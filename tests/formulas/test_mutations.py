@@ -43,7 +43,7 @@ CLAIMS = ("comparison/compare_by_brute_force", "comparison/exact_state", "compar
 SYMMETRIC = {"section3:potential"}  # holds with either sign: kappa and -kappa run through the same rollers
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_each_change_of_the_transcription_turns_the_verdict(tmp_path):
     printed, entries = printed_statements(), table_entries()
     changed = [m for name in RIGHT for m in mutants(name, printed[name])]
@@ -67,7 +67,7 @@ def test_each_change_of_the_transcription_turns_the_verdict(tmp_path):
     assert sum(turned[name] == set(KINDS) for name in turned) >= 10
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_each_change_of_the_derivation_turns_verdicts(tmp_path):
     verdicts = (
         "simplode(map(lambda([f_], block([r_: errcatch(verdict_of(first(f_)))], "
@@ -93,7 +93,7 @@ def test_each_change_of_the_derivation_turns_verdicts(tmp_path):
     assert len(turned_by_any) >= 40
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_sign_turns_the_verdict_of_a_claim(tmp_path):
     holding = {r["id"] for r in RECORDS if r["kind"] == "claim" and r["verdict"] == "holds"}
     claims = {n: text for n, text in claim_statements().items() if n in holding - SYMMETRIC and flips(text)}

@@ -24,6 +24,7 @@ PARTS = {
     "platform_inertia": 0.01, "hub_mass": 0.15, "hub_axial_inertia": 2e-4, "hub_transverse_inertia": 1e-4,
     "roller_mass": 0.05, "roller_axial_inertia": 2e-6, "roller_transverse_inertia": 2e-5,
 }  # fmt: skip
+FITTED = {"nu": (1, 0, 1), "roller_model": "massless", "effects": [omniroll.Bearings(wheel_viscous=2e-3)]}
 SHEET = {
     "wheels": 4, "rollers_per_wheel": 9, "platform_radius": 0.15, "mass": 12.0, "wheel_diameter": 0.1,
     "roller_diameter": 0.022, "roller_length": 0.025, "gear_ratio": 1.0, "rotor_mass": 0.0,
@@ -126,6 +127,18 @@ def linear_model() -> omniroll.LinearModel:
 @cache
 def page() -> omniroll.View:
     return omniroll.view(run())
+
+
+@cache
+def log() -> omniroll.Log:
+    times = np.linspace(0.01, 0.1, 10)
+    motion = omniroll.simulate(VEHICLE, duration=0.1, **FITTED)
+    return omniroll.Log(motion.measure(times, names=["wheel_rate"]) | {"t": times})
+
+
+@cache
+def fitted() -> omniroll.Fit:
+    return omniroll.fit(VEHICLE, log(), ["wheel_viscous"], **FITTED)
 
 
 CALLS = (
@@ -234,6 +247,22 @@ CALLS = (
     Call("gradient", lambda trajectory, **loss: omniroll.gradient(trajectory, **loss), {
         "trajectory": None, "names": ("nu[0]",), "t": (0.1, 0.2), "nu": np.ones((2, 3)), "chi": None, "pose": None}),
     Call("tau", omniroll.tau, {"t": 1.0, "h": 0.1}),
+    Call("Log", omniroll.Log, {
+        "data": {"t": (0.0, 0.1), "gyro": (1.0, 2.0)}, "noise": {}, "start": {}, "drive": None, "name": "log",
+        "gap": 10.0, "first_line": None, "readings": None}),
+    Call("Log, columns", lambda **data: omniroll.Log(data), {"t": (0.0, 0.1), "gyro": (1.0, 2.0)}),
+    Call("Log.read", omniroll.Log.read, {"path": "log.csv"}),
+    Call("Log.line", lambda row: log().line(row), {"row": 0}),
+    Call("Number", omniroll.Number, {"name": "mass", "start": None, "least": None, "most": None, "prior": None}),
+    Call("fit", omniroll.fit, {
+        "what": VEHICLE, "logs": None, "free": ("wheel_viscous",), "loss": "linear", "instruments": None, **FITTED}),
+    Call("fit, number", lambda **number: omniroll.fit(VEHICLE, log(), [omniroll.Number(**number)], **FITTED), {
+        "name": "wheel_viscous", "start": 1e-3, "least": 0.0, "most": 1.0, "prior": None}),
+    Call("Fit.interval", lambda **of: fitted().interval(**of), {"name": "wheel_viscous", "level": 0.9}),
+    Call("Fit.save", lambda path: fitted().save(path), {"path": "fitted.toml"}),
+    Call("Fit.picture", lambda path: fitted().picture(path), {"path": "left.png"}),
+    Call("Fit.experiments", lambda **drives: fitted().experiments(**drives), {
+        "candidates": {"slow": FITTED["effects"]}, "duration": 0.1, "step": 0.01}),
 )  # fmt: skip
 
 
@@ -260,7 +289,7 @@ def try_call(seed: int) -> str:
     """
     rng = np.random.default_rng(seed)
     call = CALLS[rng.integers(len(CALLS))]
-    ready = {"trajectory": run, "runs": run, "given": scene}
+    ready = {"trajectory": run, "runs": run, "given": scene, "logs": log}
     good = {name: ready[name]() if name in ready else value for name, value in call.good.items()}
     names = rng.choice(sorted(good), size=min(len(good), 1 + (rng.random() < 0.2)), replace=False)
     wrong = {str(name): WILD[rng.integers(len(WILD))] for name in names}

@@ -24,11 +24,11 @@ LONGEST = 0.02  # s of a motion that is run
 MEMORY = 1e6  # bytes: a motion of very many switches or stiff steps is stopped
 
 
-def mutated(seed: int) -> str:
-    """A scene as text with one to three changes."""
+def mutated(seed: int, compiled: bool = False) -> str:
+    """A scene as text with one to three changes. Effects run on the Python engine, unless they are to be compiled."""
     rng = np.random.default_rng([7, seed])
     text = (FOLDER / f"{NAMES[rng.integers(len(NAMES))]}.toml").read_text(encoding="utf-8")
-    if "[drive]" in text or "[controller]" in text:  # no kernel is compiled for a mutation
+    if not compiled and ("[drive]" in text or "[controller]" in text):  # no kernel is compiled for a mutation
         text = text.replace("[run]", "[run]\nengine = 'python'")
     lines = text.splitlines()
     for _ in range(rng.integers(1, 4)):
@@ -46,10 +46,10 @@ def mutated(seed: int) -> str:
     return "\n".join(lines)
 
 
-def try_scene(seed: int, folder: Path, *, with_effects: bool) -> str:
+def try_scene(seed: int, folder: Path, *, with_effects: bool, compiled: bool = False) -> str:
     """Read the scene of this number, and run it shortly where it is good; what came of it in a word."""
     path = folder / f"fuzzed-{seed}.toml"
-    text = mutated(seed)
+    text = mutated(seed, compiled)
     path.write_text(text, encoding="utf-8")
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):

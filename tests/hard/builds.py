@@ -196,7 +196,7 @@ def source(base: str) -> str:
     for function in called:
         outputs = [f"{function['name']}_{a['name']}" for a in of_role(function, "out")]
         given = [a["name"] if a["shape"] else f"*{a['name']}" for a in of_role(function, "in")] + outputs
-        usual, sharp = (f"omniroll_{form(function['name'], tips)}" for tips in (False, True))
+        usual, sharp = (f"omniroll_{form(function['name'], tips, by_name)}" for tips in (False, True))
         code = usual if usual == sharp or base == "massless" else f"(sharp ? {sharp} : {usual})"
         calls.append(f"{code}(&model, {', '.join(given)});")
         calls += [f"fwrite({name}, sizeof(omniroll_real), (size_t)({results[name]}), stdout);" for name in outputs]

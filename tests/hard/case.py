@@ -18,7 +18,7 @@ SECTIONS = (
 
 
 class Scale(Enum):
-    """How much is measured: TEST in `make test`, FULL in `make hard`."""
+    """How much is measured: TEST in `make test-long`, FULL in `make hard`."""
 
     TEST = "test"
     FULL = "full"

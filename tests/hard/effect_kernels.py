@@ -27,7 +27,7 @@ def effect_sets(scale: Scale) -> list[str]:
 
 
 def every_effect() -> tuple[str, ...]:
-    left_out = ("contact", "derivatives")
+    left_out = ("contact", "derivatives", "roller_sticking")  # the last stands in the place of roller_coulomb
     return tuple(effect for effect in optional_effects() if not effect.startswith(left_out))
 
 
@@ -35,19 +35,31 @@ def bases_of(scale: Scale) -> tuple[str, ...]:
     return scale.of(("locked", "free"), ("massless", "locked", "free", "locked_sharp", "free_sharp"))
 
 
+NUMBERS = {  # by which the derivatives are judged, of a bare vehicle and of one with all effects
+    (): ("mass", "roller_inertia", "wheel_angles", "wheel_radius"),
+    ("all",): ("roller_damping", "roller_fade_speed", "slope_angle", "wheel_places"),
+}
+
+
 def sets_with_derivatives(scale: Scale) -> list[str]:
-    """Derivatives alone, and of all effects."""
-    return [
-        rounding.set_key(base, (*effects, "derivatives"))
-        for base in bases_of(scale)
-        for effects in ((), every_effect())
-    ]
+    """Derivatives alone, and of all effects; in full by state and inputs, and by numbers beside these."""
+    found = []
+    for base in bases_of(scale):
+        for all_of_them, numbers in NUMBERS.items():
+            effects = (*(every_effect() if all_of_them else ()), "derivatives")
+            own = [name for name in numbers if (base, name) != ("massless", "roller_inertia")]
+            requests = tuple(f"derivatives_by_{name}" for name in own)
+            found += [rounding.set_key(base, (*effects, *asked)) for asked in scale.of([()], [(), requests])]
+    return found
 
 
 def short_name(set_name: str) -> str:
     base, effects = rounding.split_key(set_name)
     base += "_sharp" if rounding.is_sharp(set_name) else ""
-    return f"{base} and all effects" if len(effects) > 1 else set_name
+    many = [effect for effect in effects if not effect.startswith("derivatives")]
+    if len(many) > 1:
+        return f"{base} and all effects"
+    return base if len(effects) > 1 and not many else set_name
 
 
 def constants(draw: Draw, vehicle: dict[str, np.ndarray], speed: np.ndarray, wheels: int) -> dict[str, np.ndarray]:
@@ -97,6 +109,10 @@ def inputs(draw: Draw, part: Sample, speed: np.ndarray) -> dict[str, np.ndarray]
         "heading": part.state["theta"],
         "torque": signed(force, wheels),
         "bearing_torque": signed(force, wheels),
+        "contact_bearing": signed(B * speed**2, wheels),
+        "free_bearing": signed(B * speed**2, wheels, part.rollers - 1),
+        "bearing_drag": signed(B * speed**2, wheels),
+        "bearing_momenta_dot": signed(B * speed**2, wheels, 2),
         "voltage": draw.signed(1e-2, 1e2, wheels),
         "modes": draw.rng.integers(-1, 2, (draw.count, wheels)).astype(float),
         "damping": per_state(vehicle["wheel_inertia"] * speed, (wheels,)) * draw.log(1e-3, 1e3, wheels),
@@ -161,7 +177,9 @@ def of_effects(scale: Scale) -> list[Measurement]:
 
 
 def of_derivatives(scale: Scale) -> list[Measurement]:
-    return against_balls(scale, sets_with_derivatives(scale), lambda name: name.endswith("_derivatives"))
+    return against_balls(
+        scale, sets_with_derivatives(scale), lambda name: name.endswith(("_derivatives", "_by_numbers"))
+    )
 
 
 def against_balls(scale: Scale, sets: list[str], wanted: Callable[[str], bool] = bool) -> list[Measurement]:

@@ -27,7 +27,7 @@ from omniroll.scenes.result_folder import load_results, unfinished
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 MEMORY = Path("/dev/shm")  # waiting for the disk costs nothing there
-EVERY = {"kill": 8, "error": 9, "full": 10}  # calls of some 74 that are struck in `make test`
+EVERY = {"kill": 8, "error": 9, "full": 10}  # calls of some 74 that are struck in `make test-long`
 WHAT = "results lost, mixed or half written, of {} faults"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 EXPECTED = {signal.SIGKILL: (-9, 0), signal.SIGTERM: (143, -15, 0), signal.SIGINT: (130, 0)}  # 0: it was done before

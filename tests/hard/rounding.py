@@ -49,7 +49,8 @@ def module(set_name: str):
 
 def generated(set_name: str, name: str):
     """The generated Python function that computes what `name` says."""
-    return getattr(module(set_name), form(name, is_sharp(set_name)))
+    code = module(set_name)
+    return getattr(code, form(name, is_sharp(set_name), vars(code)))
 
 
 def functions(set_name: str, sample: Sample) -> dict:

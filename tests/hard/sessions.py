@@ -57,7 +57,7 @@ def around_every_event(scale: Scale) -> list[Measurement]:
     """Motors that reach their limits, a controller, tables: switches, limits, samples and knots; axles that stick."""
     duration, found = 1.5, []
     cases = [("all events", DRIVEN, setting) for setting in settings(engines=("compiled",))]
-    if "compiled" in sticking.engines():  # fewer in `make test`: each set of effects is compiled
+    if "compiled" in sticking.engines():  # fewer in `make test-long`: each set of effects is compiled
         models, laws = scale.of((("locked",), ("impact",)), (MODELS, LAWS))
         cases += [("axles stick", STICKING, setting) for setting in settings(models, laws, ("compiled",))]
     for name, effects, setting in cases:

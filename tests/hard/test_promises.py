@@ -5,6 +5,8 @@ import pytest
 from hard.case import Scale
 from hard.collection import all_cases
 
+pytestmark = pytest.mark.long
+
 CASES = all_cases()
 
 

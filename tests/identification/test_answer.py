@@ -2,13 +2,13 @@
 
 import csv
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import omniroll
 from omniroll import cli
-from omniroll.identification.experiments import experiments
 
 SCENE = """[vehicle]
 preset = "paper"
@@ -82,6 +82,18 @@ def test_a_prior_is_what_else_is_known(scene, columns, fit):
     assert bounded["wheel_viscous"] == pytest.approx(0.0025)
 
 
+def test_a_number_that_comes_to_nothing(scene):
+    """A fit that ends at 0, whose own size is 0 there."""
+    given = omniroll.load_scene(scene)
+    motor = given.options["effects"][0]
+    run = omniroll.simulate(given.vehicle, **given.options | {"effects": [motor]})
+    log = omniroll.Log({"t": TIMES, "wheel_rate": run.measure(TIMES, names=["wheel_rate"])["wheel_rate"]})
+    fit = omniroll.fit(given, log, ["wheel_viscous"], instruments=omniroll.Instruments())
+    assert 0 <= fit["wheel_viscous"] < 1e-8 and np.isfinite(fit.covariance).all()
+    with pytest.raises(omniroll.InvalidValueError, match="start of wheel_viscous = 0.0: must not be 0"):
+        omniroll.fit(given, log, [omniroll.Number("wheel_viscous", start=0)])
+
+
 def test_residuals_that_are_no_noise_are_said(scene, columns):
     """Without the numbers of the instruments the model misses something."""
     fit = omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns, name="drive"), ["mass"])
@@ -114,12 +126,69 @@ def test_the_scene_that_is_written_has_the_numbers(fit, tmp_path):
 
 def test_the_drive_that_tells_most(fit):
     """Of what a straight drive tells, turning while driving tells more; what is reached is below what is."""
-    found = experiments(fit, duration=2.0, step=0.02)
+    found = fit.experiments(duration=2.0, step=0.02)
     assert {experiment.name for experiment in found} >= {"straight", "turning while driving"}
     assert all(a.gain >= b.gain > 0 for a, b in zip(found, found[1:], strict=False))
     for experiment in found:
         reached = [experiment.deviations[name] for name in fit.names]
         assert (np.array(reached) < fit.deviations).all()
+
+
+def test_an_experiment_that_would_determine_the_rest(scene, columns):
+    """Of a start at rest with no voltage nothing is known; a drive tells it all."""
+    given = omniroll.load_scene(scene)
+    still = [omniroll.Motor(0.0, 0.02, 1.5, gear_ratio=4.0), given.options["effects"][1]]
+    rest = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3))}
+    fit = omniroll.fit(given, omniroll.Log(rest), ["mass", "wheel_viscous"], effects=still)
+    assert set(fit.undetermined) == {"mass: not determined", "wheel_viscous: not determined"}
+    candidates = {"ahead": [replace(still[0], voltage=(0.0, -2.0, 2.0)), still[1]], "nothing": still}
+    ahead, nothing = fit.experiments(candidates=candidates, duration=1.0)
+    assert (ahead.name, ahead.undetermined) == ("ahead", ()) and ahead.deviations["mass"] < 0.1
+    assert (nothing.name, nothing.gain, nothing.undetermined) == ("nothing", 0, fit.undetermined)
+    assert "mass: not determined" in str(nothing)
+
+
+def test_encoders_of_another_scale_and_a_late_tracker(scene):
+    given = omniroll.load_scene(scene)
+    run, rng = omniroll.simulate(given.vehicle, **given.options), np.random.default_rng(2)
+    log = omniroll.Log(
+        {
+            "t": TIMES,
+            "encoder_count": np.floor(1.03 * run.measure(TIMES)["wheel_angle"] * 4096 / (2 * np.pi)),
+            "pose": run.sample(np.maximum(TIMES - 0.03, 0)).pose + rng.normal(scale=1e-3, size=(len(TIMES), 3)),
+        },
+        noise={"pose": 1e-3},
+    )
+    true = {"encoder_count_scale": 1.03, "pose_delay": 0.03}
+    fit = omniroll.fit(given, log, list(true))
+    for name, value in true.items():
+        low, high = fit.interval(name, 0.999)
+        assert low < value < high and high - low < 0.02 * value
+
+
+def test_parquet_files_and_data_frames_are_logs(scene, tmp_path, capsys):
+    """Two logs at once, of which one has columns that are no readings, with a gyro in another unit."""
+    given = omniroll.load_scene(scene)
+    run = omniroll.simulate(given.vehicle.replace(mass=2.5), **given.options)
+    frame, path = run.to_pandas(TIMES, given.instruments()), tmp_path / "drive.parquet"
+    frame.to_parquet(path)
+    plain = omniroll.Log({"t": TIMES, "gyro": frame["gyro"]}).data["gyro"]
+    log = omniroll.Log.read(path, readings=["gyro", "wheel_rate"])
+    assert set(log.channels) == {"gyro", "wheel_rate"} and (log.t == TIMES).all() and (log.data["gyro"] == plain).all()
+    with pytest.raises(omniroll.LogError, match="drive.parquet: x .m.: no such reading.*`readings` leaves"):
+        omniroll.Log.read(path)
+    frame.attrs["units"] |= {"gyro": "deg/s"}
+    with pytest.raises(omniroll.LogError, match="gyro .deg/s.: must be in rad/s: multiply by 0.0174532925"):
+        omniroll.Log(frame, readings=["gyro"])
+    frame[["wheel_rate_1", "wheel_rate_2", "wheel_rate_3"]].to_csv(tmp_path / "drive.csv")
+    call = ["fit", str(scene), str(path), str(tmp_path / "drive.csv"), "--output", str(tmp_path / "out")]
+    assert cli.main([*call, "--free", "mass", "--readings", "wheel_rate", "--experiments"]) == 0
+    printed = capsys.readouterr().out
+    assert float(re.search(r"mass +(\S+)", printed)[1]) == pytest.approx(2.5, rel=0.02)
+    assert printed.count(" would tell mass to ") == 4
+    (tmp_path / "wrong.parquet").write_text("t,gyro")
+    assert cli.main(["fit", str(scene), str(tmp_path / "wrong.parquet"), "--free", "mass"]) == 2
+    assert "wrong.parquet: must be a Parquet file" in capsys.readouterr().err
 
 
 def test_the_command(scene, columns, tmp_path, capsys):

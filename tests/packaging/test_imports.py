@@ -21,8 +21,8 @@ ORDER = (
     "engine", "scenes", "identification", "studies", "gym", "omniroll", "commands", "cli", "__main__",
 )  # fmt: skip
 OPTIONAL = {  # what the extras of pyproject.toml bring
-    "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow", "tqdm",
-    "xarray",
+    "control", "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow",
+    "tqdm", "xarray",
 }  # fmt: skip
 LARGE = ("numpy", "scipy", "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))
 

@@ -12,6 +12,7 @@ FILES = (
     "codegen/maxima-requirements.txt",
     "tests/benchmarks/requirements.txt",
     "docs/site/requirements.txt",
+    "tests/viewing/requirements.txt",
 )
 
 

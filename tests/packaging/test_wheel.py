@@ -34,7 +34,7 @@ print(json.dumps([
 ]))
 """
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 
 def run(*command: str | Path, **options) -> str:

@@ -20,6 +20,7 @@ FELT = (
     "axle_sticking",
     "roller_viscous",
     "roller_coulomb",
+    "roller_sticking",
     "slope",
 )
 OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactions")

@@ -16,6 +16,8 @@ from omniroll.engine.simulate import checked_task
 from omniroll.kernels import sets
 from omniroll.results.comparison import difference
 
+pytestmark = pytest.mark.long
+
 ACCURACY = 1e-11
 
 

@@ -31,6 +31,10 @@ def test_work_beyond_a_day_is_announced_once_and_first(capsys):
         report(done, 1e6)
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "at its present pace this takes 5.79 days" in said
+    report = progress.forewarning("s", iter((0.0, 3.0)).__next__, keeps=False)
+    for done in (0.0, 3.0):
+        report(done, 8e6)
+    assert capsys.readouterr().err.endswith("Ctrl-C ends it\n")
     report = progress.forewarning("s", iter((0.0, 3.0)).__next__)
     for done in (0.0, 3.0):
         report(done, 8e4)

@@ -21,6 +21,8 @@ from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building, sets
 from omniroll.kernels.kernel import NUMBER_TYPES, CompiledKernel, PythonKernel, kernel
 
+pytestmark = pytest.mark.long
+
 PAPER = Vehicle.paper()
 MODELS = ("massless", "locked", "free")
 SLOPE = (("gravity", 9.8), ("slope_angle", 0.1), ("slope_direction", 0.0))

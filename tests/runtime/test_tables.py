@@ -1,8 +1,5 @@
 """Motions as tables of pandas, xarray and Parquet: the same numbers, with names and units."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pandas
 import pyarrow.parquet
@@ -89,22 +86,3 @@ def test_instruments_need_times(run):
         run.to_pandas(instruments=INSTRUMENTS)
     with pytest.raises(omniroll.InvalidValueError, match="within the run"):
         run.to_xarray([0.5, 2.0])
-
-
-@pytest.mark.parametrize(
-    "package, call", [("pandas", "to_pandas()"), ("xarray", "to_xarray()"), ("pyarrow", "to_parquet('p')")]
-)
-def test_without_the_extra_one_line_says_what_to_install(package, call, tmp_path):
-    program = f"""
-import sys
-sys.modules["{package}"] = None
-import omniroll
-run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 0), duration=0.1)
-try:
-    run.{call}
-except omniroll.MissingPackageError as error:
-    print(error)
-"""
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=True)
-    name = call.split("(")[0]
-    assert done.stdout == f"{name} needs {package}, which is missing: pip install 'omniroll[tables]'\n"

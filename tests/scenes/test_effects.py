@@ -17,7 +17,7 @@ from omniroll.scenes import SceneError, allowance, load_scene
 from omniroll.scenes.estimates import estimates
 from omniroll.scenes.explanation import called_by, effects_on, events_of
 
-pytestmark = pytest.mark.usefixtures("quick_timing")
+pytestmark = [pytest.mark.long, pytest.mark.usefixtures("quick_timing")]
 
 GOOD = "[vehicle]\npreset = 'paper'\n[start]\nnu = [1, 0, 1]\n[run]\nduration = 1\n"
 MOTOR = "[drive]\nvoltage = 2.0\ntorque_constant = 0.01\nresistance = 2.0\n"

@@ -13,6 +13,8 @@ from omniroll.scenes.estimates import estimates
 from omniroll.scenes.lints import lints
 from omniroll.scenes.lints_of_vehicle import ring
 
+pytestmark = pytest.mark.long
+
 PAPER = omniroll.Vehicle.paper()
 FIELDS = {name: value for name, value in PAPER.as_dict().items() if isinstance(value, (int, float))}
 PARTS = {

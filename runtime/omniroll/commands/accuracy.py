@@ -4,6 +4,8 @@ import argparse
 import importlib.util
 import math
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +13,7 @@ from shtab import DIRECTORY, FILE
 
 from omniroll.commands import STOPPED
 from omniroll.errors import InvalidValueError
+from omniroll.progress import duration
 from omniroll.scenes import load_scene
 
 if TYPE_CHECKING:
@@ -21,6 +24,7 @@ EXAMPLES = (
     ("omniroll accuracy scenes/motion-3.toml --duration 5 --error 1e-6", "the cheapest setting with that error"),
 )
 DURATION = 8.0  # s, where the scene runs longer
+WITHIN = 1800.0  # s after which nothing more is begun
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, metavar="S", help=f"seconds to simulate; default: the scene's, at most {DURATION:g}"
     )
+    parser.add_argument(
+        "--within", type=float, default=WITHIN, metavar="S",
+        help="seconds after which nothing more is measured; what is left out is named; default: %(default)g",
+    )  # fmt: skip
     parser.add_argument(
         "--folder", type=Path, help="for page, figure, CSV and JSON; default: out/accuracy/ and the scene's name"
     ).complete = DIRECTORY
@@ -46,11 +54,16 @@ def run(arguments: argparse.Namespace) -> int:
     scene = load_scene(arguments.scene)
     if scene.slips:
         raise InvalidValueError("SCENE", arguments.scene.name, "must not have [contact]: the integrators compared roll")
-    duration = _duration(arguments.duration, scene.options["duration"])
+    seconds = _duration(arguments.duration, scene.options["duration"])
     if arguments.error is not None and not 0 < arguments.error < math.inf:
         raise InvalidValueError("--error", arguments.error, "must be positive")
+    if not arguments.within >= 0:
+        raise InvalidValueError("--within", arguments.within, "must not be negative")
     folder = arguments.folder or Path("out/accuracy") / scene.name
-    result = study(scene, duration, wanted=arguments.error, report=_report())
+    result = study(
+        scene, seconds, wanted=arguments.error, report=_reporter(arguments.within), progress=None,
+        within=arguments.within,
+    )  # fmt: skip
     files = _write(result, folder)
     print(result.as_json() if arguments.json else f"{text(result)}\n\n{folder}: {', '.join(files)}")
     if result.stopped is not None:
@@ -78,14 +91,21 @@ def _write(result: "Study", folder: Path) -> list[str]:
 
 
 def _duration(given: float | None, scenes: float) -> float:
-    duration = min(scenes, DURATION) if given is None else given
-    if not 0 < duration < math.inf:
-        raise InvalidValueError("--duration", duration, "must be positive")
-    return duration
+    seconds = min(scenes, DURATION) if given is None else given
+    if not 0 < seconds < math.inf:
+        raise InvalidValueError("--duration", seconds, "must be positive")
+    return seconds
 
 
-def _report():
-    """Lines of progress for a terminal, nothing for a file."""
+def _reporter(within: float, clock: Callable[[], float] = time.monotonic) -> Callable[[str], None]:
+    """Says on a terminal what comes next, how long all before it took, and what is left of the time."""
     if not sys.stderr.isatty():
         return lambda line: None
-    return lambda line: print(f"  {line} ...", file=sys.stderr)
+    start = clock()
+
+    def report(line: str) -> None:
+        took = clock() - start
+        left = f", {duration(max(within - took, 0.0))} left at most" if within < math.inf else ""
+        print(f"  {line} ... ({duration(took)} so far{left})", file=sys.stderr)
+
+    return report

@@ -12,7 +12,7 @@ from shtab import DIRECTORY, FILE
 from omniroll import extras
 from omniroll.durable import whole_file
 from omniroll.errors import InvalidValueError
-from omniroll.exchange.beside_mujoco import PURPOSE
+from omniroll.exchange.run_in_mujoco import PURPOSE
 from omniroll.scenes import load_scene
 
 SUMMARY = "run a scene beside MuJoCo, with a body for each roller: distances and a picture"

@@ -19,7 +19,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, metavar="SCENE", help="a TOML file, see docs/scenes.md").complete = FILE
     parser.add_argument(
-        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV file, see docs/fitting.md"
+        "logs", type=Path, nargs="+", metavar="LOG", help="a CSV or Parquet file, see docs/fitting.md"
     ).complete = FILE
     parser.add_argument(
         "--free", required=True, metavar="NAMES", help="the numbers that are sought: mass,wheel_viscous,gyro_bias"
@@ -31,11 +31,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--drive", choices=("motor_voltage", "net_torque"), help="what the log says drives the model, not the scene"
     )
+    parser.add_argument(
+        "--readings", metavar="NAMES", help="the columns that are taken: wheel_rate,gyro; default: all must be readings"
+    )
     parser.add_argument("--loss", default="linear", help="for logs with outliers: soft_l1, huber, cauchy or arctan")
     parser.add_argument(
         "--output", type=Path, metavar="DIR", help="default: out/fit/ and the scene's name"
     ).complete = DIRECTORY
     parser.add_argument("--plot", action="store_true", help="draw what the fit leaves over into residuals.png")
+    parser.add_argument(
+        "--experiments", action="store_true", help="say which drive would tell most about the numbers, and how much"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -47,16 +53,23 @@ def run(arguments: argparse.Namespace) -> int:
         extras.needed("matplotlib", "plots", "--plot")
     scene = load_scene(arguments.scene)
     noise = dict(map(_named, arguments.noise))
-    logs = [Log.read(path, noise=noise, drive=arguments.drive) for path in arguments.logs]
-    names = [name.strip() for name in arguments.free.split(",")]
-    found = fit(scene, logs, names, loss=arguments.loss)
+    readings = None if arguments.readings is None else _names(arguments.readings)
+    logs = [Log.read(path, noise=noise, drive=arguments.drive, readings=readings) for path in arguments.logs]
+    found = fit(scene, logs, _names(arguments.free), loss=arguments.loss)
     folder = arguments.output or Path("out/fit") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
     files = [found.save(folder / "fitted.toml")]
     if arguments.plot:
         files.append(found.picture(folder / "residuals.png"))
-    print(f"{found}\n\n{folder}: {', '.join(path.name for path in files)}")
+    print(found)
+    for experiment in found.experiments() if arguments.experiments else ():
+        print(f"\n{experiment}")
+    print(f"\n{folder}: {', '.join(path.name for path in files)}")
     return 0
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]
 
 
 def _named(text: str) -> tuple[str, float]:

@@ -1,12 +1,14 @@
 """omniroll kernel SCENE --output DIR: the C files that a scene's firmware needs."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from shtab import DIRECTORY, FILE
 
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import ROLLER_MODELS, Kernel
+from omniroll.validation import choice
 
 SUMMARY = "write the C files that a controller for a scene needs: a header and a source file, and no others"
 EXAMPLES = (
@@ -31,7 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--prefix", default="omniroll", help="of the files and of all names in them (omniroll)")
     parser.add_argument("--float", action="store_true", dest="is_float", help="numbers are float without a macro")
     parser.add_argument(
-        "--derivatives", action="store_true", help="with the derivatives of the rates by state and inputs"
+        "--derivatives",
+        nargs="*",
+        metavar="NUMBER",
+        help="with the derivatives of the rates by state and inputs, and by these numbers (mass, wheel_radius, ...)",
     )
     parser.add_argument(
         "--sharp", action="store_true", help="of a roller model: the functions for sharp tips; a scene knows its own"
@@ -47,7 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
     if kernel is None and arguments.constants:
         raise InvalidValueError("SCENE", arguments.scene, "is a roller model; --constants needs a scene with a vehicle")
     base, effects = (arguments.scene, ()) if kernel is None else (kernel.base, kernel.effects)
-    effects += ("derivatives",) if arguments.derivatives else ()
+    if arguments.derivatives is not None:
+        effects = with_derivatives(base, effects, arguments.derivatives)
     sharp = arguments.sharp if kernel is None else kernel.sharp
     files = firmware.pair_files(base, effects, prefix, arguments.is_float, sharp)
     if arguments.constants:
@@ -60,6 +66,17 @@ def run(arguments: argparse.Namespace) -> int:
     source = arguments.output / f"{prefix}.c"
     print(f"cc -std=c99 -O2 -ffp-contract=off -c {source} -o {source.with_suffix('.o')}")
     return 0
+
+
+def with_derivatives(base: str, effects: tuple[str, ...], numbers: Sequence[str]) -> tuple[str, ...]:
+    """The effects with the requests for derivatives. Raises InvalidValueError for what is no number of the set."""
+    from omniroll.codegen.derivatives import REQUEST
+    from omniroll.kernels.kernel import DERIVATIVES, signatures
+
+    known = [argument.name for argument in signatures(base, effects, 3, 3)["prepare"].inputs]
+    for name in numbers:
+        choice("derivatives", name, known)
+    return (*effects, DERIVATIVES, *sorted({REQUEST + name for name in numbers}))
 
 
 def scene_kernel(path: Path) -> Kernel:

@@ -107,7 +107,8 @@ def text(outcome: Outcome) -> str:
         + f"{start:g} to {end:g} s"
         + (", stopped there" if summary["stopped"] else ""),
         "",
-        f"{'took':<12}{summary['seconds']:.3g} s, {summary['steps']} steps, {summary['evaluations']} evaluations",
+        f"{'took':<12}{summary['seconds']:.3g} s, {summary['steps']} steps, {summary['evaluations']} evaluations"
+        + (", on the Python engine" if summary["engine"] == "python" else ""),
         f"{'switches':<12}{summary['switches']}",
         f"{'error':<12}{_number(summary['error_estimate'])} estimated, sensitivity {_number(summary['sensitivity'])}",
         f"{'end':<12}x {x:.6g} m, y {y:.6g} m, heading {theta:.6g} rad",

@@ -38,7 +38,7 @@ def text(found: Imported, name: str) -> str:
         lines += ["", f"[{table}]", *(f"{key} = {_toml(value)}" for key, value in keys.items())] if keys else []
     if found.friction:
         keys = [f"{key} = {value!r}" for key, value in found.friction.items()]
-        lines += ["", "# Friction of its joints, for [bearings]; roller_coulomb needs a roller_speed:"]
+        lines += ["", "# Friction of its joints, for [bearings]; it sticks unless a speed is named:"]
         lines += [f"# {key}" for key in keys]
     return "\n".join(lines)
 

@@ -47,8 +47,7 @@ class WpilibDrive(DriveConvention):
 
     def places(self) -> np.ndarray:
         """(4, 2) in m, the arguments of MecanumDriveKinematics: FL, FR, RL, RR; x forward, y to the left."""
-        angles = np.array(self.vehicle.wheel_angles)[list(self.order)]
-        return self.vehicle.platform_radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        return self.vehicle.places()[list(self.order)]
 
 
 def moved(pose: ArrayLike, moved_by: ArrayLike) -> np.ndarray:

@@ -1,10 +1,10 @@
 """Friction in the bearings: in the axles of the wheels, and between the rollers and their disks.
 
 Viscous friction is the torque - c chi' at an axle and - c phi' at a roller, with phi' relative to its disk. Coulomb
-friction has two laws. The set-valued one, of the wheels' axles: - T sign(chi') where an axle turns; where it is at
-rest, what holds it, up to the break-away torque (sticking.py). The regularised one: - T w / sqrt(w^2 + w_0^2), w the
-rate and w_0 a speed that the user names; the torque is smooth, so that nothing sticks: at rates well below w_0 it is
-small, and what should stick creeps.
+friction has two laws. The set-valued one: - T sign(w) where a bearing turns at the rate w; where it is at rest, what
+holds it, up to the break-away torque (sticking.py, and sticking_bearings.py where rollers stick). The regularised one:
+- T w / sqrt(w^2 + w_0^2) with a speed w_0 that the user names; the torque is smooth, so that nothing sticks: at rates
+well below w_0 it is small, and what should stick creeps.
 
 Free rollers spin down, so that their momenta are no longer constant. With viscous friction alone they still collapse
 into a few numbers a wheel, which are states then: two momenta and the energy of the axial spins, whatever n is; the
@@ -24,6 +24,7 @@ from omniroll.effects import registry
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
 from omniroll.effects.sticking import Axles
+from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -49,12 +50,12 @@ class Bearings(Effect):
     {entries}
 
     wheel_coulomb without wheel_speed is the set-valued law: axles stick, and break away together where the torques that
-    they take do not hold them. With wheel_speed it is the regularised law. A small wheel_speed or roller_speed makes
-    the equations stiff: near rest steps shrink like speed * inertia / torque.
+    they take do not hold them. With wheel_speed it is the regularised law. The same holds of rollers. A small
+    wheel_speed or roller_speed makes the equations stiff: near rest steps shrink like speed * inertia / torque.
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
-    or both together, where roller_coulomb and roller_speed do not come together, and where no coefficient is given;
-    simulate raises it for a number of coefficients that is not N, and a wheel_break_away below wheel_coulomb.
+    or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
+    coefficients that is not N, for break_away below coulomb, and for rollers that stick where wheels may slip.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -66,52 +67,74 @@ class Bearings(Effect):
     roller_viscous: ArrayLike | None = None
     roller_coulomb: ArrayLike | None = None
     roller_speed: float | None = None
+    roller_break_away: ArrayLike | None = None
 
     def __post_init__(self) -> None:
         self._keep_checked(BEARINGS)
-        if (self.roller_speed is None) != (self.roller_coulomb is None):
-            raise InvalidValueError("roller_speed", self.roller_speed, "must be given together with roller_coulomb")
-        for name in ("wheel_speed", "wheel_break_away"):
-            if getattr(self, name) is not None and self.wheel_coulomb is None:
-                raise InvalidValueError(name, getattr(self, name), "must not be given without wheel_coulomb")
-        if self.wheel_speed is not None and self.wheel_break_away is not None:
-            bound = "must not be given with wheel_speed: under the regularised law no axle rests"
-            raise InvalidValueError("wheel_break_away", self.wheel_break_away, bound)
+        for body in ("wheel", "roller"):
+            coulomb, speed, break_away = (f"{body}_{what}" for what in ("coulomb", "speed", "break_away"))
+            for name in (speed, break_away):
+                if getattr(self, name) is not None and getattr(self, coulomb) is None:
+                    raise InvalidValueError(name, getattr(self, name), f"must not be given without {coulomb}")
+            if getattr(self, speed) is not None and getattr(self, break_away) is not None:
+                bound = f"must not be given with {speed}: under the regularised law nothing rests"
+                raise InvalidValueError(break_away, getattr(self, break_away), bound)
         if not self.kernel_effects():
             raise InvalidValueError("wheel_viscous", None, "Bearings needs at least one coefficient")
 
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         self.constants(vehicle)
         if self.sticks:
-            self._torques(vehicle.wheels)
+            self._torques("wheel", vehicle.wheels)
+        if self.rollers_stick:
+            self._torques("roller", vehicle.wheels)
+            if any("contact" in effect.kernel_effects() for effect in others):
+                bound = (
+                    "must be given where wheels may slip: rollers that stick are not solved together with the ground"
+                )
+                raise InvalidValueError("roller_speed", None, bound)
 
     @property
     def sticks(self) -> bool:
         """Whether the axles' Coulomb friction is the set-valued law."""
         return self.wheel_coulomb is not None and self.wheel_speed is None
 
-    def _torques(self, wheels: int) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) torques of axles that turn, and the largest of axles at rest."""
-        sliding = spread("wheel_coulomb", self.wheel_coulomb, wheels)
-        if self.wheel_break_away is None:
+    @property
+    def rollers_stick(self) -> bool:
+        """Whether the rollers' Coulomb friction is the set-valued law."""
+        return self.roller_coulomb is not None and self.roller_speed is None
+
+    def _torques(self, body: str, wheels: int) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) torques of the wheels' axles, or of their rollers, that turn; and the largest at rest."""
+        coulomb, break_away = f"{body}_coulomb", f"{body}_break_away"
+        sliding = spread(coulomb, getattr(self, coulomb), wheels)
+        if getattr(self, break_away) is None:
             return sliding, sliding.copy()
-        holding = spread("wheel_break_away", self.wheel_break_away, wheels)
+        holding = spread(break_away, getattr(self, break_away), wheels)
         if (holding < sliding).any():
-            bound = f"must be at least wheel_coulomb, {self.wheel_coulomb}"
-            raise InvalidValueError("wheel_break_away", self.wheel_break_away, bound)
+            bound = f"must be at least {coulomb}, {getattr(self, coulomb)}"
+            raise InvalidValueError(break_away, getattr(self, break_away), bound)
         return sliding, holding
 
     def axles(self, kernel: Kernel) -> Axles | None:
-        return Axles(kernel.wheel_rows, *self._torques(kernel.wheels)) if self.sticks else None
+        alone = self.sticks and not self.rollers_stick
+        return Axles(kernel.wheel_rows, *self._torques("wheel", kernel.wheels)) if alone else None
+
+    def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
+        if not self.rollers_stick:
+            return None
+        axles = self._torques("wheel", kernel.wheels) if self.sticks else None
+        return StickingBearings(kernel, axles, self._torques("roller", kernel.wheels))
 
     def events(self) -> tuple[str, ...]:
-        return ("axles that stop, stick and break away",) if self.sticks else ()
+        axles = ("axles that stop, stick and break away",) if self.sticks else ()
+        return (*axles, "rollers that stop, stick and break away") if self.rollers_stick else axles
 
     def terms(self) -> "Iterator[tuple[str, Bearings | None]]":
         given = [name for name, _, _ in COEFFICIENTS if getattr(self, name) is not None]
         for name in given:
             body = name.split("_")[0]
-            beside = [f"{body}_speed", *([f"{body}_break_away"] if body == "wheel" else [])]
+            beside = [f"{body}_speed", f"{body}_break_away"]
             own = [name, *(beside if name.endswith("coulomb") else ())]
             shown = [f"{field} = {getattr(self, field)}" for field in own if getattr(self, field) is not None]
             rest = replace(self, **dict.fromkeys(own)) if len(given) > 1 else None
@@ -119,11 +142,16 @@ class Bearings(Effect):
 
     def _coefficients(self) -> tuple[tuple[str, str, str], ...]:
         """Those of COEFFICIENTS whose constants the kernel has."""
-        sticks = ("wheel_coulomb",) if self.sticks else ()
+        sticks = [name for name, own in zip(("wheel_coulomb", "roller_coulomb"), self._stick(), strict=True) if own]
         return tuple(row for row in COEFFICIENTS if getattr(self, row[0]) is not None and row[0] not in sticks)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        return tuple(effect for _, _, effect in self._coefficients()) + (("axle_sticking",) if self.sticks else ())
+        own = zip(("axle_sticking", "roller_sticking"), self._stick(), strict=True)
+        return (*(effect for _, _, effect in self._coefficients()), *(name for name, sticks in own if sticks))
+
+    def _stick(self) -> tuple[bool, bool]:
+        """Whether axles and rollers do."""
+        return self.sticks, self.rollers_stick
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple[float, ...]]:
         coefficients = {

@@ -88,11 +88,11 @@ def nearest_force(
     """
     root = np.linalg.cholesky(mass_matrix)
     reach, target = np.linalg.solve(root, rows.T), np.linalg.solve(root, force)
-    torques = _fitted(reach, -target, bounds)
+    torques = bounded_fit(reach, -target, bounds)
     return np.linalg.solve(root.T, target + reach @ torques), torques
 
 
-def _fitted(columns: np.ndarray, wanted: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+def bounded_fit(columns: np.ndarray, wanted: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """The x (m,) within the bounds (m,) for which columns x (k, m) is nearest to `wanted` (k,), by an active set."""
     x = np.zeros(len(bounds))
     taking = bounds > 0
@@ -112,7 +112,7 @@ def least_torques(force: np.ndarray, rows: np.ndarray, bounds: np.ndarray) -> np
         return least
     size = np.abs(rows).max()
     columns = np.concatenate([HEAVY / size * rows.T, np.eye(len(rows))])
-    torques = _fitted(columns, np.concatenate([HEAVY / size * force, np.zeros(len(rows))]), bounds)
+    torques = bounded_fit(columns, np.concatenate([HEAVY / size * force, np.zeros(len(rows))]), bounds)
     free = np.abs(torques) < bounds * (1 - CUT_OFF)  # these once more, without the equation's weight in their digits
     torques[~free] = np.copysign(bounds, torques)[~free]
     torques[free] = np.linalg.lstsq(rows[free].T, force - rows[~free].T @ torques[~free], rcond=PARALLEL)[0]

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.ground import Grip
+from omniroll.effects.load_numbers import balance_numbers, spin_inertia_of
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
@@ -32,6 +33,7 @@ OPTIONAL = {
     "regularised": ("load", "normal_gravity"),
 }
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
+OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 
 
 def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
@@ -70,18 +72,26 @@ class Contact(Effect):
     friction: ArrayLike | None = None
     static_friction: ArrayLike | None = None
     speed: float | None = None
+    loads: str = "static"
     load: ArrayLike | None = None
     normal_gravity: float | None = None
+    height: float | None = None
+    wheel_mass: float | None = None
+    platform_products: ArrayLike = (0.0, 0.0)
+    spin_inertia: ArrayLike | None = None
     wheel_rates: ArrayLike | None = None
     contact_spins: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        self._keep_checked(entry for entry in CONTACT if entry.name in ("law", "speed", "normal_gravity"))
+        plain = ("law", "speed", "normal_gravity", "loads", "height", "wheel_mass", "platform_products", "spin_inertia")
+        self._keep_checked(entry for entry in CONTACT if entry.name in plain)
+        self._check_loads()
         for name in NEEDED[self.law]:
             if getattr(self, name) is None:
                 raise InvalidValueError(name, None, f"must be given with the law {self.law}")
         for name in (*COEFFICIENTS, "speed", "load", "normal_gravity"):
-            if getattr(self, name) is not None and name not in (*NEEDED[self.law], *OPTIONAL[self.law]):
+            allowed = (*NEEDED[self.law], *OPTIONAL[self.law], *(("normal_gravity",) if self.is_loaded else ()))
+            if getattr(self, name) is not None and name not in allowed:
                 raise InvalidValueError(name, getattr(self, name), f"has no part in the law {self.law}")
         for name in COEFFICIENTS:
             if getattr(self, name) is not None:
@@ -97,6 +107,22 @@ class Contact(Effect):
         if self.load is not None and np.min(self.load) < 0:
             raise InvalidValueError("load", self.load, "must not be negative")
 
+    @property
+    def is_loaded(self) -> bool:
+        """Whether the loads follow the motion."""
+        return self.loads == "dynamic"
+
+    def _check_loads(self) -> None:
+        if not self.is_loaded:
+            for name in ("height", "wheel_mass", "spin_inertia"):
+                if getattr(self, name) is not None:
+                    raise InvalidValueError(name, getattr(self, name), "has no part in static loads")
+            return
+        if self.height is None:
+            raise InvalidValueError("height", None, "must be given with dynamic loads")
+        if self.load is not None:
+            raise InvalidValueError("load", self.load, "must not be given with dynamic loads, which follow the motion")
+
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
             self._given(name, vehicle.wheels)
@@ -106,7 +132,8 @@ class Contact(Effect):
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
-        if self.law != "viscous" and slope is not None and self.load is None and self.normal_gravity is None:
+        has_loads = self.law != "viscous" or self.is_loaded
+        if has_loads and slope is not None and self.load is None and self.normal_gravity is None:
             (across,) = parts.evaluate(
                 "across_plane",
                 vehicle.wheels,
@@ -133,20 +160,25 @@ class Contact(Effect):
         return None if value is None else spread(name, value, wheels)
 
     def kernel_effects(self) -> tuple[str, ...]:
+        if self.is_loaded:  # the forces of every law are then found with the loads, and given
+            return ("contact", "contact_coulomb", "contact_loads", "reactions")
         return ("contact", f"contact_{self.law}")
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
+        if self.is_loaded:
+            self.grip(vehicle)
+            return {}
         if self.law == "viscous":
             return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
         if self.law == "coulomb":
             self.grip(vehicle)
             return {}
-        loads = tuple(self.loads(vehicle).tolist())
+        loads = tuple(self.loads_at_rest(vehicle).tolist())
         friction = _of_wheels(self.friction, vehicle)
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
-    def loads(self, vehicle: Vehicle) -> np.ndarray:
-        """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest.
+    def loads_at_rest(self, vehicle: Vehicle) -> np.ndarray:
+        """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest on level ground.
 
         vehicle  Vehicle, of three wheels or more where no loads are given
 
@@ -158,7 +190,7 @@ class Contact(Effect):
         refuse_collinear(places)
         standing = {
             "mass": vehicle.mass,
-            "gravity_strength": STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity,
+            "gravity_strength": self._gravity,
             "center": vehicle.center_of_mass,
         }
         sums = parts.evaluate("standing_loads", vehicle.wheels, vehicle.rollers_per_wheel, **standing)
@@ -167,22 +199,37 @@ class Contact(Effect):
             raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
         return found
 
-    def grip(self, vehicle: Vehicle) -> Grip | None:
-        """What its contacts can hold at most: the cones of the law `coulomb`; None for other laws.
+    @property
+    def _gravity(self) -> float:
+        return STANDARD_GRAVITY if self.normal_gravity is None else self.normal_gravity
 
-        vehicle  Vehicle
+    def grip(self, vehicle: Vehicle, others: Sequence[Effect] = ()) -> Grip | None:
+        """What its contacts can hold at most: the cones of the law `coulomb`; and how loads that follow the motion are
+        found. None for the other laws under static loads.
+
+        vehicle  Vehicle with the inertia of all effects
+        others   the effects with which it acts: motors, whose rotors turn
         """
-        if self.law != "coulomb":
+        if self.law != "coulomb" and not self.is_loaded:
             return None
-        static = self.friction if self.static_friction is None else self.static_friction
-        both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (self.friction, static))
-        return Grip(self.loads(vehicle), *both)
+        sliding = self.coefficient if self.law == "viscous" else self.friction
+        static = sliding if self.static_friction is None else self.static_friction
+        both = (np.array(_of_wheels(numbers, vehicle)) for numbers in (sliding, static))
+        balance = None
+        if self.is_loaded:
+            balance = balance_numbers(vehicle, self.height, self.wheel_mass, self.platform_products) | {
+                "normal_gravity": np.array(self._gravity),
+                "spin_inertia": spin_inertia_of(vehicle, others, self.spin_inertia),
+            }
+        return Grip(self.loads_at_rest(vehicle), *both, self.law, self.speed or 0.0, balance)
 
     def recorded(self) -> tuple[str, ...]:
-        return ("sticks", "slip_heading") if self.law == "coulomb" else ()
+        modes = ("sticks", "slip_heading") if self.law == "coulomb" else ()
+        return (*modes, "carries") if self.is_loaded else modes
 
     def events(self) -> tuple[str, ...]:
-        return ("contacts that come to rest, stick and let go",) if self.law == "coulomb" else ()
+        found = ("contacts that come to rest, stick and let go",) if self.law == "coulomb" else ()
+        return (*found, "loads that vanish and come back") if self.is_loaded else found
 
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))

@@ -31,6 +31,7 @@ from omniroll.effects.named import name_of
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
 from omniroll.effects.sticking import Axles
+from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
@@ -287,8 +288,20 @@ class Effect:
         """
         return None
 
-    def grip(self, vehicle: Vehicle) -> Grip | None:
-        """The friction of contacts that stick and slip on the ground; None where this effect has none."""
+    def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
+        """The bearings of rollers, and of axles beside them, in a run where rollers stick; None where none do.
+
+        kernel  Kernel of the run
+        """
+        return None
+
+    def grip(self, vehicle: Vehicle, others: "Sequence[Effect]" = ()) -> Grip | None:
+        """The friction of contacts that have modes on the ground: they stick and slip, or carry and are off; None where
+        this effect has none.
+
+        vehicle  with the inertia that all effects bring
+        others   the effects with which it acts
+        """
         return None
 
     def recorded(self) -> tuple[str, ...]:

@@ -18,15 +18,18 @@ from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
+from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
+from omniroll.effects.sticking_bearings import BearingFlow
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Flow, Kernel, kernel
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 
 # Inputs of the kernel that drives give, and the torques of bearings that may stick: a trajectory's columns.
-DRIVES = ("torque", "damping", "bearing_torque")
+BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in contact
+DRIVES = ("torque", "damping", *BEARINGS)
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,8 @@ class EffectSet:
     def grip(self, vehicle: Vehicle) -> Grip | None:
         """The friction of contacts that may stick; None where there is no such law."""
         equipped = self.equipped(vehicle)
-        return next((grip for effect in self.effects if (grip := effect.grip(equipped)) is not None), None)
+        grips = (effect.grip(equipped, self.effects) for effect in self.effects)
+        return next((grip for grip in grips if grip is not None), None)
 
     def begin(self, bound: Kernel, state: State) -> State:
         """The state at the start of a run, from that of a vehicle that rolls."""
@@ -207,6 +211,7 @@ class EffectRun:
 
     drives   names of the drives' inputs of the kernel that there are
     axles    the wheels' axles where they may stick, or None
+    bearings  those of rollers, and of axles beside them, where rollers may stick; or None
     ground   the contacts where they may stick on the ground, or None
     """
 
@@ -217,8 +222,15 @@ class EffectRun:
         self.drives = effects.drives()
         self.slipping = self.state_vector.slices.get("rates")  # where y has the rates of wheels that may slip
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
+        found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
+        self.bearings = next(found, None)
         grip = effects.grip(bound.vehicle)
-        self.ground = None if grip is None else Ground(bound, grip)
+        self.ground = None if grip is None else self._ground(grip)
+
+    def _ground(self, grip: Grip) -> Ground:
+        if grip.balance is None:
+            return Ground(self.kernel, grip)
+        return LoadedGround(self.kernel, grip, self.bound_rates)
 
     @cached_property
     def bound_rates(self) -> BoundRates:
@@ -258,6 +270,8 @@ class EffectRun:
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if self.ground is not None:
             return self._on_the_ground(constants, y), Guards(guards, self.state_vector.size)
+        if self.bearings is not None:
+            return self._in_bearings(constants, guards, y)
         if self.axles is None:
             return self.bound_rates.flow(constants, self.signals), Guards(guards, self.state_vector.size)
         self._decide(constants, y)
@@ -289,10 +303,36 @@ class EffectRun:
             return rates.buffers["ground_force"].copy(), rates.buffers["slip_dot"].copy()
 
         plain = rates.flow({**constants, "sticks": np.zeros(self.kernel.wheels)}, self.signals)
-        ground.decide(GroundFlow(ground, rates, plain).slip(y), dynamics)
+        kind = GroundFlow if ground.grip.balance is None else LoadedFlow
+        slip = kind(ground, rates, plain).slip(y)
+        try:
+            ground.decide(slip, dynamics)
+        finally:
+            self._keep_modes()
+        return kind(ground, rates, rates.flow(constants, self.signals))
+
+    def _keep_modes(self) -> None:
+        """The modes of the contacts among the signals."""
+        ground = self.ground
         self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
-        return GroundFlow(ground, rates, rates.flow(constants, self.signals))
+        self.signals["carries"] = Signal.constant((~ground.off).astype(float))
+
+    def _in_bearings(
+        self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
+    ) -> tuple[BearingFlow, Guards]:
+        """The rates and guards in the modes of the bearings, which are decided for the phase that starts now."""
+        layout, bearings = self.state_vector, self.bearings
+        plain = self.bound_rates.flow(constants, self.signals)
+        flow = BearingFlow(bearings, self.bound_rates.buffers, plain, layout)
+        drives = sum(np.abs(self.signals[name].value) for name in self.drives if name in self.signals)
+        bearings.decide(flow, y, np.broadcast_to(drives, self.kernel.wheels))
+        for name in BEARINGS:
+            if name in self.drives:
+                self.signals[name] = Signal.constant(np.zeros(self.kernel.wheels))  # drive_in has the torques
+        spins = layout.view(y, "spins") if "spins" in layout.slices else np.zeros(0)
+        turning = bearings.turning_guards(layout, layout.view(y, "nu"), spins)
+        return flow, Guards([*guards, *turning], layout.size)
 
     def _held_flow(
         self, constants: Mapping[str, np.ndarray], signals: Mapping[str, Signal], directions: np.ndarray
@@ -313,6 +353,8 @@ class EffectRun:
         """(N,) rates of the wheels; exactly zero where an axle rests."""
         if state.rates is not None:
             return state.rates
+        if self.bearings is not None:
+            return self.bearings.of_wheels(self.kernel.wheel_speeds(state.nu), self.bearings.resting)
         return self.kernel.wheel_speeds(state.nu) if self.axles is None else self.axles.rates(state.nu)
 
     def wheel_accelerations(self, rates: np.ndarray) -> np.ndarray:
@@ -320,6 +362,8 @@ class EffectRun:
         if self.slipping is not None:
             return rates[self.slipping]
         nu_dot = rates[:3]
+        if self.bearings is not None:
+            return self.bearings.of_wheels(self.kernel.wheel_speeds(nu_dot), self.bearings.modes == 0)
         return self.kernel.wheel_speeds(nu_dot) if self.axles is None else self.axles.accelerations(nu_dot)
 
     def begin_phase(self, elapsed: float, carry: float = 0.0) -> list[Guard]:
@@ -345,14 +389,23 @@ class EffectRun:
     def drive_in(self, flow: Flow, time: float, y: np.ndarray) -> np.ndarray:
         """The same in the state y of the phase with the rates `flow`, with what holds the axles that stick."""
         drive = self.drive(time)
+        if self.bearings is not None:
+            flow(time, y)
+            drive[self._own_drives()] = self.bearings.reported(flow.rows).reshape(-1, self.kernel.wheels)
         if self.axles is not None and len(self.axles.sticking):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
         return drive
 
+    def _own_drives(self) -> list[int]:
+        """Places among the drives of the bearings' torques: of axles, of rollers in contact."""
+        return [self.drives.index(name) for name in BEARINGS if name in self.drives]
+
     def drive_sizes(self) -> np.ndarray:
         """(D, N) what the inputs of the drives are rounded against beside themselves."""
         sizes = np.zeros((len(self.drives), self.kernel.wheels))
+        if self.bearings is not None:
+            sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
         return sizes
@@ -367,6 +420,8 @@ class EffectRun:
                 process.pass_guards(own)
         if self.ground is not None and passed[start:].any():
             self.ground.pass_guards(passed[start:])
+        if self.bearings is not None and passed[start:].any():
+            self.bearings.pass_guards(passed[start:])
         if self.axles is not None and passed[start:].any():
             self.axles.pass_guards(passed[start:])
 
@@ -411,6 +466,5 @@ class Plan:
         numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
         for sampler in self.samplers:
             numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
-        if self.acting.axles is not None:
-            numbers.append(self.acting.axles.holding)
+        numbers += [found.holding for found in (self.acting.axles, self.acting.bearings) if found is not None]
         return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

@@ -19,8 +19,9 @@
 7. A contact without load takes no force: it is off.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -42,11 +43,28 @@ Dynamics = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True)
 class Grip:
-    """The friction of the contacts: loads (N,) in N, and coefficients (N, 2) where they slip and where they stick."""
+    """The friction of the contacts: loads (N,) in N, and coefficients (N, 2) where they slip and where they stick.
+
+    law      of the ground
+    speed    in m/s, of the law regularised
+    balance  numbers of the loads' balance by name, where the loads follow the motion; `loads` are then those at rest
+    """
 
     loads: np.ndarray
     sliding: np.ndarray
     static: np.ndarray
+    law: str = "coulomb"
+    speed: float = 0.0
+    balance: Mapping[str, Any] | None = None
+
+    def law_forces(self, kernel: Kernel, slip: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """(..., N, 2) in N, the forces on contacts that slip with `slip` (..., N, 2) in m/s, or along it, under loads
+        (..., N)."""
+        if self.law == "viscous":
+            return kernel.call("damping_forces", slip, self.sliding)
+        if self.law == "regularised":
+            return kernel.call("fading_forces", slip, loads, self.sliding, self.speed)
+        return kernel.call("sliding_forces", slip, loads, self.sliding)[0]
 
 
 class Ground:
@@ -55,20 +73,23 @@ class Ground:
     sticks    (N,) bool, of the present phase
     resting   (N,) bool: contacts whose slip is zero
     released  (N,) bool: those that have used their friction up at this instant
+    still     (N,) bool: all whose slip is rounding, also those without load
     towards   (N, 2) where contacts slip that have begun to; a unit vector
+    load      (N,) in N
+    off       (N,) bool: those without load
     """
 
     def __init__(self, kernel: Kernel, grip: Grip):
         self.kernel, self.grip = kernel, grip
         count = kernel.wheels
         self.directions = slice(0, 2) if kernel.has_spins else slice(1, 2)  # in which contacts may slip
-        self.off = grip.loads == 0
-        self.sticks, self.resting, self.released = (np.zeros(count, bool) for _ in range(3))
+        self.is_smooth = grip.law != "coulomb"  # no contact sticks
+        self.load, self.off = grip.loads, grip.loads == 0
+        self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
         vehicle = kernel.vehicle
         self.settles = SETTLES * float((grip.loads[:, None] * grip.sliding).max()) / vehicle.mass
-        self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius,
-                              vehicle.wheel_radius - vehicle.roller_axis_radius])  # fmt: skip
+        self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_radius])
 
     # What the state says
 
@@ -80,11 +101,13 @@ class Ground:
 
     def at_rest(self, state: State) -> State:
         """The state with the slip of resting contacts at zero. Contacts whose slip is rounding rest, too."""
+        if self.is_smooth:
+            return state
         axial = state.contact_axial() if self.kernel.has_spins else None
         given = (state.rates,) if axial is None else (state.rates, axial)
         slip, _ = self.kernel.call("slip_forces", state.nu, state.chi, *given, np.zeros((self.kernel.wheels, 2)))
-        self.resting |= np.linalg.norm(slip, axis=1) <= self.roundings(state.nu, state.rates, axial)
-        self.resting &= ~self.off
+        self.still = np.linalg.norm(slip, axis=1) <= self.roundings(state.nu, state.rates, axial)
+        self.resting = (self.resting | self.still) & ~self.off
         if not self.resting.any():
             return state
         rolling, _ = self.kernel.wheel_rates(state.nu, state.chi)
@@ -115,7 +138,12 @@ class Ground:
     # What follows
 
     def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
+        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector.
+
+        The slip itself under laws that are smooth.
+        """
+        if self.is_smooth:
+            return slip
         if self.directions.start:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
@@ -124,22 +152,29 @@ class Ground:
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) how much of its static friction a force (N, 2) takes, squared, less 1; and the rounding of that."""
         own = self.directions
-        reach = self.grip.loads[:, None] * self.grip.static
+        reach = self.load[:, None] * self.grip.static
         with np.errstate(divide="ignore", invalid="ignore"):
             taken = np.where(self.off, 0.0, ((force / reach)[:, own] ** 2).sum(axis=1))
         return taken - 1, HELD_ROUNDINGS * EPS * (1 + taken)
 
-    def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
-        """Modes of all contacts in the phase that begins now (rule 3); slip (N, 2) in m/s."""
-        own, slides = self.directions, ~self.resting & ~self.off
-        if slides.any():
-            size = np.linalg.norm(slip, axis=1)
-            self.towards[slides] = slip[slides] / size[slides, None]
-        if own.start:
+    def aim(self, slip: np.ndarray, slides: np.ndarray) -> None:
+        """Where the contacts `slides` (N,) bool go, which slip with (N, 2) in m/s."""
+        moves = slides & slip.any(axis=1)
+        size = np.linalg.norm(slip, axis=1)
+        self.towards[moves] = slip[moves] / size[moves, None]
+        if self.directions.start:
             self.towards[:, 0] = 0.0
             self.towards[slides, 1] = np.sign(slip[slides, 1])
-        force, _ = self.kernel.call("sliding_forces", self.towards, self.grip.loads, self.grip.sliding)
-        given = np.where(slides[:, None], force, 0.0)
+
+    def law_forces(self, slip: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """(N, 2) in N, the forces of the law on contacts that slip, or begin to."""
+        return self.grip.law_forces(self.kernel, slip if self.is_smooth else self.towards, loads)
+
+    def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
+        """Modes of all contacts in the phase that begins now (rule 3); slip (N, 2) in m/s."""
+        slides = ~self.resting & ~self.off
+        self.aim(slip, slides)
+        given = np.where(slides[:, None], self.law_forces(slip, self.load), 0.0)
         self.sticks = self.resting.copy()
         if not self.resting.any():
             return
@@ -148,23 +183,23 @@ class Ground:
             beyond, rounding = self.used_up(held)
             if not (self.sticks & (beyond > PASSED * rounding)).any():
                 return
-        self._rounds(np.flatnonzero(self.resting), given, dynamics)
+        self.give_way(np.flatnonzero(self.resting), given, dynamics)
 
-    def _rounds(self, resting: np.ndarray, given: np.ndarray, dynamics: Dynamics) -> None:
-        """Which of the contacts `resting` slip, and where they go."""
+    def give_way(self, resting: np.ndarray, given: np.ndarray, dynamics: Dynamics) -> None:
+        """Which of the contacts `resting` slip, and where they go; `given` (N, 2) are the forces of the others."""
         own, free = self.directions, np.zeros(len(self.sticks), bool)
         _, rates = dynamics(free, given)
         without = rates[resting, own]
         count, width = without.shape
         matrix = np.empty((count, width, count, width))
-        typical = float((self.grip.loads[:, None] * self.grip.sliding)[resting].max())
+        typical = float((self.load[:, None] * self.grip.sliding)[resting].max())
         for k, contact in enumerate(resting):
             for c in range(width):
                 pushed = given.copy()
                 pushed[contact, own.start + c] += typical
                 matrix[:, :, k, c] = (dynamics(free, pushed)[1][resting, own] - without) / typical
         matrix = (matrix + matrix.transpose(2, 3, 0, 1)) / 2
-        loads = self.grip.loads[resting, None]
+        loads = self.load[resting, None]
         broken = self.released[resting]
         for _ in range(count + 1):
             friction = np.where(broken[:, None], self.grip.sliding[resting, own], self.grip.static[resting, own])

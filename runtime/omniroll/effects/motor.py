@@ -223,6 +223,15 @@ class Driving(Following):
             self.mode[wheel] = mode
 
 
+def voltages_of(bound: Kernel, torque: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(..., N) in V, with which motors below their limits give torques (..., N) at rates of the wheels (..., N).
+
+    bound  a kernel with motors
+    """
+    at_zero, per_volt, per_rate = laws(bound)[LINEAR, :, 0].T
+    return (torque - at_zero - per_rate * rates) / per_volt
+
+
 @lru_cache(maxsize=64)
 def laws(kernel: Kernel) -> np.ndarray:
     """(modes, N, 3, 3) what motors make of voltage u and wheel rate w: the torque, and the two event functions.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects.effect import Called, Effect, Influence, Process, Signal
-from omniroll.effects.motor import LINEAR, laws
+from omniroll.effects.motor import voltages_of
 from omniroll.effects.numbers import table
 from omniroll.effects.torque import Drive
 from omniroll.errors import InvalidValueError, UnstableControllerWarning
@@ -133,9 +133,9 @@ class PathTracking(Process):
         acceleration, summed = self._wanted(state)
         # What is held for a sample is right in the middle of it, where heading and nu are other ones.
         half = self.follower.sample_time / 2
-        nu = state.nu + half * self._nu_dot(acceleration, state.nu, state.pose[2])
+        nu = state.nu + half * nu_dot_of(self.plant, acceleration, state.nu, state.pose[2])
         heading = state.pose[2] + half * self.plant.pose_rates(state.nu, state.pose[2])[2]
-        output = self._output(nu, state.chi, self._nu_dot(acceleration, nu, heading))
+        output = self._output(nu, state.chi, nu_dot_of(self.plant, acceleration, nu, heading))
         self.output = np.clip(output, -self.limit, self.limit)
         self.sum = summed if (self.output == output).all() else self.sum
         self.samples += 1
@@ -150,27 +150,31 @@ class PathTracking(Process):
         fading = 3 * gain * error_rate + 3 * gain**2 * error + gain**3 * summed
         return self.path.acceleration(time + step / 2) + fading, summed
 
-    def _nu_dot(self, acceleration: np.ndarray, nu: np.ndarray, heading: float) -> np.ndarray:
-        """(3,) the rates of nu that give the pose an acceleration.
-
-        The pose's rates are V(theta) nu: their rates are V nu' and what an accelerometer at S feels where nu' is 0.
-        """
-        vehicle = self.plant.vehicle
-        rest = [0.0, 0.0, 0.0]
-        turning = parts.accelerometer(
-            vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale, nu.tolist(), rest,
-            rest[:2], float(heading), 0.0, 0.0, 0.0,
-        )  # fmt: skip
-        rates = self.plant.pose_rates(np.eye(3), np.full(3, heading)).T
-        return np.linalg.solve(rates, acceleration) - np.array([*turning, 0.0]) / vehicle.platform_radius
-
     def _output(self, nu: np.ndarray, chi: np.ndarray, nu_dot: np.ndarray) -> np.ndarray:
         """(N,) torques of least norm, or the voltages that make them."""
         torque = self.plant.wheel_torques(self.plant.inverse_dynamics(nu, chi, nu_dot))
         if self.follower.output == "torque":
             return torque
-        at_zero, per_volt, per_rate = laws(self.kernel)[LINEAR, :, 0].T
-        return (torque - at_zero - per_rate * self.plant.wheel_speeds(nu)) / per_volt
+        return voltages_of(self.kernel, torque, self.plant.wheel_speeds(nu))
 
     def influence(self, elapsed: float, given: Mapping[str, Signal]) -> Influence:
         return Influence({self.follower.output: Signal.constant(self.output)})
+
+
+def nu_dot_of(bound: Kernel, acceleration: np.ndarray, nu: np.ndarray, heading: float) -> np.ndarray:
+    """(3,) the rates of nu that give the pose an acceleration (3,).
+
+    The pose's rates are V(theta) nu: their rates are V nu' and what an accelerometer at S feels where nu' is 0.
+    """
+    vehicle = bound.vehicle
+    rest = [0.0, 0.0, 0.0]
+    turning = parts.accelerometer(
+        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale, nu.tolist(), rest,
+        rest[:2], float(heading), 0.0, 0.0, 0.0,
+    )  # fmt: skip
+    return nu_of_rates(bound, acceleration, heading) - np.array([*turning, 0.0]) / vehicle.platform_radius
+
+
+def nu_of_rates(bound: Kernel, rates: np.ndarray, heading: float) -> np.ndarray:
+    """nu (3,) of the pose's rates (3,) at a heading: (2.3) solved."""
+    return np.linalg.solve(bound.pose_rates(np.eye(3), np.full(3, heading)).T, rates)

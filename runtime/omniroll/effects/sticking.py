@@ -172,16 +172,35 @@ class Axles:
 
     def _rounds(self, axles: np.ndarray, mass_matrix: np.ndarray, force: np.ndarray) -> None:
         """Modes of the axles at rest by rounds; those that a facet has released have broken away before the first."""
-        rows, broken = self.rows[axles], self.released[axles] != 0
-        inverse = np.abs(np.linalg.inv(mass_matrix))
-        while True:
-            bounds = np.where(broken, self.sliding[axles], self.holding[axles])
+        rows, inverse = self.rows[axles], np.abs(np.linalg.inv(mass_matrix))
+
+        def nearest(bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             nu_dot, torques = nearest_force(mass_matrix, force, rows, bounds)
-            possible = np.abs(rows) @ inverse @ (np.abs(force) + np.abs(rows.T) @ bounds)
-            moves = np.abs(rows @ nu_dot) > MOVES * possible
-            if not (moves & ~broken).any():
-                break
-            broken |= moves
-        given_way = self.released[axles]
-        at_bound = -given_way * torques >= bounds * (1 - AT_BOUND)
-        self.modes[axles] = np.where(moves, np.sign(rows @ nu_dot), np.where(at_bound, given_way, 0)).astype(int)
+            return rows @ nu_dot, np.abs(rows) @ inverse @ (np.abs(force) + np.abs(rows.T) @ bounds), torques
+
+        self.modes[axles] = in_rounds(self.released[axles], self.sliding[axles], self.holding[axles], nearest)
+
+
+def in_rounds(
+    released: np.ndarray,
+    sliding: np.ndarray,
+    holding: np.ndarray,
+    nearest: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]],
+) -> np.ndarray:
+    """Modes (m,) of bearings at rest that cannot all be held (rules 3 to 5).
+
+    released  (m,) int: signs of those that have been let go at this instant
+    sliding, holding  (m,) their torques
+    nearest   from the bounds (m,) of the torques: accelerations (m,), what they could be, and the torques that make
+              them, all of the minimum with these bounds
+    """
+    broken = released != 0
+    while True:
+        bounds = np.where(broken, sliding, holding)
+        accelerations, possible, torques = nearest(bounds)
+        moves = np.abs(accelerations) > MOVES * possible
+        if not (moves & ~broken).any():
+            break
+        broken |= moves
+    at_bound = -released * torques >= bounds * (1 - AT_BOUND)
+    return np.where(moves, np.sign(accelerations), np.where(at_bound, released, 0)).astype(int)

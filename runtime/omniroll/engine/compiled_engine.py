@@ -63,9 +63,20 @@ SWEEP = 0.1
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
+def lacking(kernel: Kernel) -> str:
+    """What such a vehicle needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
+    if kernel.rollers_stick:
+        return "modes of rollers that stick"
+    if "contact_loads" in kernel.effects:
+        return "loads that follow the motion"
+    return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""
+
+
 def can_run(task: Task) -> bool:
     """Whether the compiled engine takes this task; the Python engine takes all."""
-    bound = None if task.kernel.wheels > MOST_WHEELS or task.kernel.grips else kernel_of(task)
+    if lacking(task.kernel):
+        return False
+    bound = kernel_of(task)
     if bound is None:
         return False
     if not task.effects:

@@ -11,20 +11,17 @@ Differential Equations II, VII.4). Where nothing is at rest the solution is that
 """
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.nodes import AT_REST, AT_START, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS
-from omniroll.results.dense import bernstein_through
+from omniroll.engine.nodes import AT_REST, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS, RadauStep
 
 
 @dataclass
-class Step:
+class Step(RadauStep):
     """A step of length h from (time, y), where the rates are `rates`, to y_end, where they are rates_end.
 
     carry is what the rounding of y has left over, and carry_end that of y_end.
@@ -37,8 +34,6 @@ class Step:
     h: float
     carry: np.ndarray
     evaluations: int = 0
-    order: ClassVar[int] = STAGES + 1
-    further: ClassVar[int] = 0
 
     def __post_init__(self) -> None:
         self.stages = np.tile(self.rates, (STAGES, 1))
@@ -105,21 +100,3 @@ class Step:
             return found[rates].reshape(STAGES, size), found[angles].reshape(STAGES, turning)
 
         return solve
-
-    @cached_property
-    def _error(self) -> np.ndarray:
-        """(d,) how far the rates at the start are from the polynomial's, over the first node."""
-        return self.h * NODES[0] * (self.rates - AT_START @ self.stages)
-
-    def error(self, scale: np.ndarray) -> float:
-        """The size of the local error in units of `scale` (d,); infinite where the stages were not found."""
-        if not self.converged:
-            return np.inf
-        return float(np.sqrt(np.mean((self._error / scale) ** 2)))
-
-    def polynomial(self) -> np.ndarray:
-        """Bernstein coefficients (8, d)."""
-        values = np.concatenate([self.y[None], self.y + self.h * (WEIGHTS @ self.stages)])
-        coefficients = bernstein_through(np.concatenate([[0.0], NODES]), values)
-        coefficients[0], coefficients[-1] = self.y, self.y_end
-        return coefficients

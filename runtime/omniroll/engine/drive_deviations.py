@@ -27,8 +27,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
-        if effect.axles(plain) is not None or plain.slips or not known:
-            what = "axles that stick, wheels that slip and functions of your own are not followed"
+        if effect.axles(plain) is not None or plain.rollers_stick or plain.slips or not known:
+            what = "bearings that stick, wheels that slip and functions of your own are not followed"
             raise InvalidValueError("sensitivities", type(effect).__name__, what)
 
 
@@ -46,6 +46,7 @@ class DriveDeviations:
         self.curves: list[tuple[str, _Curve]] = []  # by the signal that they are added to
         self.torques: list[Curve] = []  # (K, N) that motors have no part in
         self.samplers: list[_Sampling] = []
+        self.laws: dict[bytes, tuple[np.ndarray, ...]] = {}  # of the motors, by their modes
         for k, effect in enumerate(effects):
             given = {name: signals[place, name] for place, name in signals if place == k}
             if isinstance(effect, Controller):
@@ -100,9 +101,9 @@ class DriveDeviations:
 
     def _of_motors(self, found: Mapping, own: np.ndarray, own_slope: np.ndarray, damping: np.ndarray) -> dict:
         """Torque and damping of the motors in their modes, whose torques are `own` and change with `own_slope`."""
-        limit, *_ = self.bound.motor_laws(np.ones(self.bound.wheels))
+        limit, *_ = self._laws(np.ones(self.bound.wheels))
         modes = np.where(self._at_limit(own, limit[0].real, damping), np.sign(own * limit[0].real), 0.0)
-        at_zero, per_volt, lost, *_ = self.bound.motor_laws(modes)
+        at_zero, per_volt, lost = self._laws(modes)
         with np.errstate(divide="ignore", invalid="ignore"):
             volts, volts_slope = (np.where(modes == 0, value / per_volt[0].real, 0.0) for value in (own, own_slope))
         (volts_moved, slope_moved), (torque, torque_slope) = found["voltage"], found["torque"]
@@ -113,11 +114,18 @@ class DriveDeviations:
             "damping": (tangent_of(lost), np.zeros_like(torque)),
         }
 
+    def _laws(self, modes: np.ndarray) -> tuple[np.ndarray, ...]:
+        """(P, N) the parts of the motors' torques in their modes (N,); the modes of a run are few."""
+        key = (modes + 0.0).tobytes()
+        if key not in self.laws:
+            self.laws[key] = self.bound.motor_laws(modes)[:3]
+        return self.laws[key]
+
     def _at_limit(self, own: np.ndarray, limit: np.ndarray, damping: np.ndarray) -> np.ndarray:
         """(N,) bool: a motor at its limit does not feel the rate."""
         if self.motor.current_limit is None:
             return np.zeros(self.bound.wheels, bool)
-        _, _, lost, *_ = self.bound.motor_laws(np.zeros(self.bound.wheels))
+        _, _, lost = self._laws(np.zeros(self.bound.wheels))
         return damping == 0 if lost.real.any() else np.abs(own) >= (1 - ROUNDINGS * EPS) * np.abs(limit)
 
 

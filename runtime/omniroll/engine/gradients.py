@@ -8,14 +8,14 @@ the numbers of the start and of tables, however many there are.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
-from omniroll.engine.sensitivities import Columns, Followed, Motion, Phase, Sweep
+from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.sensitivities import Followed, Sweep
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -76,30 +76,26 @@ class Chain(Sweep):
         super().__init__(motion, Columns(motion.trajectory, names, self.handed_on))
         self.maps: list[np.ndarray] = []  # (W, W + P) of each phase's start, by the start of that before it
 
-    def _begin(self, row: int, phase: Phase) -> np.ndarray:
-        self.maps.append(self._handed_on(phase))
+    def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+        self.maps.append(self._handed_on(moved, axial))
         unit = np.eye(self.handed_on, len(self.columns))
-        state, axial = self.sizes["state"], self.sizes.get("axial", 0)
-        y = self._carrying(phase.y.real[0], unit[:state])
-        if phase.axial is not None:
-            shape = (len(self.columns), *phase.axial.shape[1:])
-            phase = replace(phase, axial=with_tangent(phase.axial.real, unit[state : state + axial].T.reshape(shape)))
-        rest = np.split(unit[state + axial :], 2 * len(self.drives.samplers)) if self.drives.samplers else []
+        ends = np.cumsum(list(self.sizes.values()))
+        rest = np.split(unit[ends[-2] :], 2 * len(self.drives.samplers)) if self.drives.samplers else []
         for sampler, own_sum, own_output in zip(self.drives.samplers, rest[::2], rest[1::2], strict=True):
             sampler.sum = with_tangent(sampler.sum.real, own_sum.T)
             sampler.output = with_tangent(sampler.output.real, own_output.T)
-        return super()._begin(row, replace(phase, y=y))
+        return super()._begin(phase, unit[: ends[0]], None if axial is None else unit[ends[0] : ends[1]])
 
-    def _handed_on(self, phase: Phase) -> np.ndarray:
+    def _handed_on(self, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
         """(W, W + P) what a phase starts with."""
-        parts = [self._deviations(phase.y)]
-        if phase.axial is not None:
-            parts.append(tangent_of(phase.axial).reshape(len(self.columns), -1).T)
+        parts = [moved, *([] if axial is None else [axial])]
         parts += [tangent_of(part).T for sampler in self.drives.samplers for part in (sampler.sum, sampler.output)]
         return np.concatenate(parts)
 
-    def _one_after_the_other(self, row: int, moved: np.ndarray, times: np.ndarray) -> Phase:
-        if self.kernel.roller_model == "massless":
+    def _one_after_the_other(
+        self, row: int, moved: np.ndarray, times: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        if self.motion.plain.roller_model == "massless":
             return super()._one_after_the_other(row, moved, times)
         wheels = np.flatnonzero(self.motion.directions[row + 1])
         reason = "they switch together, and backwards the order of the switches is not known"
@@ -107,15 +103,15 @@ class Chain(Sweep):
 
     def pulled_back(self, times: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """(P,) the derivatives of a loss by the numbers; `weights` (K, m) are those by the deviations at the times."""
-        trajectory = self.trajectory
+        trajectory, phases = self.trajectory, self.motion.phases
         _, row = trajectory.state_and_row(times)
         moved = self.rows[row]
         between = trajectory.t[row] < times
         if between.any():
-            followed = Followed(self.columns.names, self.rows, self.inputs, np.array(self.phases), None)
+            followed = Followed(self.columns.names, self.rows, self.inputs, phases, None)
             moved[between] += followed.since_row(self.motion, self.columns, row[between], times[between])
         seen = np.einsum("km,kmc->kc", weights, moved)
-        phase = np.searchsorted(self.phases, row, side="right") - 1
+        phase = np.searchsorted(phases, row, side="right") - 1
         by_numbers, later = np.zeros(len(self.columns) - self.handed_on), np.zeros(self.handed_on)
         for k in reversed(range(len(self.maps))):
             own = seen[phase == k].sum(axis=0)

@@ -12,6 +12,7 @@ import numpy as np
 
 from omniroll.effects.guards import LANDED, PASSED, Guards
 from omniroll.effects.sticking import Axles
+from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.kernels.kernel import Flow
 from omniroll.results.dense import bernstein_through, values_at
 
@@ -85,3 +86,20 @@ class HoldingGuards(MotionGuards):
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.flow(time, y)
         return self.axles.facets.excess(self.held_force), self.axles.facet_rounding(self.held_force)
+
+
+class BearingGuards(MotionGuards):
+    """The guards of a phase, then what the bearings that stick can take where rollers stick: facets, and free rollers.
+
+    guards    of the effects, and of bearings that turn
+    bearings  in their modes
+    flow      the rates of the phase
+    """
+
+    def __init__(self, guards: Guards, bearings: StickingBearings, flow: Flow):
+        super().__init__(guards, len(bearings.facets.reach) + len(bearings.stuck_free))
+        self.bearings, self.flow = bearings, flow
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        return self.bearings.excess(self.flow.rows)

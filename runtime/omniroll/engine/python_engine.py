@@ -1,14 +1,16 @@
 """The Python engine: phases by the integrator, switches by the switching model. Small, and meant to be read."""
 
+import warnings
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
+from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.ground_guards import GroundGuards
-from omniroll.engine.holding import HoldingGuards
+from omniroll.engine.ground_guards import GroundGuards, LoadedGuards
+from omniroll.engine.holding import BearingGuards, HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
@@ -25,6 +27,7 @@ from omniroll.engine.runs import (
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.switching import EPS, SwitchingModel, outward, tau
 from omniroll.errors import SimulationStopped
+from omniroll.kernels.kernel import Flow
 from omniroll.results.trajectory import Trajectory
 
 SAFETY = 0.5  # local errors may add up to this part of the accuracy
@@ -35,6 +38,7 @@ ROUNDINGS = 16  # inputs of the drives that differ by less are the same
 # keeps for each of the state, those of its polynomial and of its row.
 NUMBER, NUMBERS_PER_STEP = 15, 12
 MOST_STEPS = 4096  # between two looks ahead
+MANY_STEPS, LOOKS = 1e5, 3  # left at the third look or later: many minutes at some ms each, of which a word is said
 CHATTER = 1e-6  # of pi/n: where no wheel turns by more, switches are no progress
 
 
@@ -119,8 +123,9 @@ class Run:
         self.integrator.watch = self._is_ended
         numbers = self.integrator.scale.size * NUMBERS_PER_STEP + self.kernel.wheels * self.kernel.rollers_per_wheel
         self.outlook = outlook_of(task.duration, NUMBER * numbers, task.memory, task.room)
-        self.next_look = FIRST
+        self.next_look, self.is_named = FIRST, False
         self.phases = 0
+        self.flow: Flow | None = None
         self.phase_start, self.slopes = (
             0.0,
             0.0,
@@ -171,15 +176,27 @@ class Run:
         axles = self.acting.axles
         if axles is not None:
             self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
+        bearings = self.acting.bearings
+        if bearings is not None:
+            self.state = bearings.at_rest(self.state)
+            self._start_added()
         ground = self.acting.ground
         if ground is not None:
             self.state = ground.at_rest(self.state)
             self._start_added()
-        self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
+        try:
+            self.flow, self.guards = self.acting.phase(self.elapsed, self.state.free_axial(), self._y(), self.carry)
+        except GroundFailsError as error:
+            if not self.rows.y:
+                self._add_row()
+            self._stop(str(error), error.wheel)
         if axles is not None and len(axles.sticking):
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
+        if bearings is not None:
+            self.guards = BearingGuards(self.guards, bearings, self.flow)
         if ground is not None:
-            self.guards = GroundGuards(self.guards, self.flow)
+            kind = GroundGuards if ground.grip.balance is None else LoadedGuards
+            self.guards = kind(self.guards, self.flow)
         self.phase_start = self.elapsed
 
     def _y(self) -> np.ndarray:
@@ -235,7 +252,7 @@ class Run:
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
-        for what_sticks in (self.acting.axles, self.acting.ground):
+        for what_sticks in (self.acting.axles, self.acting.bearings, self.acting.ground):
             if phase.times and what_sticks is not None:
                 what_sticks.moved()
         if phase.passed.any():
@@ -303,6 +320,9 @@ class Run:
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
             self._ask()
+        if self.acting.bearings is not None:
+            self.acting.bearings.jumped()
+            self._ask()
         if self.acting.ground is not None:
             self.acting.ground.switched(directions)
             self._ask()
@@ -320,8 +340,18 @@ class Run:
             self.next_look = steps + min(2 * self.outlook.length, MOST_STEPS) if self.outlook.length else 3 * FIRST
             if self.outlook.is_hopeless(steps, self.rows.switch_count, self.elapsed + done):
                 raise StepFailedError(self.outlook.described())
+            self._name_what_is_slow()
             if self.bytes_held + (steps - self.rows.step_count) * self.outlook.step_memory > self.task.memory:
                 raise StepFailedError(TOO_MANY_ROWS)
+
+    def _name_what_is_slow(self) -> None:
+        """Say once which term makes the steps short, of a run that goes on: memory holds steps that take hours."""
+        if self.is_named or self.outlook.windows < LOOKS or self.outlook.left < MANY_STEPS:
+            return
+        self.is_named = True
+        if cause := self._blamed():
+            needs = f"at its present pace the run needs {self.outlook.left:.0e} more steps of the Python engine"
+            warnings.warn(needs + cause, RuntimeWarning, stacklevel=2)
 
     def _watch(self, wheel: int | None) -> None:
         """The watchdog (rule 9 of the switching model): stop a run that switches without progress.

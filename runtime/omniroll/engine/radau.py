@@ -13,15 +13,13 @@ do not serve.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from omniroll.engine import directed
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.nodes import AT_REST, AT_START, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS
-from omniroll.results.dense import bernstein_through
+from omniroll.engine.nodes import AT_REST, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS, RadauStep
 
 MOVED = 1e-7  # of a component, for the slopes by differences
 
@@ -75,7 +73,7 @@ class Steps:
 
 
 @dataclass
-class Step:
+class Step(RadauStep):
     """A step of length h from (time, y), where the rates are `rates`, to y_end, where they are rates_end.
 
     carry is what the rounding of y has left over, and carry_end that of y_end. matrix (d, d) are slopes of the rates.
@@ -89,8 +87,6 @@ class Step:
     carry: np.ndarray
     matrix: np.ndarray
     evaluations: int
-    order: ClassVar[int] = STAGES + 1
-    further: ClassVar[int] = 0
 
     def __post_init__(self) -> None:
         self.converged = self._solve()
@@ -142,20 +138,5 @@ class Step:
 
     @cached_property
     def _error(self) -> np.ndarray:
-        """(d,) how far the rates at the start are from the polynomial's, over the first node, damped as the step is."""
-        first = self.h * NODES[0]
-        defect = first * (self.rates - AT_START @ self.stages)
-        return np.linalg.solve(np.eye(len(self.y)) - first * self.matrix, defect)
-
-    def error(self, scale: np.ndarray) -> float:
-        """The size of the local error in units of `scale` (d,); infinite where the stages were not found."""
-        if not self.converged:
-            return np.inf
-        return float(np.sqrt(np.mean((self._error / scale) ** 2)))
-
-    def polynomial(self) -> np.ndarray:
-        """Bernstein coefficients (8, d)."""
-        values = np.concatenate([self.y[None], self.y + self.h * (WEIGHTS @ self.stages)])
-        coefficients = bernstein_through(np.concatenate([[0.0], NODES]), values)
-        coefficients[0], coefficients[-1] = self.y, self.y_end
-        return coefficients
+        """(d,) the defect, damped as the step is."""
+        return np.linalg.solve(np.eye(len(self.y)) - self.h * NODES[0] * self.matrix, self._defect)

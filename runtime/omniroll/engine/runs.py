@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Protocol
 
@@ -123,6 +123,10 @@ def flow_at_start(effects: EffectSet, bound: Kernel, state: State, start_time: f
     """The rates f(time, y) in the first phase of a run, and y at its start."""
     acting = EffectRun(effects, bound, start_time)
     acting.pass_time(0.0, state)
+    if acting.axles is not None:
+        state = replace(state, nu=acting.axles.at_rest(state.nu))
+    if acting.ground is not None:
+        state = acting.ground.at_rest(state)
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
     acting.state_vector.put(y, effects.initial(bound, state))

@@ -81,11 +81,14 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if self._task.kernel.grips:
+        if self._task.kernel.rollers_stick:
+            bound = "must be given: sessions run on the compiled engine, which has no modes of rollers"
+            raise InvalidValueError("roller_speed", None, bound)
+        if "contact_loads" in self._task.kernel.effects:
             bound = (
-                "must not hold a Contact of the law coulomb: sessions run on the compiled engine, which has no modes "
+                "must not hold a Contact whose loads are dynamic: sessions run on the compiled engine, which has none"
             )
-            raise InvalidValueError("effects", options.get("effects"), bound + "of contacts; regularised comes near it")
+            raise InvalidValueError("effects", options.get("effects"), bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
@@ -287,15 +290,24 @@ class Session:
         """The contacts as they are now, where wheels may slip."""
         if not self._task.effects.slips:
             return None
-        return Contacts(self._task.kernel, self._run.integrated(self._run.space.core))
+        task = self._task
+        states = self._run.integrated(self._run.space.core)
+        return Contacts(task.kernel, states, task.effects.grip(self.vehicle), self._beside)
+
+    def _beside(self) -> dict[str, np.ndarray]:
+        """What the forces of contacts that stick ask for beside the state."""
+        free = {"axial": self._run.axial_now()} if self._task.kernel.has_spins else {}
+        return {"heading": self._pose[2], **self._run.signals_now(), **free}
 
     @property
     def outputs(self) -> dict[str, np.ndarray]:
         """What the effects give, by name: a new dict.
 
         Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, of axles that may stick
-        bearing_torque in N m, (N,) each: as they act before this instant's events, and so 0 before the first step. What
-        the effects integrate: drive_work, axle_loss, roller_loss in J, and others as Trajectory.quantity has them.
+        bearing_torque in N m, of contacts that may stick on the ground sticks (1 or 0) and slip_heading as
+        Trajectory.quantity has them, (N,) each: as they act before this instant's events, and so 0 before the first
+        step. What the effects integrate: drive_work, axle_loss, roller_loss in J, and others as Trajectory.quantity has
+        them.
         """
         signals = self._run.signals_now()
         found = signals | self._run.integrated(self._run.space.core)

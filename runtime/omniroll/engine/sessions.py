@@ -1,7 +1,7 @@
 """Many sessions of one vehicle that step together, for learning: arrays in, arrays out.
 
-Each has a run of the compiled engine of its own, so that its motion is that of a Session. Each step is an event: what a
-Session checks at each step is not checked here.
+Each has a run of the compiled engine of its own, so that its motion is that of a Session. One call of the engine takes
+all of them through a step; what a Session checks at each step is not checked here. Each step is an event.
 """
 
 from dataclasses import replace
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from omniroll import validation
+from omniroll.engine.compiled_engine import DONE
 from omniroll.engine.session import Session
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_run import SteppedRun
@@ -36,9 +37,12 @@ class Sessions:
         self.runs = [SteppedRun(task, task.accuracy) for _ in range(count)]
         if any(len(run.held.get("voltage", ())) != 1 for run in self.runs):
             raise InvalidValueError("effects", options.get("effects"), "must have one Motor with a constant voltage")
-        self.volts = [run.held["voltage"][0] for run in self.runs]
+        self.module, self.model = self.runs[0].module, self.runs[0].model
+        self.members = self.module.ffi.new("omniroll_member_t[]", count)
+        for k in range(count):
+            self._point_to(k)
         self.elapsed = np.zeros(count)
-        self._nu, self._chi = [run.nu for run in self.runs], [run.chi for run in self.runs]
+        self.nu, self.chi = np.empty((count, 3)), np.empty((count, vehicle.wheels))
         self._read()
 
     def step(self, duration: float, voltage: np.ndarray, which: np.ndarray) -> list[int]:
@@ -48,17 +52,20 @@ class Sessions:
         voltage   (V, N) in V of the motors, from now on
         which     (K,) numbers of the sessions that go on
         """
-        stopped = []
         self.elapsed[which] += duration
-        ends = self.elapsed.tolist()
-        for k, own in zip(which.tolist(), voltage[which], strict=True):
-            run = self.runs[k]
-            self.volts[k][:] = own
-            run.change_what_acts()
+        count, statuses = len(which), np.empty(len(which), np.intc)
+        which, voltage = np.ascontiguousarray(which, np.int64), np.ascontiguousarray(voltage, float)
+        self.module.lib.omniroll_run_members(
+            count, self._of("long long", which), self.members, self.model, self._of("double", self.elapsed),
+            self._of("double", voltage), self._of("int", statuses),
+        )  # fmt: skip
+        stopped = []
+        for k in np.flatnonzero(statuses != DONE).tolist():
+            run = self.runs[which[k]]
             try:
-                run.go_on(ends[k])
+                run.go_on_from(int(statuses[k]), run.run.elapsed, run.run.step_count)
             except SimulationStopped:
-                stopped.append(k)
+                stopped.append(int(which[k]))
         self._read()
         return stopped
 
@@ -72,8 +79,20 @@ class Sessions:
         for k, own in zip(which.tolist(), chi, strict=True):
             self.runs[k].go_to_start()
             self.runs[k].chi[:] = own
+            self._point_to(k)
         self._read()
 
+    def _point_to(self, k: int) -> None:
+        """Where the engine finds a session: its voltages may stand elsewhere after a new start."""
+        (volts,) = self.runs[k].held["voltage"]
+        self.members[k].run, self.members[k].volts = self.runs[k].struct, self._of("double", volts)
+
+    def _of(self, kind: str, array: np.ndarray) -> Any:
+        """Pointer to the numbers of an array, which must stay."""
+        return self.module.ffi.cast(f"{kind} *", array.ctypes.data)
+
     def _read(self) -> None:
-        """Take the state of all, once for those who read it more often."""
-        self.nu, self.chi = np.array(self._nu), np.array(self._chi)
+        """Take the state of all."""
+        self.nu, self.chi = np.empty_like(self.nu), np.empty_like(self.chi)
+        nu, chi = self._of("double", self.nu), self._of("double", self.chi)
+        self.module.lib.omniroll_read_members(len(self.runs), self.members, nu, chi)

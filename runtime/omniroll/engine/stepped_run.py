@@ -66,19 +66,30 @@ class SteppedRun(CompiledRun):
 
     def go_on(self, elapsed: float) -> None:
         """Go on to the time `elapsed` since the start. Raises SimulationStopped."""
-        run, self.status = self.run, FULL
-        begin, self.outlook, self.switched, run.duration = (run.elapsed, run.step_count), None, 0, elapsed
-        while self.status == FULL:
-            run.row_count = run.switch_count = 0
-            self.status = self.call(self.struct, self.model)
+        run = self.run
+        begin = run.elapsed, run.step_count
+        run.duration, run.row_count, run.switch_count = elapsed, 0, 0
+        self.go_on_from(self.call(self.struct, self.model), *begin)
+
+    def go_on_from(self, status: int, elapsed: float, steps: int) -> None:
+        """Go on after a first call of the engine, with what that has returned. Raises SimulationStopped.
+
+        elapsed, steps  where the run was before that call
+        """
+        self.status, self.outlook, self.switched = status, None, 0
+        while True:
             while self.status == ASK:
                 self._answer()
                 self.status = self.call(self.struct, self.model)
-            if run.switch_count:
-                self.switched += run.switch_count
-                self.passes += self.space.switches[: run.switch_count, 2:].sum(axis=0).astype(np.int64)
+            if self.run.switch_count:
+                self.switched += self.run.switch_count
+                self.passes += self.space.switches[: self.run.switch_count, 2:].sum(axis=0).astype(np.int64)
             if self.status == FULL:
-                self._look_ahead_from(*begin)
+                self._look_ahead_from(elapsed, steps)
+            if self.status != FULL:
+                break
+            self.run.row_count = self.run.switch_count = 0
+            self.status = self.call(self.struct, self.model)
         if not self.done:
             raise self.stop
 
@@ -137,15 +148,17 @@ class SteppedRun(CompiledRun):
         """(N,) each input and the voltages of the motors, as they act before this instant's events."""
         since = (self.run.elapsed - self.run.inputs_elapsed) + (self.run.carry - self.run.inputs_carry)
         if self.run.asks:
-            return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._bearings()
+            return {name: signal.at(since) for name, signal in self.acting.signals.items()} | self._modes()
         values = self.signals[0] + self.signals[1] * since
         given = (*self.task.effects.drives(), *(["voltage"] if self.run.modal_count else []))
-        return {name: value for name, value in zip(self.names, values, strict=True) if name in given} | self._bearings()
+        return {name: value for name, value in zip(self.names, values, strict=True) if name in given} | self._modes()
 
-    def _bearings(self) -> dict[str, np.ndarray]:
-        """(N,) the torques of bearings that may stick."""
+    def _modes(self) -> dict[str, np.ndarray]:
+        """(N,) the torques of bearings that may stick, and the modes of contacts that may."""
         count = self.run.axle_count
-        return {"bearing_torque": np.array([self.run.axles[k].torque for k in range(count)])} if count else {}
+        bearings = {"bearing_torque": np.array([self.run.axles[k].torque for k in range(count)])} if count else {}
+        recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
+        return bearings | {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects integrate, by name, where the rest of the core is `core`."""

@@ -79,13 +79,14 @@ class SwitchingModel:
         return self._apply_to_free_rollers(state, after, switching)
 
     def _apply_to_free_rollers(self, state: State, after: State, switching: np.ndarray) -> State:
-        wheels = np.flatnonzero(switching)
-        spins = self._spins_by_roller(state)
-        entering = np.zeros_like(spins[..., 0])
-        entering[..., wheels] = spins[..., wheels, after.contact[wheels]]
-        axial = state.axial.copy()
-        axial[..., wheels, state.contact[wheels]] = self.kernel.contact_axial(state.nu, state.chi)[..., wheels]
-        return replace(after, nu=self._nu_after(state, after, entering, switching), axial=axial)
+        lead, leaves, enters = state.nu.shape[:-1], state.contact[..., None], after.contact[..., None]
+        spins = np.take_along_axis(self._spins_by_roller(state), _with_axes(enters, lead), axis=-1)[..., 0]
+        own = self.kernel.contact_axial(state.nu, state.chi)[..., None]
+        mine = (np.arange(self.kernel.rollers_per_wheel) == leaves) & switching[..., None]
+        entering = np.where(switching, spins, 0.0)
+        return replace(
+            after, nu=self._nu_after(state, after, entering, switching), axial=np.where(mine, own, state.axial)
+        )
 
     def _nu_after(self, state: State, after: State, entering: np.ndarray, switching: np.ndarray) -> np.ndarray:
         """nu after the switch, where `entering` are the spins with which the entering rollers come."""
@@ -102,3 +103,8 @@ class SwitchingModel:
         _, contact_spin = self.kernel.wheel_rates(state.nu, state.chi)
         spins = self.kernel.spins_from_axial(state.nu, state.chi, state.free_axial())
         return by_roller(np.concatenate([contact_spin[..., None], spins], axis=-1), state.contact)
+
+
+def _with_axes(places: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
+    """Places (..., N, 1) with as many leading axes as `lead` has."""
+    return places.reshape((1,) * (len(lead) + 2 - places.ndim) + places.shape)

@@ -6,23 +6,25 @@ nodes then is one linear system a step. It gives the deviation at the nodes, and
 what it is at the step's start, of the inputs' deviations and of the numbers'.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
+from math import prod
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import EffectSet
+from omniroll.engine.slopes import Slopes
 from omniroll.kernels.kernel import Kernel
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of
 from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
-LEAST_NODES = 8
-NUMBERS_AT_ONCE = 2**21  # of one array, where several steps are computed together
+LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
+STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -59,22 +61,36 @@ def gauss(count: int) -> Gauss:
 class Deviations:
     """Names and places of what deviates: the part of y that feeds back, and the inputs that a phase holds.
 
-    state   names of the quantities that are integrated, and of the rates that the generated functions give them
-    inputs  names and shapes of what a phase is given: the momenta of free rollers, where they are constant, and what
-            the drives give
+    rates      names of the quantities that are integrated, and of the rates that the generated functions give them
+    state      (m,) their places in y
+    inputs     names and shapes of what a phase is given: what the drives give, and the momenta of free rollers where
+               they are constant
+    functions  generated functions that give the rates, in the order in which they are called
     """
 
     def __init__(self, effects: EffectSet, bound: Kernel):
         vector = effects.state_vector(bound)
-        added = [quantity for quantity in vector.quantities if not quantity.account]
+        # Energies are integrals that feed nothing back.
+        added = [quantity for quantity in vector.quantities if not quantity.account and quantity.size != "energy"]
         self.rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in added}
         self.vector = vector
         self.state = np.concatenate([np.arange(vector.size)[vector.slices[name]] for name in self.rates])
         self.inputs = {name: (bound.wheels,) for name in effects.drives()}
+        self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
         asked = effects.functions(bound.roller_model)
-        self.functions = tuple(dict.fromkeys((*asked, dynamics_with(asked), *PLAIN)))
+        self.functions = self._needed(bound, dict.fromkeys((*asked, dynamics_with(asked), *PLAIN)))
+
+    def _needed(self, bound: Kernel, functions: Iterable[str]) -> tuple[str, ...]:
+        """Those of these functions, which are called one after the other, that the rates depend on."""
+        needed, found = set(self.rates.values()), []
+        for function in reversed(list(functions)):
+            signature = bound.signatures[function]
+            if needed & {argument.name for argument in signature.outputs}:
+                needed |= {argument.name for argument in signature.inputs}
+                found.append(function)
+        return tuple(reversed(found))
 
     @cached_property
     def core(self) -> np.ndarray:
@@ -88,15 +104,25 @@ class Deviations:
         chi = self.vector.slices["chi"]
         return np.append(np.arange(chi.start, chi.stop), self.vector.plain - 1)
 
+    @cached_property
+    def places(self) -> dict[str, np.ndarray]:
+        """By name the places of a quantity among what deviates, and of an input behind all quantities."""
+        found, start = {}, 0
+        shapes = {name: self.vector.shapes[name] for name in self.rates} | self.inputs
+        for name, shape in shapes.items():
+            found[name] = start + np.arange(prod(shape)).reshape(shape)
+            start += prod(shape)
+        return found
+
     @property
     def input_size(self) -> int:
-        return sum(int(np.prod(shape)) for shape in self.inputs.values())
+        return sum(map(prod, self.inputs.values()))
 
     def views(self, inputs: np.ndarray) -> dict[str, np.ndarray]:
         """Inputs (..., U) by name."""
         found, start = {}, 0
         for name, shape in self.inputs.items():
-            end = start + int(np.prod(shape))
+            end = start + prod(shape)
             found[name] = inputs[..., start:end].reshape(*inputs.shape[:-1], *shape)
             start = end
         return found
@@ -106,31 +132,37 @@ class Deviations:
         lead = np.broadcast_shapes(*(inputs[name].shape[: -len(shape)] for name, shape in self.inputs.items()))
         return np.concatenate(
             [
-                np.broadcast_to(inputs[name], (*lead, *shape)).reshape(*lead, int(np.prod(shape)))
+                np.broadcast_to(inputs[name], (*lead, *shape)).reshape(*lead, prod(shape))
                 for name, shape in self.inputs.items()
             ],
             axis=-1,
         )
 
+    def known_in(self, y: np.ndarray, inputs: np.ndarray) -> dict[str, np.ndarray]:
+        """What generated functions take, by name, in states y (..., size) with inputs (..., U)."""
+        known = {name: self.vector.view(y, name) for name in self.vector.slices} | self.views(inputs)
+        return known | dict.fromkeys(("theta", "heading"), known["pose"][..., 2])
+
     def rates_of(self, kernel: Kernel, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(..., m) the rates of what deviates, in states y (..., size) with inputs (..., U)."""
-        known = {name: self.vector.view(y, name) for name in self.vector.slices} | self.views(inputs)
-        known["theta"] = known["heading"] = known["pose"][..., 2]
+        known = self.known_in(y, inputs)
         for function in self.functions:
             names = [argument.name for argument in kernel.signatures[function].outputs]
             found = call_named(kernel, function, known)
             known |= dict(zip(names, found if len(names) > 1 else (found,), strict=True))
         parts = [(known[rate], len(self.vector.shapes[name])) for name, rate in self.rates.items()]
-        return np.concatenate([part.reshape(*part.shape[: part.ndim - axes], -1) for part, axes in parts], axis=-1)
+        parts = [part.reshape(*part.shape[: part.ndim - axes], -1) for part, axes in parts]
+        lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
+        return np.concatenate([np.broadcast_to(part, (*lead, part.shape[-1])) for part in parts], axis=-1)
 
 
 class Variations:
-    """The variational equations along a trajectory, for P columns of deviations of numbers.
+    """The variational equations along a trajectory.
 
     trajectory  Trajectory with its polynomials
-    plain       Kernel of the run
-    tangents    of the arguments of `prepare`, (P, ...) by name
-    columns     P
+    plain       Kernel of the run, with Python's functions
+    tangents    of the arguments of `prepare`, (Q, ...) by name, for Q numbers that deviate
+    numbers     Q
     inputs      (T, U) what each row's phase was given
     """
 
@@ -139,92 +171,112 @@ class Variations:
         trajectory: Trajectory,
         plain: Kernel,
         tangents: Mapping[str, np.ndarray],
-        columns: int,
+        numbers: int,
         deviations: Deviations,
         inputs: np.ndarray,
     ):
-        self.trajectory, self.deviations, self.inputs = trajectory, deviations, inputs
-        self.of_state = TangentKernel(plain)
-        numbered = [k for k in range(columns) if any(tangent[k].any() for tangent in tangents.values())]
-        self.columns, self.numbered = columns, numbered
-        of_numbers = {name: tangent[numbered][:, None] for name, tangent in tangents.items()}
-        self.of_numbers = TangentKernel(plain, of_numbers, (len(numbered), 1)) if numbered else None
-        self.gauss = gauss(max(LEAST_NODES, trajectory.dense.shape[1] - 1))
+        self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
+        self.slopes = Slopes(deviations, trajectory, plain)
+        of_numbers = {name: tangent[:, None] for name, tangent in tangents.items()}
+        self.of_numbers = TangentKernel(plain, of_numbers, (numbers, 1)) if numbers else None
+        inside = max(LEAST_NODES, trajectory.dense.shape[1] - 1)
+        self.inside = gauss(inside)
         self.starts = trajectory.elapsed[trajectory.step_rows]
         self.lengths = trajectory.elapsed[trajectory.step_rows + 1] - self.starts
 
     @property
     def width(self) -> tuple[int, int]:
-        """How many numbers deviate in the state, and in the inputs."""
-        return len(self.deviations.state), self.deviations.input_size
+        """How many numbers deviate in the state, and what drives it: inputs, how fast they change, numbers."""
+        given = self.deviations.input_size + self.deviations.moving + self.numbers
+        return len(self.deviations.state), given
 
     def chunks(self, count: int | None = None) -> Sequence[np.ndarray]:
-        """Steps, or so many entries, in groups that are computed together."""
-        state, inputs = self.width
-        size = max((state + inputs + len(self.numbered)) * len(self.gauss.nodes), (len(self.gauss.nodes) * state) ** 2)
+        """Steps, or so many entries, in groups whose coefficients are computed together."""
         steps = np.arange(len(self.starts) if count is None else count)
-        return np.array_split(steps, max(1, -(-len(steps) * size // NUMBERS_AT_ONCE)))
+        return np.array_split(steps, max(1, -(-len(steps) // STEPS_AT_ONCE)))
 
-    def coefficients(self, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A (k, s, m, m) and G (k, s, m, 2 U + P) of the steps (k,) at the nodes: d' = A d + G (du, du', dp)."""
-        nodes, (size, given) = self.gauss.nodes, self.width
+    def coefficients(self, steps: np.ndarray, gauss: Gauss) -> tuple[np.ndarray, np.ndarray]:
+        """A (k, s, m, m) and G (k, s, m, F) of the steps (k,) at the nodes: d' = A d + G (du, du', dp)."""
+        nodes, size = gauss.nodes, len(self.deviations.state)
         rows = self.trajectory.step_rows[steps]
-        count, s = len(steps), len(nodes)
-        dense = np.repeat(self.trajectory.dense[steps], s, axis=0)
-        y = values_at(dense, np.tile(nodes, count))
-        part = np.tile(nodes, count)[:, None]
+        count, s, moving = len(steps), len(nodes), self.deviations.moving
+        y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), np.tile(nodes, count))
         inputs = np.repeat(self.inputs[rows], s, axis=0)
-        inputs = inputs + part * (np.repeat(self.inputs[rows + 1], s, axis=0) - inputs)
-        along = np.zeros((size + given, 1, y.shape[1] + given))
-        along[np.arange(size), 0, self.deviations.state] = 1
-        along[size + np.arange(given), 0, y.shape[1] + np.arange(given)] = 1
-        own = self.deviations.rates_of(
-            self.of_state, with_tangent(y, along[..., : y.shape[1]]), with_tangent(inputs, along[..., y.shape[1] :])
-        )
-        slopes = tangent_of(own).reshape(size + given, count, s, size).transpose(1, 2, 3, 0)
-        by_numbers = np.zeros((count, s, size, self.columns))
+        if moving:
+            inputs = inputs + np.tile(nodes, count)[:, None] * (np.repeat(self.inputs[rows + 1], s, axis=0) - inputs)
+        slopes = self.slopes.at(y, inputs).reshape(count, s, size, -1)
+        G = np.zeros((count, s, *self.width))
+        given = self.deviations.input_size
+        G[..., :given] = slopes[..., size:]
+        times = (self.lengths[steps][:, None] * nodes)[..., None, None]
+        G[..., given : given + moving] = times * slopes[..., size : size + moving]
         if self.of_numbers is not None:
             found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs))
-            by_numbers[..., self.numbered] = found.reshape(-1, count, s, size).transpose(1, 2, 3, 0)
-        by_inputs = slopes[..., size:]
-        times = (self.lengths[steps][:, None] * nodes)[..., None, None]
-        return slopes[..., :size], np.concatenate([by_inputs, times * by_inputs, by_numbers], axis=-1)
+            G[..., given + moving :] = np.moveaxis(found.reshape(self.numbers, count, s, size), 0, -1)
+        return slopes[..., :size], G
 
-    def rates_at_nodes(self, steps: np.ndarray) -> np.ndarray:
-        """(k, s, m, m + 2 U + P) the rates of the deviation at the nodes of steps (k,), by what it depends on.
+    def rates_at_nodes(self, steps: np.ndarray, gauss: Gauss) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Some of the steps (k,), one group after the other, and (l, s, m, m + F) the rates of the deviation at their
+        nodes by what it depends on."""
+        A, G = self.coefficients(steps, gauss)
+        for part in np.array_split(np.arange(len(steps)), max(1, -(-len(steps) // SOLVED_AT_ONCE))):
+            to_nodes = gauss.to_nodes * self.lengths[steps[part]][:, None, None]
+            yield steps[part], self._solved(A[part], G[part], to_nodes)
+
+    def _solved(self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray) -> np.ndarray:
+        """(l, s, m, m + F) the rates d' = A d + G at the nodes, by d at the start and by what is given.
 
         The core c and what it carries, g, with g' = A_gc c + G_g: only the core has to be solved for. The place on the
-        plane feeds nothing back.
+        plane feeds nothing back. to_nodes (l, s, s) integrates rates at the nodes up to each node.
         """
-        A, G = self.coefficients(steps)
         count, s, size = A.shape[:3]
         core, carried = self.deviations.core, self.deviations.carried
-        to_nodes = self.gauss.to_nodes * self.lengths[steps][:, None, None]  # of rates at nodes, what they come to
+        wide = s * len(core)
 
         def integral(rates: np.ndarray) -> np.ndarray:
             return (to_nodes @ rates.reshape(count, s, -1)).reshape(rates.shape)
 
         to_core, of_core = A[:, :, core[:, None], carried], A[:, :, carried[:, None], core]
-        start = np.concatenate([np.eye(size), np.zeros((size, G.shape[-1]))], axis=1)
-        forced = np.concatenate([np.zeros((count, s, size, size)), G], axis=-1)
+        start = np.eye(size, size + G.shape[-1])
+        forced = np.zeros((count, s, size, size + G.shape[-1]))
+        forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        inner = np.einsum("ijk,ikl,ikab,ilbc->ijalc", to_nodes, to_nodes, to_core, of_core, optimize=True)
-        system = inner + np.einsum("ijk,ikab->ijakb", to_nodes, A[:, :, core[:, None], core])
-        wide = s * len(core)
-        at_nodes = np.zeros((count, s, size, start.shape[1]))
-        at_nodes[:, :, core] = np.linalg.solve(
-            np.eye(wide) - system.reshape(count, wide, wide), right.reshape(count, wide, -1)
-        ).reshape(right.shape)
-        at_nodes[:, :, carried] = known + integral(of_core @ at_nodes[:, :, core])
-        return A @ at_nodes + forced
+        # What the core at node k does to the carried at node j, and by it to the core's rates there.
+        over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
+        felt = (to_core @ over.reshape(count, s, len(carried), wide)).reshape(count, s, len(core), s, len(core))
+        felt[:, range(s), :, range(s)] += A[:, :, core[:, None], core].swapaxes(0, 1)
+        system = np.eye(wide) - integral(felt).reshape(count, wide, wide)
+        at_nodes = np.zeros_like(forced)
+        solved = np.linalg.solve(system, right.reshape(count, wide, -1)).reshape(right.shape)
+        at_nodes[:, :, core] = solved
+        at_nodes[:, :, carried] = known + integral(of_core @ solved)
+        return np.add(forced, A @ at_nodes, out=forced)
 
-    def maps(self, steps: np.ndarray) -> np.ndarray:
-        """(k, m, m + 2 U + P) how far the deviation has come at the ends of the steps, less what it was."""
-        rates = self.rates_at_nodes(steps)
-        return np.einsum("j,ijab->iab", self.gauss.weights, rates) * self.lengths[steps][:, None, None]
+    def maps(self) -> np.ndarray:
+        """(S, m, m + F) what the deviation at the end of each step is, by that at its start and by what is given."""
+        state, given = self.width
+        found = np.zeros((len(self.starts), state, state + given))
+        for steps in self.chunks():
+            for some, rates in self.rates_at_nodes(steps, self.inside):
+                means = self.inside.weights @ rates.reshape(*rates.shape[:2], -1)
+                found[some] = means.reshape(found[some].shape) * self.lengths[some][:, None, None]
+        found[:, range(state), range(state)] += 1.0
+        return found
 
-    def within(self, steps: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """The same at the parts x (k,) of the steps (k,)."""
-        weights = self.gauss.integrals(x) * self.lengths[steps][:, None]
-        return np.einsum("ij,ijab->iab", weights, self.rates_at_nodes(steps))
+    def come_to(self, steps: np.ndarray, x: np.ndarray, deviation: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """(k, m, P) what deviations come to at the parts x (k,) of the steps (k,).
+
+        deviation, given  (S, m, P) at the starts of all steps, and (S, F, P) what drives them
+        """
+        wanted, back = np.unique(steps, return_inverse=True)
+        found = np.empty((len(steps), *deviation.shape[1:]))
+        done = 0
+        for part in self.chunks(len(wanted)):
+            for own, rates in self.rates_at_nodes(wanted[part], self.inside):
+                rates = rates @ np.concatenate([deviation[own], given[own]], axis=1)[:, None]
+                (here,) = np.nonzero((back >= done) & (back < done + len(own)))
+                weights = self.inside.integrals(x[here]) * self.lengths[steps[here]][:, None]
+                found[here] = np.einsum("ks,ksmp->kmp", weights, rates[back[here] - done])
+                done += len(own)
+        return found

@@ -25,7 +25,7 @@ class WhatActs:
     def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
         self.kept: list[np.ndarray] = []  # what the structs point to
-        entries = {"axle": self._axles()} | ({} if plan.asks else self._forms(inputs))
+        entries = {"axle": self._axles(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
     def _axles(self) -> list[dict[str, Any]]:
@@ -34,6 +34,27 @@ class WhatActs:
             return []
         numbers = zip(axles.rows.tolist(), axles.sliding, axles.holding, strict=True)
         return [{"row": row, "sliding": sliding, "holding": holding} for row, sliding, holding in numbers]
+
+    def _grips(self) -> list[dict[str, Any]]:
+        ground = self.plan.acting.ground
+        if ground is None:
+            return []
+        grip = ground.grip
+        numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
+        contacts = [{"load": load, "sliding": sliding, "staying": static} for load, sliding, static in numbers]
+        return [contact | {"towards": (0.0, 1.0)} for contact in contacts]
+
+    def _ground(self) -> dict[str, Any]:
+        """What is the same for all contacts that may stick on the ground."""
+        ground, vehicle = self.plan.acting.ground, self.plan.acting.kernel.vehicle
+        typical = float((ground.grip.loads[:, None] * ground.grip.sliding).max())
+        return {
+            "undecided": 1,
+            "typical": typical,
+            "friction": typical / (vehicle.mass * vehicle.platform_radius),
+            "settles": ground.settles,
+            "arms": [ground.arms[0], 2 * ground.arms[0] / vehicle.yaw_scale, *ground.arms[1:]],
+        }
 
     def _forms(self, inputs: tuple[str, ...]) -> dict[str, list[dict[str, Any]]]:
         """Tables, controllers and drives with modes."""
@@ -60,7 +81,7 @@ class WhatActs:
     def put_into(self, run: Any, modes: list[np.ndarray]) -> tuple[list[Any], np.ndarray]:
         """Have a run's struct point to structs of its own: these, and the sums and outputs (S, 2, N) of its samplers.
 
-        Where axles may stick, it is to be decided which do.
+        Where axles or contacts may stick, it is to be decided which do.
 
         modes  (N,) of each drive with modes, which the engine changes
 
@@ -74,6 +95,8 @@ class WhatActs:
             setattr(run, f"{name}_count", len(own))
             kept.append(own)
         run.hold.undecided = int("axle" in self.patterns)
+        if "grip" in self.patterns:
+            run.ground = self._ground()
         sampled = np.zeros((run.sampler_count, 2, self.wheels))
         first = ffi.from_buffer("double[]", sampled) + 0
         for k in range(run.sampler_count):

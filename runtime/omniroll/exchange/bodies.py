@@ -68,7 +68,7 @@ _NOTHING = Bodies(*[0.0] * 8)
 
 def _wheel(vehicle: Vehicle, share: float) -> Bodies:
     """Hub and rollers with the vehicle's J and B, and `share` of the masses of solid ones; no platform."""
-    thickness, inertia = vehicle.wheel_radius - vehicle.roller_axis_radius, vehicle.roller_inertia
+    thickness, inertia = vehicle.roller_radius, vehicle.roller_inertia
     solid, _ = parts.cylinder(1.0, 1.0, 1.0)  # axial inertia over mass and squared radius
     roller = replace(
         _NOTHING,

@@ -11,6 +11,7 @@ import numpy as np
 from omniroll.errors import InvalidValueError
 from omniroll.exchange.tree import Rigid, inertia_about, mass_of, moment_of, radius_about, read_tree
 from omniroll.vehicles.data_sheet import DERIVED, GIVEN, Origin
+from omniroll.vehicles.parts import places_on_rays
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import VEHICLE, by_name
 
@@ -18,7 +19,7 @@ NEAR = 1e-3  # how far places may be off, over the sizes they belong to, and ang
 ROUNDING = 1e-9  # what is no difference, over the sizes
 UP = np.array([0.0, 0.0, 1.0])
 REASONS = {
-    "platform_radius": "places of the wheels' joints",
+    "platform_radius": "places of the rollers' joints, in the middle of a wheel's rows",
     "wheel_radius": "rollers' axes and how far the solids of a roller reach",
     "roller_axis_radius": "places of the rollers' joints",
     "mass": "of all bodies",
@@ -50,7 +51,7 @@ class Imported:
 
     vehicle   Vehicle
     assumed   what was assumed or left out, in words
-    friction  arguments of Bearings by name, as far as the file has them; roller_coulomb needs a roller_speed besides
+    friction  arguments of Bearings by name, as far as the file has them; they stick without a speed
     row_offset  in m, of double rows from the wheel's middle along the axle; 0 for single ones
     """
 
@@ -204,7 +205,7 @@ def _layout(wheels: Sequence[Wheel], middle: np.ndarray) -> dict[str, Any]:
     angles = [math.atan2(wheel.axle[1], wheel.axle[0]) for wheel in wheels]
     distances = np.linalg.norm(places, axis=1)
     found: dict[str, Any] = {"wheel_angles": angles, "platform_radius": float(distances.mean())}
-    rays = distances.mean() * np.column_stack([np.cos(angles), np.sin(angles)])
+    rays = np.array(places_on_rays(len(wheels), wheels[0].rollers, found["platform_radius"], angles))
     if np.abs(places - rays).max() > NEAR * distances.mean():
         found["wheel_places"] = places.tolist()
     return found

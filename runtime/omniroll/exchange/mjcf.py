@@ -14,6 +14,7 @@ from omniroll.vocabulary import STANDARD_GRAVITY
 
 SPHERES = 31  # of a roller
 MOST_SPHERES = 10_000
+MOST_IN_ALL = 1_000_000  # some 100 MB of text
 UP = (0.0, 0.0, -STANDARD_GRAVITY)
 
 
@@ -49,6 +50,10 @@ def to_mjcf(
         raise InvalidValueError("vehicle", vehicle, "must be a Vehicle")
     if validation.integer("spheres", spheres, 1) > MOST_SPHERES:
         raise InvalidValueError("spheres", spheres, f"must be at most {MOST_SPHERES}")
+    rollers = vehicle.wheels * vehicle.rollers_per_wheel
+    if rollers * spheres > MOST_IN_ALL:
+        bound = f"must be at most {MOST_IN_ALL // rollers} for {rollers} rollers: the file has them all"
+        raise InvalidValueError("spheres", spheres, bound)
     gravity = validation.real_array("gravity", gravity, (3,))
     armature = validation.not_negative("armature", armature)
     roller_damping = validation.not_negative("roller_damping", roller_damping)

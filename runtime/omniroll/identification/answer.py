@@ -1,5 +1,6 @@
 """What a fit has found."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -8,9 +9,11 @@ from pathlib import Path
 import numpy as np
 from scipy.special import stdtrit
 
+from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.errors import InvalidValueError
-from omniroll.identification.determination import in_words, vague_directions
+from omniroll.identification.determination import LOOSE, undetermined
+from omniroll.identification.experiments import Experiment, experiments
 from omniroll.identification.log import Log
 from omniroll.identification.model import Model
 from omniroll.identification.pictures import draw_residuals
@@ -20,7 +23,6 @@ from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
 ODD = 4.0  # deviations from which on a residual's size or correlation is no chance
-LOOSE = 10.0  # sizes of a number that the fit may leave its guess for nothing: what no log determines stays there
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,6 +89,7 @@ class Fit:
 
         Raises InvalidValueError for a name that was not fitted, and for other levels.
         """
+        level = validation.real("level", level)
         if not 0 < level < 1:
             raise InvalidValueError("level", level, "must lie between 0 and 1")
         place = self._place(name)
@@ -97,7 +100,25 @@ class Fit:
     @cached_property
     def undetermined(self) -> tuple[str, ...]:
         """What the logs and priors do not determine, in words: "mass and wheel_inertia only as ..."."""
-        return tuple(in_words(row, self.names, self.sizes) for row in vague_directions(self.jacobian))
+        return undetermined(self.jacobian, self.names, self.sizes)
+
+    def experiments(
+        self,
+        *,
+        candidates: Mapping[str, Sequence[Effect]] | None = None,
+        duration: float = 10.0,
+        step: float = 0.01,
+    ) -> list[Experiment]:
+        """Candidate drives in order, the one that would tell most about the numbers first.
+
+        candidates  effects by name, each in the place of those of the fit; None: straight, sideways, on the spot, and
+                    turning while driving, with the largest torque or voltage of the fit's own drive
+        duration    of a drive, in s
+        step        time between two readings, in s; they are those of the first log, with their noise
+
+        Raises InvalidValueError where there are no candidates and the fit has no drive to take them from.
+        """
+        return experiments(self, candidates, duration, step)
 
     @cached_property
     def doubts(self) -> tuple[str, ...]:
@@ -114,13 +135,13 @@ class Fit:
         if not isinstance(self.what, Scene):
             raise InvalidValueError("what", self.what, "must be a Scene, for a scene file to be written")
         notes = [f"Numbers fitted to {', '.join(log.name for log in self.logs)}:", *str(self).splitlines()]
-        path = Path(path)
+        path = validation.file_path("path", path)
         path.write_text(scene_text(self.what.tables, self.model, self.names, notes), encoding="utf-8")
         return path
 
     def picture(self, path: str | PathLike) -> Path:
         """Draw the residuals of every reading as PNG; its path. Needs matplotlib."""
-        return draw_residuals(self.logs, self.residuals, self.noise, Path(path))
+        return draw_residuals(self.logs, self.residuals, self.noise, validation.file_path("path", path))
 
     def __str__(self) -> str:
         width = max(map(len, self.names))

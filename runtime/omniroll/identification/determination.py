@@ -6,6 +6,7 @@ import numpy as np
 from scipy.linalg import svd
 
 VAGUE = 0.5  # relative deviation from which on a direction counts as not determined
+LOOSE = 10.0  # sizes of a number that the fit may leave its guess for nothing: what no log determines stays there
 NEAR = 0.05  # how far apart parts of a direction may be that are said to be equal, and how large one that is left out
 
 
@@ -14,6 +15,11 @@ def deviations(jacobian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     _, values, directions = svd(jacobian, full_matrices=False)
     with np.errstate(divide="ignore"):
         return 1 / values, directions
+
+
+def undetermined(jacobian: np.ndarray, names: Sequence[str], sizes: Sequence[float]) -> tuple[str, ...]:
+    """What readings with the Jacobian (m, n) do not determine, in words."""
+    return tuple(in_words(row, names, sizes) for row in vague_directions(jacobian))
 
 
 def vague_directions(jacobian: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ The generated inverse dynamics gives the force that a motion takes, M* nu' - f (
 generated fit gives the torques of least norm that make it, and the motors' laws the voltages.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,8 +13,9 @@ from omniroll import validation
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.motor import Motor
+from omniroll.effects.motor import Motor, voltages_of
 from omniroll.effects.numbers import spread
+from omniroll.effects.path_follower import nu_of_rates
 from omniroll.errors import InvalidValueError
 from omniroll.identification.answer import Fit
 from omniroll.kernels.kernel import Kernel
@@ -93,54 +94,44 @@ def strafe_factor(constants: dict[str, Feedforward]) -> float:
 
 def _constants(vehicle: Vehicle, effects: Sequence[Effect], roller_model: str, speed: float) -> dict[str, Feedforward]:
     acting = EffectSet.checked(tuple(effects), vehicle)
-    motor = _motor(acting)
-    if motor is None:
+    if not _has_motor(acting):
         raise InvalidValueError("effects", list(effects), "must have a Motor: feedforwards are voltages")
     bound = acting.kernel(vehicle, roller_model, "python")
     found = {}
     for (name, unit), way in zip(DIRECTIONS.items(), np.eye(3), strict=True):
         slow, fast, faster = (
-            _largest_voltage(bound, acting, motor, way, *motion)
-            for motion in ((speed / 2, 0.0), (speed, 0.0), (speed, 1.0))
+            _largest_voltage(bound, acting, way, *motion) for motion in ((speed / 2, 0.0), (speed, 0.0), (speed, 1.0))
         )
         kV = (fast - slow) / (speed / 2)
         found[name] = Feedforward(unit, fast - kV * speed, kV, faster - fast)
     return found
 
 
-def _largest_voltage(
-    bound: Kernel, acting: EffectSet, motor: Motor, way: np.ndarray, speed: float, acceleration: float
-) -> float:
+def _largest_voltage(bound: Kernel, acting: EffectSet, way: np.ndarray, speed: float, acceleration: float) -> float:
     """Of the wheel that turns fastest, counted along its rate; the mean over the rollers' phases."""
-    along = _nu_of(bound, way, 0.0)
+    along = nu_of_rates(bound, way, 0.0)
     joint = np.pi / bound.rollers_per_wheel
     phases = np.outer(np.arange(PHASES), GOLDEN * np.arange(1, bound.wheels + 1)) % 1
     values = {"nu": along * speed, "nu_dot": along * acceleration, "chi": joint * (2 * phases - 1), "heading": 0.0}
     rates = bound.wheel_speeds(along * speed)
-    voltages = _voltages(motor, bound.vehicle, _torques(bound, acting, values), rates)
+    voltages = voltages_of(bound, bound.wheel_torques(force_of(bound, acting, values)), rates)
     fastest = int(np.abs(rates).argmax())
     return float(voltages[:, fastest].mean() * np.sign(rates[fastest]))
 
 
-def _nu_of(bound: Kernel, rate: np.ndarray, theta: float) -> np.ndarray:
-    """nu (3,) of the pose's rates (3,) at a heading: (2.3) solved."""
-    return np.linalg.solve(bound.pose_rates(np.eye(3), theta).T, rate)
+def force_of(bound: Kernel, acting: EffectSet, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(..., 3) that the drives must bring; what else the kernel takes is 0, and axles have the friction of those that
+    turn.
 
-
-def _torques(bound: Kernel, acting: EffectSet, values: dict[str, np.ndarray]) -> np.ndarray:
-    """(..., N) of the drives; what else the kernel takes is 0, and axles have the friction of those that turn."""
+    values  nu, nu_dot, chi, heading, and where rollers are free momenta, by name
+    """
     others = {argument.name: np.zeros(argument.shape) for argument in bound.signatures["inverse_dynamics"].inputs}
     if "bearing_torque" in others:
         friction = next(e for e in acting.effects if isinstance(e, Bearings)).wheel_coulomb
         rates = bound.wheel_speeds(values["nu"])
         others["bearing_torque"] = -spread("wheel_coulomb", friction, bound.wheels) * np.sign(rates)
-    return bound.wheel_torques(call_named(bound, "inverse_dynamics", others | values))
+    return call_named(bound, "inverse_dynamics", others | dict(values))
 
 
-def _voltages(motor: Motor, vehicle: Vehicle, torque: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    per_volt, lost_per_rate = motor.line(vehicle)
-    return (torque + lost_per_rate * rates) / per_volt
-
-
-def _motor(acting: EffectSet) -> Motor | None:
-    return next((effect for effect in acting.effects if isinstance(effect, Motor)), None)
+def _has_motor(acting: EffectSet) -> bool:
+    return any(isinstance(effect, Motor) for effect in acting.effects)

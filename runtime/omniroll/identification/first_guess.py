@@ -42,7 +42,7 @@ def first_guess(model: Model, numbers: Sequence[Free], logs: Sequence[Log]) -> d
                 columns[name], sizes[name] = once, size
     except (InvalidValueError, SimulationStopped):
         return {}
-    if not columns:
+    if not columns or not np.isfinite([missing, *columns.values()]).all():
         return {}
     changes, *_ = np.linalg.lstsq(np.stack(list(columns.values()), axis=1), -missing, rcond=WEAK)
     bounds = {number.name: (number.least, number.most) for number in numbers}
@@ -87,8 +87,7 @@ def _missing(model: Model, motions: Sequence[tuple[Log, dict[str, np.ndarray]]])
         run = run_of(model, log)
         rows = np.searchsorted(run.t, log.t, side="right") - 1
         given = {name: np.zeros((len(log.t), *argument.shape)) for name, argument in _others(bound).items()}
-        if run.drive is not None:
-            given |= {name: _between(run, k, log.t) for k, name in enumerate(run.effects.drives())}
+        given |= run.drives_at(log.t)
         given["heading"] = run.pose[rows, 2]
         found.append(call_named(bound, "inverse_dynamics", given | values).ravel())
     return np.concatenate(found)
@@ -96,11 +95,6 @@ def _missing(model: Model, motions: Sequence[tuple[Log, dict[str, np.ndarray]]])
 
 def _others(bound) -> dict:
     return {argument.name: argument for argument in bound.signatures["inverse_dynamics"].inputs}
-
-
-def _between(run, place: int, times: np.ndarray) -> np.ndarray:
-    """(T, N) an input of the drives, which is linear between rows."""
-    return np.stack([np.interp(times, run.t, column) for column in run.drive[:, place].T], axis=1)
 
 
 def _roller_model(model: Model) -> str:

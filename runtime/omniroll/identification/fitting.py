@@ -8,7 +8,8 @@ from scipy.optimize import least_squares
 
 from omniroll import validation
 from omniroll.errors import InvalidValueError, LogError, SimulationStopped
-from omniroll.identification.answer import LOOSE, Fit
+from omniroll.identification.answer import Fit
+from omniroll.identification.determination import LOOSE
 from omniroll.identification.first_guess import first_guess
 from omniroll.identification.log import ENTRIES, Log, suspected_unit
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
@@ -90,8 +91,11 @@ def _model(what: Scene | Vehicle, instruments: Instruments | None, options: Mapp
     is_scene = isinstance(what, Scene)
     if not is_scene and not isinstance(what, Vehicle):
         raise InvalidValueError("what", what, "must be a Scene or a Vehicle")
+    if instruments is not None and not isinstance(instruments, Instruments):
+        raise InvalidValueError("instruments", instruments, "must be omniroll.Instruments")
     own = instruments or (what.instruments() if is_scene else None) or Instruments()
     options = (dict(what.options) if is_scene else {"nu": (0, 0, 0)}) | options
+    validation.real("start_time", options.get("start_time", 0.0))
     return Model(what.vehicle if is_scene else what, options, own)
 
 
@@ -172,7 +176,7 @@ class _Problem:
     def __init__(self, model: Model, numbers: Sequence[Free], logs: Sequence[Log], noise: Sequence[Mapping]):
         self.model, self.numbers, self.logs, self.noise = model, numbers, logs, noise
         self.names = [number.name for number in numbers]
-        self.sizes = np.array([model.size(name) for name in self.names])
+        self.sizes = np.array([number.size_in(model) for number in numbers])
         self.values = np.array([model.value(name) for name in self.names])
         self.least, self.most = (
             (np.array([getattr(number, side) for number in numbers]) - self.values) / self.sizes
@@ -191,7 +195,7 @@ class _Problem:
         return np.concatenate([self._of_logs([read.values for read in found]), self._of_priors(z)])
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
-        found = slopes(self.at(z), self.names, self.logs)
+        found = slopes(self.at(z), self.names, self.sizes, self.logs)
         columns = [self._weighted(of_number) * size for of_number, size in zip(found, self.sizes, strict=True)]
         return np.concatenate([np.stack(columns, axis=1), self._of_priors_by_z()])
 
@@ -217,6 +221,8 @@ class _Problem:
         """
         for _ in range(MOST_STEPS):
             jacobian = np.concatenate([self.jacobian(z), np.eye(len(z)) / LOOSE])
+            if not np.isfinite(jacobian).all():
+                break
             step = np.linalg.lstsq(jacobian, -np.concatenate([self.residuals(z), z / LOOSE]))[0]
             z = np.clip(z + step, self.least, self.most)
             if np.linalg.norm(jacobian @ step) < SETTLED:
@@ -227,14 +233,6 @@ class _Problem:
         """The Jacobian at the model's numbers, in their sizes, with the priors' rows; and the readings."""
         zero = np.zeros(len(self.names))
         return self.jacobian(zero), [read.values for read in sweep([self.model], self.logs)[0]]
-
-    def _held(self, function: Any, is_jacobian: bool = False) -> Any:
-        """With rows that hold each number loosely where it is."""
-
-        def held(z: np.ndarray) -> np.ndarray:
-            return np.concatenate([function(z), np.eye(len(z)) / LOOSE if is_jacobian else z / LOOSE])
-
-        return held
 
     def _rows(self) -> int:
         readings = sum(log.data[name].size for log in self.logs for name in log.fitted)

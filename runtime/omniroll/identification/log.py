@@ -1,16 +1,18 @@
-"""Logs: what instruments on a robot have read over time, from CSV files, arrays or data frames."""
+"""Logs: what instruments on a robot have read over time, from CSV and Parquet files, arrays or data frames."""
 
 import csv
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from omniroll import validation
+from omniroll import extras, validation
 from omniroll.errors import InvalidValueError, LogError
+from omniroll.results.tables import EXTRA
 from omniroll.vocabulary import MEASUREMENTS, STATE, by_name
 
 TIME = "t"
@@ -20,6 +22,7 @@ ENTRIES["pose"] = by_name(STATE)["pose"]  # of a tracker outside
 HEADER = re.compile(r"\s*([A-Za-z_]+?)(?:_(\d+))?\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*")
 DRIVES = ("motor_voltage", "net_torque")
 GAP = 10.0  # steps of the usual length that may be missing in a row
+PARQUET = (".parquet", ".pq")  # ends of the names of such files
 OTHER_UNITS = {  # a reading in the unit of the first column, times the number, is one in that of the second
     ("deg/s", "rad/s"): np.pi / 180,
     ("rpm", "rad/s"): np.pi / 30,
@@ -35,21 +38,23 @@ OTHER_UNITS = {  # a reading in the unit of the first column, times the number, 
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Log:
     """What was read at T times.
 
     data     mapping of columns, for instance a dict of arrays or a data frame: "t" (T,) in s on the clock of the run,
              and readings by the names of omniroll.vocabulary.MEASUREMENTS, or "pose": as arrays (T, ...), or as columns
-             "wheel_rate_1", "wheel_rate_2", ... from 1 on. Of each reading all columns must be there
+             "wheel_rate_1", "wheel_rate_2", ... from 1 on. Of each reading all columns must be there. Of a data frame
+             "t" may be the index, and its attrs["units"] say the units of columns
     noise    standard deviation of the noise of a reading by its name, in its unit; that of the scene's instruments, or
              what the fit leaves over, where it is not given
     start    arguments of omniroll.simulate that hold for this log alone, such as nu, chi, pose and effects
     drive    reading that drives the model in the place of the scene's drive, and that is not fitted: "motor_voltage" of
              a scene with a Motor, or "net_torque", which stands for drive and bearings together; or None
     name     for messages
-    first_line  of a file, in which the first row stands; None of arrays
     gap      times of the usual step that may lie between two rows
+    first_line  of a file, in which the first row stands; None of arrays
+    readings  names of the readings that are taken beside `drive`; other columns are left alone. None: all are readings
 
     Raises LogError, an InvalidValueError with row and column: for names that are not known, times that do not
     increase, gaps, and numbers that are not finite.
@@ -62,14 +67,25 @@ class Log:
     name: str = "log"
     gap: float = GAP
     first_line: int | None = None  # of the rows in a file
+    readings: Sequence[str] | None = None
 
     def __post_init__(self) -> None:
-        if not hasattr(self.data, "keys"):
-            raise InvalidValueError("data", self.data, "must be a dict of arrays, or another mapping of columns")
-        for name, value in self.noise.items():
-            validation.choice("noise", name, tuple(ENTRIES))
-            validation.positive(f"noise of {name}", value)
-        object.__setattr__(self, "data", self._checked({str(name): self.data[name] for name in self.data.keys()}))
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        put("name", validation.text("name", self.name))
+        put("gap", validation.positive("gap", self.gap))
+        noise = validation.mapping("noise", self.noise)
+        put("noise", {name: self._deviation(name, value) for name, value in noise.items()})
+        put("start", validation.mapping("start", self.start))
+        if "start_time" in self.start:
+            validation.real("start_time", self.start["start_time"])
+        if self.first_line is not None:
+            put("first_line", validation.integer("first_line", self.first_line, 1))
+        if self.readings is not None:
+            chosen = validation.sequence("readings", self.readings, "must be a sequence of names of readings")
+            put("readings", tuple(validation.choice("readings", name, tuple(ENTRIES)) for name in chosen))
+        put("data", self._checked(self._chosen(columns_of(self.data))))
         if self.drive is not None:
             validation.choice("drive", self.drive, tuple(name for name in DRIVES if name in self.data))
 
@@ -77,14 +93,19 @@ class Log:
     def read(cls, path: str | PathLike, **others: Any) -> "Log":
         """A log from a CSV file: a line of names, behind which units may stand in brackets, then a line for each time.
 
-        path    of the file
-        others  noise, start and gap as of a Log
+        path    of the file; one whose name ends with .parquet holds a data frame, and needs the extra `tables`
+        others  noise, start, drive, gap and readings as of a Log
 
-        Raises LogError with line and column; OSError where the file cannot be read.
+        Raises LogError with line and column; OSError where the file cannot be read; MissingPackageError.
         """
         path = validation.file_path("path", path)
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if row]
+        if path.suffix.lower() in PARQUET:
+            return cls(_frame(path), name=path.name, **others)
+        try:
+            with open(path, newline="", encoding="utf-8-sig") as file:
+                lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if row]
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise LogError(path.name, None, None, None, f"must be a CSV file: {error}") from None
         if len(lines) < 2:
             raise LogError(path.name, None, None, None, "must have a line of names and lines of numbers")
         (_, names), *rows = lines
@@ -114,6 +135,17 @@ class Log:
         """Names of the readings that a model is fitted to."""
         return tuple(name for name in self.channels if name != self.drive)
 
+    def _deviation(self, name: str, value: Any) -> float:
+        validation.choice("noise", name, tuple(ENTRIES))
+        return validation.positive(f"noise of {name}", value)
+
+    def _chosen(self, given: dict[str, Any]) -> dict[str, Any]:
+        """The columns that are taken."""
+        if self.readings is None:
+            return given
+        wanted = (TIME, self.drive, *self.readings)
+        return {column: values for column, values in given.items() if _name_of(column) in wanted}
+
     def _checked(self, given: dict[str, Any]) -> dict[str, np.ndarray]:
         parts: dict[str, dict[int, np.ndarray]] = {}
         for column, values in given.items():
@@ -136,7 +168,7 @@ class Log:
         match = HEADER.fullmatch(column)
         name = match[1] if match else column
         if match is None or name not in (TIME, *ENTRIES):
-            bound = f"no such reading; there are {TIME}, {', '.join(ENTRIES)}"
+            bound = f"no such reading; there are {TIME}, {', '.join(ENTRIES)}; `readings` leaves other columns alone"
             raise LogError(self.name, self.line(-1), column, None, bound)
         unit = "s" if name == TIME else ENTRIES[name].unit
         if match[3] not in (None, unit):
@@ -147,9 +179,12 @@ class Log:
 
     def _finite(self, column: str, values: Any) -> np.ndarray:
         try:
-            array = np.array(values, float)
-        except (TypeError, ValueError):
-            raise LogError(self.name, None, column, None, "must be numbers") from None
+            raw = np.asarray(values)
+        except Exception:  # rows of several lengths, or an object whose own code fails
+            raw = np.array(None)
+        if raw.dtype.kind not in "iuf":
+            raise LogError(self.name, None, column, None, "must be numbers")
+        array = raw.astype(float)
         if array.ndim == 0 or not array.size:
             raise LogError(self.name, None, column, None, "must have a number for each time")
         wrong = np.argwhere(~np.isfinite(array))
@@ -185,9 +220,12 @@ class Log:
             )
             raise LogError(self.name, self.line(row), TIME, float(t[row]), f"{bound}, or give a larger gap")
 
-    def line(self, row: int) -> int:
-        """The line of a file, or the row of arrays; -1 stands for the line of names."""
-        return max(row, 0) if self.first_line is None else self.first_line + row if row >= 0 else 1
+    def line(self, row: int) -> int | None:
+        """The line of a file, or the row of arrays; -1 stands for the line of names, which arrays do not have."""
+        row = validation.integer("row", row, -1)
+        if self.first_line is None:
+            return row if row >= 0 else None
+        return self.first_line + row if row >= 0 else 1
 
 
 def suspected_unit(unit: str, ratio: float) -> str | None:
@@ -196,6 +234,37 @@ def suspected_unit(unit: str, ratio: float) -> str | None:
         if wanted == unit and ratio > 0 and abs(np.log(ratio * factor)) < 0.2:
             return other
     return None
+
+
+def columns_of(data: Any) -> dict[str, Any]:
+    """The columns of a mapping by name; of a data frame with its index and its units. Raises InvalidValueError."""
+    try:
+        found = {str(name): data[name] for name in data.keys()}
+        frame_index, units = getattr(data, "index", None), getattr(data, "attrs", {}).get("units", {})
+    except Exception:  # whatever an object that is none raises
+        raise InvalidValueError("data", data, "must be a dict of arrays, or another mapping of columns") from None
+    if len(found) < len(data.keys()):
+        raise InvalidValueError("data", list(data.keys()), "must have each column once")
+    if TIME not in found and getattr(frame_index, "name", None) == TIME:
+        found = {TIME: frame_index} | found
+    return {f"{name} [{units[name]}]" if name in units else name: values for name, values in found.items()}
+
+
+def _frame(path: Path) -> Any:
+    """The data frame that a Parquet file holds. Raises LogError, MissingPackageError, OSError."""
+    extras.needed("pyarrow", EXTRA, f"a log in a file {path.suffix}")
+    pandas = extras.needed("pandas", EXTRA, f"a log in a file {path.suffix}")
+    try:
+        return pandas.read_parquet(path)
+    except OSError:
+        raise
+    except ValueError as error:  # pyarrow's error of files of other kinds
+        raise LogError(path.name, None, None, None, f"must be a Parquet file: {error}") from None
+
+
+def _name_of(column: str) -> str:
+    match = HEADER.fullmatch(column)
+    return match[1] if match else column
 
 
 def _number(path: str, line: int, column: str, text: str) -> float:

@@ -36,6 +36,7 @@ SMALL = {
     "pose": 0.01,
 }  # a small change of what is 0
 POSITIVE = Numbers(above=0)
+LEAST_PART = 1e-3  # of the size of its start that the size of a number keeps
 LONGEST_DELAY = 0.2  # s, either way
 OF_VEHICLE = tuple(name for name, entry in by_name(VEHICLE).items() if entry.kind == POSITIVE)
 
@@ -60,6 +61,7 @@ class Number:
     prior: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        validation.text("name", self.name)
         for name in ("start", "least", "most"):
             value = getattr(self, name)
             if value is not None:
@@ -74,13 +76,18 @@ class Number:
 
 @dataclass(frozen=True)
 class Free:
-    """A Number with all that it leaves out."""
+    """A Number with all that it leaves out, and the size of its start."""
 
     name: str
     start: float
     least: float
     most: float
     prior: tuple[float, float] | None
+    size: float
+
+    def size_in(self, model: "Model") -> float:
+        """By how much it changes when it changes much; not 0 where it has come to 0."""
+        return max(model.size(self.name), LEAST_PART * self.size)
 
 
 @dataclass(frozen=True)
@@ -175,9 +182,11 @@ def _numbers_of(effect: Effect) -> tuple[str, ...]:
 
 def checked_numbers(free: Sequence[str | Number], model: Model) -> tuple[Free, ...]:
     """The numbers that are free, with start and bounds. Raises InvalidValueError."""
-    if isinstance(free, str) or not isinstance(free, Sequence) or not free:
-        raise InvalidValueError("free", free, "must be a sequence of names, or of omniroll.Number")
-    numbers = [number if isinstance(number, Number) else Number(number) for number in free]
+    bound = "must be a sequence of names, or of omniroll.Number"
+    given = validation.sequence("free", free, bound)
+    if not given or not all(isinstance(number, str | Number) for number in given):
+        raise InvalidValueError("free", free, bound)
+    numbers = [number if isinstance(number, Number) else Number(number) for number in given]
     names = [number.name for number in numbers]
     if len(set(names)) < len(names):
         raise InvalidValueError("free", names, "must name each number once")
@@ -193,4 +202,7 @@ def _completed(number: Number, model: Model) -> Free:
         least, most = max(least, -LONGEST_DELAY), min(most, LONGEST_DELAY)
     if not least <= start <= most:
         raise InvalidValueError(f"start of {name}", start, f"must lie between {least:g} and {most:g}")
-    return Free(name, start, least, most, number.prior)
+    size = model.with_values({name: start}).size(name)
+    if not size:
+        raise InvalidValueError(f"start of {name}", start, "must not be 0: changes are counted in its size")
+    return Free(name, start, least, most, number.prior, size)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from omniroll import extras
 from omniroll.identification.log import ENTRIES, Log
 from omniroll.results.pictures import STYLE, save
 
@@ -22,8 +23,11 @@ def draw_residuals(
     noises: Sequence[Mapping[str, float]],
     path: Path,
 ) -> Path:
-    """Residuals over time: a row for each reading, a column for each log. Its path."""
-    import matplotlib
+    """Residuals over time: a row for each reading, a column for each log. Its path.
+
+    Raises MissingPackageError without matplotlib.
+    """
+    matplotlib = extras.needed("matplotlib", "plots", "a picture")
     from matplotlib.figure import Figure
 
     channels = list(dict.fromkeys(name for left in residuals for name in left))

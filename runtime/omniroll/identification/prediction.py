@@ -62,12 +62,16 @@ def sweep(models: Sequence[Model], logs: Sequence[Log]) -> list[list[Read]]:
     return [[_read(model, log, run) for log, run in zip(logs, runs[_motion(model)], strict=True)] for model in models]
 
 
-def slopes(model: Model, names: Sequence[str], logs: Sequence[Log]) -> list[list[Readings]]:
-    """For each number the derivatives of the readings of each log by it, by differences of runs."""
-    steps = [STEP * model.size(name) for name in names]
+def slopes(model: Model, names: Sequence[str], sizes: Sequence[float], logs: Sequence[Log]) -> list[list[Readings]]:
+    """For each number the derivatives of the readings of each log by it, by differences of runs.
+
+    sizes  of the numbers, in which their changes are counted
+    """
+    steps = [STEP * size for size in sizes]
+    middles = [max(model.value(name), model.least(name) + step) for name, step in zip(names, steps, strict=True)]
     beside = [
-        model.with_values({name: model.value(name) + side * step})
-        for name, step in zip(names, steps, strict=True)
+        model.with_values({name: middle + side * step})
+        for name, middle, step in zip(names, middles, steps, strict=True)
         for side in (1, -1)
     ]
     base, *others = sweep([model, *beside], logs)

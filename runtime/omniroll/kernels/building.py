@@ -23,6 +23,7 @@ PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
+SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
 LONGEST = 300  # seconds
 NUMBER_TYPES = {  # C type and the macro that chooses it
@@ -120,6 +121,24 @@ def _compile(sources: Sequence[Path], target: Path, folders: Sequence[Path], fla
         raise CompilationError(f"{command[0]} did not finish within {LONGEST} s on {target.stem}") from None
     if done.returncode:
         raise CompilationError(f"{command[0]} failed on {target.stem}: {done.stderr.strip()[-500:]}")
+
+
+def sources_digest(data: Path, codegen: Path, engine: Path, constants: Path) -> str:
+    """Of all that the texts and the libraries depend on: libraries of other sources take other arguments.
+
+    data       folder of programs.json
+    codegen    folder of the generator itself
+    engine     folder of the engine's C files
+    constants  folder of gauss.h and controller.h
+    """
+    found = hashlib.sha256()
+    for name in ("programs", "effects", "symbols", "bounds"):
+        found.update((data / f"{name}.json").read_bytes())
+    for folder in (codegen, codegen / "templates", engine, constants):
+        for entry in sorted(folder.iterdir()):
+            if entry.suffix in (".py", ".j2", ".c", ".h"):
+                found.update(entry.name.encode() + entry.read_bytes())
+    return found.hexdigest()
 
 
 def checksum(library: Path) -> Path:

@@ -13,7 +13,7 @@ needs. N is the number of wheels, n of rollers per wheel; units as in omniroll.v
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache, partial
 from itertools import accumulate, pairwise
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import generated_data
+from omniroll.codegen.derivatives import REQUEST
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.validation import choice
@@ -45,9 +46,8 @@ VEHICLE_SCALARS = (
 OF_THE_VEHICLE = ("wheel_places", "center_of_mass")  # constants of the layout
 
 SHARP = 1e2  # beyond this the functions for sharp tips are the more accurate ones
-# Functions with a form for sharp tips beside the usual one.
-SOLVING = ("forward_dynamics", "accelerations", "impact", "held_dynamics")
-SHARP_FORMS = tuple(f"{name}_sharp" for name in SOLVING)
+DERIVATIVES = "derivatives"  # the effect that brings derivatives by state and inputs
+SHARP_SUFFIX = "_sharp"  # of the name of a function for sharp tips, which stands beside the usual form
 
 Flow = Callable[[float, np.ndarray], np.ndarray]
 Constants = tuple[tuple[str, float | tuple], ...]  # arguments of `prepare` by name, in a form that can be hashed
@@ -107,13 +107,17 @@ def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_whe
     return {
         function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
         for function in sets.functions(base, effects)
-        if function["name"] not in SHARP_FORMS
+        if not function["name"].endswith(SHARP_SUFFIX)
     }
 
 
-def form(name: str, sharp: bool) -> str:
-    """The generated function that computes what `name` says; where tips are sharp, its form for these."""
-    return f"{name}_sharp" if sharp and name in SOLVING else name
+def form(name: str, sharp: bool, generated: Container[str]) -> str:
+    """The generated function that computes what `name` says; where tips are sharp, its form for these if it has one.
+
+    generated  the names of the set's functions
+    """
+    special = f"{name}{SHARP_SUFFIX}"
+    return special if sharp and special in generated else name
 
 
 def is_sharp(vehicle: Vehicle, roller_model: str) -> bool:
@@ -131,13 +135,21 @@ def optional_effects() -> tuple[str, ...]:
     return tuple(effect["name"] for effect in generated_data.load("effects")["effects"] if effect["optional"])
 
 
-def _effects_of(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
-    """The effects in the registry's order, with what they need and with those that the vehicle itself brings."""
-    for effect in effects:
+def _effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
+    """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
+    them the numbers by which there are derivatives."""
+    asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
+    own = [effect for effect in effects if effect not in asked] + [DERIVATIVES] * bool(asked)
+    for effect in own:
         choice("effects", effect, optional_effects())
-    needed = (other for effect in effects for other in sets.needs()[effect])
-    present = {*effects, *needed, *(["layout"] if vehicle.has_layout else [])}
-    return tuple(effect for effect in optional_effects() if effect in present)
+    needed = (other for effect in own for other in sets.needs()[effect])
+    present = {*own, *needed, *(["layout"] if vehicle.has_layout else [])}
+    found = tuple(effect for effect in optional_effects() if effect in present)
+    if asked:
+        numbers = [a.name for a in signatures(roller_model, found, 3, 3)["prepare"].inputs]
+        for request in asked:
+            choice("effects", request, [REQUEST + name for name in numbers])
+    return (*found, *asked)
 
 
 def _constants_of(vehicle: Vehicle, effects: Sequence[str], constants: Constants) -> dict[str, ArrayLike]:
@@ -192,9 +204,10 @@ class Kernel:
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         self.vehicle, self.roller_model = vehicle, roller_model
         self.wheels, self.rollers_per_wheel = vehicle.wheels, vehicle.rollers_per_wheel
-        self.base, self.effects = roller_model, _effects_of(vehicle, effects)
+        self.base, self.effects = roller_model, _effects_of(vehicle, roller_model, effects)
         self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
+        self._generated = frozenset(f["name"] for f in sets.functions(self.base, self.effects))
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
         prepare = self.signatures.pop("prepare")
         self.constant_names = [argument.name for argument in prepare.inputs]
@@ -203,6 +216,7 @@ class Kernel:
         self.has_spins = roller_model == "free"
         self.slips = "slip_dynamics" in self.signatures  # whether wheels may slip
         self.grips = "ground_dynamics" in self.signatures  # whether they may stick on the ground, too
+        self.rollers_stick = "contact_spin_rates" in self.signatures
         self.of_every_roller = "accelerations" if self.has_spins else "forward_dynamics"  # without spins they are one
 
     @cached_property
@@ -225,7 +239,7 @@ class Kernel:
 
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
-        return form(name, self.sharp)
+        return form(name, self.sharp, self._generated)
 
     def call(self, name: str, *values: ArrayLike):
         """The generated function `name` of `values`: its output or a tuple of its outputs; leading axes broadcast."""
@@ -709,7 +723,7 @@ def kept_kernel(
     try:
         return CompiledKernel(vehicle, roller_model, number_type, effects, constants)
     except KernelsMissingError as problem:
-        if not _effects_of(vehicle, effects):  # built with omniroll
+        if not _effects_of(vehicle, roller_model, effects):  # built with omniroll
             raise
         made = PythonKernel(vehicle, roller_model, effects, constants)
         slower = "the Python kernel runs, which is slower"

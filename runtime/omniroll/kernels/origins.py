@@ -154,11 +154,10 @@ def _in_programs() -> frozenset[str]:
     for entry in generated_data.load("symbols")["symbols"].values():
         names |= {INDEXED.sub("", entry["code"])} - {""}
     for base in _programs()["bases"]:
-        names |= {field["name"] for field in base["model"]}
+        names |= set(base["model"])
     for forms in _functions().values():
         for form in forms:
-            names |= {argument["name"] for argument in form["arguments"]}
-            names |= {own for _, own in _defined(form["body"])} | set(form["elements"])
+            names |= _read_by(form) | set(form["outputs"]) | {own for _, own in _defined(form["body"])}
     return frozenset(names)
 
 
@@ -387,8 +386,14 @@ def _functions_that_read(names: set[str]) -> tuple[str, ...]:
     return tuple(
         name
         for name, forms in _functions().items()
-        if any(names & ({a["name"] for a in form["arguments"]} | set(form["elements"])) for form in forms)
+        if any(names & (_read_by(form) | set(form["outputs"])) for form in forms)
     )
+
+
+def _read_by(form: dict) -> set[str]:
+    """The inputs of a function and the symbols of their elements."""
+    arguments = generated_data.load("arguments")["arguments"]
+    return {*form["inputs"], *(symbol for name in form["inputs"] for symbol in arguments[name]["elements"])}
 
 
 def _engine(functions: tuple[str, ...]) -> list[Place]:

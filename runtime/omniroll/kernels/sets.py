@@ -17,8 +17,8 @@ omniroll.codegen.cache says where.
 
 Where there is no C compiler ($CC or cc) only the Python kernel of another set can be made. The compiled engine then
 runs on a general set, which is built with omniroll for any vehicle. It has every effect that has neutral values and
-excludes no other effect; those that a scene does not call for are at neutral values. Axles that stick
-are in no general set.
+excludes no other effect; those that a scene does not call for are at neutral values. Axles that stick and contacts that
+stick on the ground are in no general set.
 """
 
 import hashlib
@@ -43,6 +43,7 @@ import cffi
 
 from omniroll import generated_data
 from omniroll.codegen import cache as cache_folder
+from omniroll.codegen import specialise
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
@@ -52,7 +53,8 @@ if TYPE_CHECKING:
 
 BUILT = Path(__file__).with_name("built")
 MAKING = threading.RLock()  # what two threads ask for is made once
-CHECKSUMS = "checksums.json"  # of the texts in a folder
+CHECKSUMS = "checksums.json"  # of the texts in a folder,
+TEXTS = (".py", ".json", ".c", ".h")  # all of them
 MAKING_PREFIX, LEFT = "making-", 3600.0  # folders in the making; one so many s old was left by a killed process
 WHOLE: set[Path] = set()  # folders whose texts have been looked at
 Made = TypeVar("Made")
@@ -72,8 +74,7 @@ def needs() -> dict[str, tuple[str, ...]]:
 
 def set_name(base: str, effects: tuple[str, ...]) -> str:
     """The set of a roller model and further effects; what another one of them needs is not named."""
-    implied = {needed for name in effects for needed in needs().get(name, ())}
-    return "_".join([base, *(name for name in effects if name not in implied)])
+    return specialise.set_name(base, effects, needs())
 
 
 @cache
@@ -84,7 +85,24 @@ def general_sets(base: str) -> list[tuple[str, ...]]:
 
 def is_general(base: str, effects: tuple[str, ...]) -> bool:
     """Whether this is such a set, and was built."""
-    return effects in general_sets(base) and (BUILT / set_name(base, effects) / "functions.json").exists()
+    there = (BUILT / set_name(base, effects) / "functions.json").exists()
+    return effects in general_sets(base) and there and _is_current(BUILT)
+
+
+@cache
+def _is_current(built: Path) -> bool:
+    """Whether the libraries in this folder are made from the sources that are there; said where they are not. In a
+    checkout the sources may have changed since: an engine that takes other arguments would end the process."""
+    if not built.is_dir():
+        return False
+    try:
+        made_from = (built / building.SOURCES).read_text(encoding="ascii")
+    except (OSError, ValueError):
+        made_from = ""
+    if made_from != _source_key():
+        _say(f"{built} is compiled from other sources than are there now: 'make build' compiles it anew; until then "
+             "what is needed is compiled beside the user's other kernels")  # fmt: skip
+    return made_from == _source_key()
 
 
 def functions(base: str, effects: tuple[str, ...]) -> list[dict]:
@@ -196,7 +214,7 @@ def _made(base: str, effects: tuple[str, ...], files: list[str], build: Callable
     """The folder of a set and the first library that it holds; `files[0]` is compiled now where there is none, or
     where it is not as it was compiled."""
     built = BUILT / set_name(base, effects)
-    for file in files:
+    for file in files if _is_current(BUILT) else ():
         if building.is_whole(built / file):
             return built, file
         if (built / file).exists():
@@ -279,7 +297,9 @@ def _is_whole(place: Path) -> bool:
     if place not in WHOLE:
         try:
             checksums = json.loads((place / CHECKSUMS).read_text(encoding="utf-8"))
-            damaged = any(building.digest(place / file) != checksum for file, checksum in checksums.items())
+            texts = {file.name for file in place.iterdir() if file.suffix in TEXTS} - {CHECKSUMS}
+            damaged = texts != checksums.keys()
+            damaged = damaged or any(building.digest(place / file) != checksums[file] for file in texts)
         except (OSError, ValueError, AttributeError):
             damaged = True
         if damaged:
@@ -324,16 +344,10 @@ def _texts(base: str, effects: tuple[str, ...]) -> "SetKernel":
 
 @cache
 def _source_key() -> str:
-    """Of all that the texts and the libraries depend on: the programs, codegen itself, the engine and its headers."""
-    digest = hashlib.sha256()
-    for name in ("programs", "effects", "symbols", "bounds"):
-        digest.update((resources.files("omniroll.generated") / "data" / f"{name}.json").read_bytes())
-    codegen, generated = resources.files("omniroll.codegen"), resources.files("omniroll.generated") / "c"
-    for root in (codegen, codegen / "templates", resources.files("omniroll.csrc"), generated):
-        for entry in sorted(root.iterdir(), key=lambda entry: entry.name):
-            if entry.name.endswith((".py", ".j2", ".c", ".h")):
-                digest.update(entry.name.encode() + entry.read_bytes())
-    return digest.hexdigest()
+    """Of all that the texts and the libraries depend on."""
+    generated = resources.files("omniroll.generated")
+    folders = generated / "data", resources.files("omniroll.codegen"), _engine_sources(), generated / "c"
+    return building.sources_digest(*(Path(str(folder)) for folder in folders))
 
 
 def folder(base: str, effects: tuple[str, ...]) -> Path:

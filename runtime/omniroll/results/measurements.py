@@ -4,7 +4,7 @@ omniroll.vocabulary.MEASUREMENTS is the one table of them.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -100,7 +100,9 @@ def _checked(name: str, given: Any) -> dict[str, float]:
 class Moments:
     """A motion at some times: nu (T, 3), chi (T, N), pose (T, 3), contact (T, N), spins (T, N, n-1) or None, which only
     the accelerometer needs, the inputs of the drives (T, N) by name, and how often each wheel has passed a joint since
-    the start, (T, N)."""
+    the start, (T, N).
+
+    Of wheels that may slip also their rates (T, N), and what makes nu' (T, 3)."""
 
     nu: np.ndarray
     chi: np.ndarray
@@ -109,6 +111,8 @@ class Moments:
     spins: np.ndarray | None
     drives: Mapping[str, np.ndarray]
     passes: np.ndarray
+    rates: np.ndarray | None = None
+    nu_dot: Callable[[], np.ndarray] | None = None
 
 
 def true_values(
@@ -121,15 +125,17 @@ def true_values(
 ) -> dict[str, np.ndarray]:
     """What ideal instruments of the wanted names read; without odometry, which depends on the readings before.
 
-    Raises InvalidValueError for wheels that may slip: their rates are not those of rolling.
+    Raises InvalidValueError for wheels that may slip where the moments do not have their rates.
     """
-    if effects.slips:
+    if effects.slips and moments.rates is None:
         given = [type(effect).__name__ for effect in effects.effects]
-        raise InvalidValueError("effects", given, "must be without Contact: instruments know wheels that roll")
+        raise InvalidValueError(
+            "effects", given, "must be without Contact: a session's instruments know wheels that roll"
+        )
     # The Python kernel works on all times at once; reactions bring the functions of each roller's spin.
     felt = "accelerometer" in wanted
-    bound = effects.kernel(vehicle, roller_model, "python", also=("reactions",) if felt else ())
-    rate = bound.wheel_speeds(moments.nu)
+    bound = effects.kernel(vehicle, roller_model, "python", also=("reactions",) if felt and not effects.slips else ())
+    rate = bound.wheel_speeds(moments.nu) if moments.rates is None else moments.rates
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
     found = {"wheel_angle": angle, "encoder_count": instruments.counts(angle), "wheel_rate": rate}
     found |= _of_drives(bound, effects, moments.drives, rate)
@@ -158,7 +164,10 @@ def _felt(
 ) -> np.ndarray:
     """(T, 2) the accelerometer, by the generated function."""
     values = {"nu": moments.nu, "chi": moments.chi, "heading": moments.pose[:, 2], "spins": moments.spins}
-    nu_dot = with_accelerations(bound, values | dict(moments.drives))["nu_dot"]
+    if moments.nu_dot is not None:
+        nu_dot = moments.nu_dot()
+    else:
+        nu_dot = with_accelerations(bound, values | dict(moments.drives))["nu_dot"]
     slope = next((effect for effect in effects.effects if isinstance(effect, Slope)), Slope(0.0))
     felt = parts.accelerometer(
         vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale, list(moments.nu.T),

@@ -7,18 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omniroll import validation
-from omniroll.effects import Motor, Slope
+from omniroll.effects import Slope
+from omniroll.effects.load_numbers import ENTRIES, balance_numbers, part, spin_inertia_of
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.results.accelerations import call_named, with_accelerations
 from omniroll.results.trajectory import Trajectory
-from omniroll.vehicles import parts
-from omniroll.vehicles.loads import SupportPolygon, contact_loads, refuse_collinear
-from omniroll.vehicles.vehicle import Vehicle
-from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, by_name, documented
+from omniroll.vehicles.loads import SupportPolygon, contact_loads
+from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, documented
 
-ENTRIES = by_name(REACTIONS)
-CENTRED = 1e-12  # distance, per R, within which the wheels' centroid is the centre of mass
+LIFTED = 1e-9  # of the weight: a load of a contact that may slip is zero within this
 
 
 @dataclass(frozen=True)
@@ -29,6 +26,7 @@ class Doubt:
     reason           "load": the ground would have to pull; "slip": the force is beyond friction
     t_first, t_last  times of the rows
     worst            smallest load in N, or largest coefficient of friction that rolling needs
+    motion           what needs it: rolling, or the motion of wheels that slip
     """
 
     wheel: int
@@ -36,11 +34,12 @@ class Doubt:
     t_first: float
     t_last: float
     worst: float
+    motion: str = "rolling"
 
     def __str__(self) -> str:
         at = f"t = {self.t_first:.6g}" + (f" to {self.t_last:.6g}" if self.t_last > self.t_first else "")
         needs = "a load of {:.4g} N, and the ground only pushes" if self.reason == "load" else "friction {:.4g}"
-        return f"{at}, wheel {self.wheel}: rolling needs {needs.format(self.worst)}"
+        return f"{at}, wheel {self.wheel}: {self.motion} needs {needs.format(self.worst)}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +63,8 @@ class Reactions:
     doubts           every Doubt, in the order of time
 
     At a switch the rows before and after it have the forces of the motion there; the impulse of an impact is not a
-    force, and is not in them.
+    force, and is not in them. Of wheels that may slip contact_force is the ground's force in the run, needed_friction
+    the coefficient that it takes of the load, and a Doubt tells of a load that the ground does not have.
     """
 
     t: np.ndarray
@@ -88,7 +88,8 @@ class Reactions:
         if not self.doubts:
             return ()
         more = f" (and {len(self.doubts) - 1} more, in Reactions.doubts)" if len(self.doubts) > 1 else ""
-        return (RollingWarning(f"rolling without slip could not have held: {self.doubts[0]}{more}"),)
+        of = "rolling without slip" if self.doubts[0].motion == "rolling" else "the motion"
+        return (RollingWarning(f"{of} could not have held: {self.doubts[0]}{more}"),)
 
     def __repr__(self) -> str:
         wheels = self.load.shape[1]
@@ -112,7 +113,8 @@ def reactions(
     {entries}
 
     Returns Reactions, whose arrays have a row for each row of the trajectory. The forces and the sums of the loads are
-    generated functions (maxima, reactions). Warns with RollingWarning where rolling without slip could not have held.
+    generated functions (maxima, reactions, contact_loads). Warns with RollingWarning where rolling without slip could
+    not have held, or the ground would have to pull on wheels that slip.
     Raises InvalidValueError for fewer than three wheels, for contacts on one line, and for numbers that make no sense.
     """
     if not isinstance(trajectory, Trajectory):
@@ -137,36 +139,38 @@ def judged_reactions(
     spin_inertia: ArrayLike | None = None,
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
-    if trajectory.effects.slips:
-        bound = "must be of wheels that roll: where they may slip, trajectory.ground_force has the ground's forces"
+    if "roller_sticking" in trajectory.effects.names():
+        bound = "must be of rollers that do not stick: rows do not keep the torques of each free roller's bearing"
         raise InvalidValueError("trajectory", trajectory, bound)
     vehicle = trajectory.vehicle
     friction = ENTRIES["friction"].checked(friction)
-    numbers = {
-        "height": ENTRIES["height"].checked(height),
-        "platform_products": np.array(ENTRIES["platform_products"].checked(platform_products)),
+    effects = trajectory.effects
+    numbers = balance_numbers(vehicle, height, wheel_mass, platform_products) | {
         "normal_gravity": _normal_gravity(trajectory, gravity),
-        "spin_inertia": _spin_inertia(trajectory, spin_inertia),
-        "wheel_mass": 0.0 if wheel_mass is None else _wheel_mass(vehicle, wheel_mass),
+        "spin_inertia": spin_inertia_of(effects.equipped(vehicle), effects.effects, spin_inertia),
     }
-    if vehicle.wheels < 3:
-        refuse_collinear(np.zeros((vehicle.wheels, 2)))
-    contact_force, sums, places = _forces_and_sums(trajectory, numbers)
-    refuse_collinear(places)
-    if wheel_mass is None:
-        _refuse_unless_centred(vehicle, places)
-    return _judged(trajectory.t, contact_force, sums, places, friction)
+    slips = effects.slips
+    contact_force, sums, places = (_of_slipping if slips else _forces_and_sums)(trajectory, numbers)
+    return _judged(trajectory.t, contact_force, sums, places, friction, "the motion" if slips else "rolling")
 
 
-def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: np.ndarray, friction: float | None):
+def _judged(
+    t: np.ndarray,
+    contact_force: np.ndarray,
+    sums: np.ndarray,
+    places: np.ndarray,
+    friction: float | None,
+    motion: str,
+) -> Reactions:
     """Loads and margins from the forces (T, N, 2) and the sums of the loads and their moments (T, 3)."""
     load = contact_loads(places, sums)
     size = np.linalg.norm(contact_force, axis=-1)
     needed = np.divide(size, load, out=np.full_like(load, np.inf), where=load > 0)
     pressure = sums[:, 1:] / sums[:, :1]
-    doubts = _doubts(t, load <= 0, "load", load, np.min)
-    if friction is not None:
-        doubts += _doubts(t, (load > 0) & (needed > friction), "slip", needed, np.max)
+    rolls = motion == "rolling"  # a load that slips away is zero; one that rolls needs to be there
+    doubts = _doubts(t, load <= 0 if rolls else load < -LIFTED * sums[:, :1], "load", load, np.min, motion)
+    if friction is not None and rolls:
+        doubts += _doubts(t, (load > 0) & (needed > friction), "slip", needed, np.max, motion)
     doubts.sort(key=lambda doubt: (doubt.t_first, doubt.wheel))
     return Reactions(
         t=t,
@@ -182,14 +186,14 @@ def _judged(t: np.ndarray, contact_force: np.ndarray, sums: np.ndarray, places: 
     )
 
 
-def _doubts(t: np.ndarray, holds: np.ndarray, reason: str, values: np.ndarray, worst: Any) -> list[Doubt]:
+def _doubts(t: np.ndarray, holds: np.ndarray, reason: str, values: np.ndarray, worst: Any, motion: str) -> list[Doubt]:
     """One Doubt for each run of rows in which `holds` (T, N) holds for a wheel."""
     doubts = []
     for wheel in range(holds.shape[1]):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], holds[:, wheel], [False]])))
         for first, end in edges.reshape(-1, 2):
             extreme = float(worst(values[first:end, wheel]))
-            doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme))
+            doubts.append(Doubt(wheel, reason, float(t[first]), float(t[end - 1]), extreme, motion))
     return doubts
 
 
@@ -202,6 +206,17 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
     values |= with_accelerations(bound, values)
     sums, places = call_named(bound, "load_balance", values)
     return call_named(bound, "contact_forces", values), sums, places[0]
+
+
+def _of_slipping(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of wheels that may slip."""
+    also = ("reactions", "contact_loads")
+    bound = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python", also=also)
+    values = numbers | trajectory.contacts.accelerations(trajectory.nu, trajectory.chi)
+    if "coulomb_momenta" in bound.signatures:
+        values["coulomb_momenta_dot"] = call_named(bound, "coulomb_momenta", values)
+    sums, places = call_named(bound, "slip_load_balance", values)
+    return trajectory.ground_force, sums, places[0]
 
 
 def _drives(trajectory: Trajectory) -> dict[str, np.ndarray]:
@@ -221,41 +236,4 @@ def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:
         return gravity
     if gravity != slope.gravity:
         raise InvalidValueError("gravity", gravity, f"must be that of the run's slope, {slope.gravity!r}")
-    return _part(trajectory.vehicle, "across_plane", gravity_strength=gravity, plane_angle=slope.angle)
-
-
-def _spin_inertia(trajectory: Trajectory, spin_inertia: ArrayLike | None) -> np.ndarray:
-    """(N,) angular momentum about the axles per rate of the wheels."""
-    wheels = trajectory.vehicle.wheels
-    if spin_inertia is not None:
-        given = validation.real_array("spin_inertia", spin_inertia)
-        given = validation.real_array("spin_inertia", given, () if given.ndim == 0 else (wheels,))
-        if (given <= 0).any():
-            raise InvalidValueError("spin_inertia", spin_inertia, "must be positive")
-        return np.broadcast_to(given, (wheels,))
-    vehicle = trajectory.effects.equipped(trajectory.vehicle)
-    inertia = vehicle.wheel_inertia
-    for motor in trajectory.effects.effects:
-        if isinstance(motor, Motor):
-            rotor = {"gear_ratio": motor.gear_ratio, "rotor_axial_inertia": motor.rotor_inertia}
-            inertia = _part(vehicle, "spin_inertia", wheel_inertia=inertia, **rotor)
-    return np.full(wheels, inertia)
-
-
-def _part(vehicle: Vehicle, name: str, **values: float) -> float:
-    return parts.evaluate(name, vehicle.wheels, vehicle.rollers_per_wheel, **values)[0]
-
-
-def _wheel_mass(vehicle: Vehicle, wheel_mass: float) -> float:
-    wheel_mass = ENTRIES["wheel_mass"].checked(wheel_mass)
-    if vehicle.wheels * wheel_mass >= vehicle.mass:
-        bound = f"wheels must be lighter than the whole vehicle, {vehicle.mass!r} kg"
-        raise InvalidValueError("wheel_mass", wheel_mass, bound)
-    return wheel_mass
-
-
-def _refuse_unless_centred(vehicle: Vehicle, places: np.ndarray) -> None:
-    beside = np.abs(places.mean(axis=0) - vehicle.center_of_mass).max()
-    if beside > CENTRED * vehicle.platform_radius:
-        bound = "must be given: the wheels' centroid is not below the centre of mass, so that their height matters"
-        raise InvalidValueError("wheel_mass", None, bound)
+    return part(trajectory.vehicle, "across_plane", gravity_strength=gravity, plane_angle=slope.angle)

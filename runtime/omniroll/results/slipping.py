@@ -5,8 +5,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from omniroll.effects.ground import Grip
+from omniroll.effects.ground_loads import carried
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
+from omniroll.vehicles.loads import Springs
 
 BEGUN = 1e-14  # m/s: a slower slip has a direction of rounding, and takes the one with which it began
 
@@ -43,28 +45,79 @@ class Contacts:
         free = () if spins is None else (self.kernel.axial_speeds(nu, chi, spins),)
         return self.kernel.call("slip_energy", nu, self.rates, *self.axial, *free)
 
-    def forces(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def forces(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Slip velocities and forces of the ground (..., N, 2), in m/s and N, along the axle and along the rolling
-        direction."""
+        direction; and the loads (..., N) in N, None under a law that knows none."""
         if self.grip is None:
-            return self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial)
-        return self._with_sticking(nu, chi)
+            known = dict(zip(self.kernel.constant_names, self.kernel.constants, strict=True)).get("contact_load")
+            loads = None if known is None else np.broadcast_to(known, self.rates.shape)
+            return (*self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial), loads)
+        slip, loads, values = self._in_modes(nu, chi)
+        return slip, values["ground_force"], loads
 
-    def _with_sticking(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same where contacts stick: their slip is zero, and their forces follow from the accelerations."""
-        given = dict(self.given())
-        sticks = given["sticks"] > 0.5
-        nothing = np.zeros((*sticks.shape, 2))
-        slip, _ = self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial, nothing)
+    def accelerations(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
+        """nu_dot, rates_dot and of free rollers contact_omega_dot, by name, beside what they were computed from."""
+        if self.grip is not None:
+            return self._in_modes(nu, chi)[2]
+        values = self._beside(nu, chi)
+        return values | self._called("slip_dynamics", values)
+
+    def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """Slip velocities, loads, and the accelerations where contacts have modes."""
+        values = self._beside(nu, chi)
+        sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
+        slip, _ = self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial, np.zeros((*sticks.shape, 2)))
         slip[sticks] = 0.0
-        heading = np.stack([np.cos(given["slip_heading"]), np.sin(given["slip_heading"])], axis=-1)
-        towards = np.where(np.linalg.norm(slip, axis=-1, keepdims=True) > BEGUN, slip, heading)
-        loads, friction = self.grip.loads, self.grip.sliding
-        force, _ = self.kernel.call("sliding_forces", towards, loads, friction)
-        values = given | dict(self.states) | {"nu": nu, "chi": chi}
-        values["ground_push"] = np.where(sticks[..., None] | (loads == 0)[:, None], 0.0, force)
+        towards = slip
+        if self.grip.law == "coulomb":
+            heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
+            towards = np.where(np.linalg.norm(slip, axis=-1, keepdims=True) > BEGUN, slip, heading)
+        if self.grip.balance is None:
+            loads = np.broadcast_to(self.grip.loads, sticks.shape)
+            push = np.where((sticks | (loads == 0))[..., None], 0.0, self.grip.law_forces(self.kernel, towards, loads))
+        else:
+            loads, push = self._with_loads(values, sticks, towards)
+        return slip, loads, values | self._under(push, values)
+
+    def _beside(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
+        """The inputs of the accelerations but the forces on contacts that slip."""
+        values = {"sticks": np.zeros_like(self.rates)} | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
         if "slip_roller_rates" in self.kernel.signatures:
             values["roller_drag"] = call_named(self.kernel, "slip_roller_rates", values)[1]
-        return slip, call_named(self.kernel, "ground_dynamics", values)[-2]
+        if "coulomb_momenta" in self.kernel.signatures:
+            values["coulomb_momenta_dot"] = call_named(self.kernel, "coulomb_momenta", values)
+        return values
+
+    def _called(self, name: str, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """What a function gives, by name."""
+        outputs = self.kernel.signatures[name].outputs
+        found = call_named(self.kernel, name, values)
+        return {argument.name: value for argument, value in zip(outputs, found, strict=True)}
+
+    def _under(self, push: np.ndarray, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The accelerations under these forces (..., N, 2) on contacts that slip."""
+        return self._called("ground_dynamics", values | {"ground_push": push})
+
+    def _with_loads(
+        self, values: dict[str, np.ndarray], sticks: np.ndarray, towards: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Loads (..., N) that follow the motion, and the forces (..., N, 2) on contacts that slip."""
+        carries = np.broadcast_to(values["carries"] > 0.5, sticks.shape)
+        unit = self.grip.law_forces(self.kernel, towards, np.ones(sticks.shape))
+        springs = Springs(self.kernel.vehicle.places())
+        shares = np.array([springs.shares(row) for row in carries.reshape(-1, carries.shape[-1])])
+        slides = carries & ~sticks
+
+        def push(loads: np.ndarray) -> np.ndarray:
+            return np.where(slides[..., None], unit if self.grip.law == "viscous" else unit * loads[..., None], 0.0)
+
+        def sums_of(loads: np.ndarray) -> np.ndarray:
+            moving = self._under(push(loads), values)
+            return call_named(self.kernel, "slip_load_balance", values | self.grip.balance | moving)[0]
+
+        start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*sticks.shape[:-1], 3)).copy()
+        arm = float(np.abs(springs.places).max())
+        found = carried(shares.reshape(*sticks.shape, 3), carries, sums_of, start, arm)
+        return found.loads, push(found.loads)

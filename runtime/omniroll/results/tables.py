@@ -28,6 +28,7 @@ AXES: Mapping[str, tuple[str, ...]] = {
     "spins": ("wheel", "place"),
     "slip": ("wheel", "direction"),
     "ground_force": ("wheel", "direction"),
+    "ground_load": ("wheel",),
     "torque": ("wheel",),
     "damping": ("wheel",),
     "bearing_torque": ("wheel",),

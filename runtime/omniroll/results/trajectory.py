@@ -29,8 +29,10 @@ if TYPE_CHECKING:  # only an extra brings them
     import pandas
     import xarray
 
+MOST_TIMES = 10**7  # of a sample, whose motion takes some GB then
 FEW = 3  # an array that has less than so many times the rows that are wanted is computed as a whole
-SHOWN = ("nu", "chi", "contact", "contact_spin", "spins", "energy", "slip", "ground_force")  # in tables
+ON_GROUND = ("slip", "ground_force", "ground_load")
+SHOWN = ("nu", "chi", "contact", "contact_spin", "spins", "energy", *ON_GROUND)  # in tables
 DESCRIPTION = ("roller_model", "switching", "accuracy", "engine", "start_time", "stats")  # fields that JSON can hold
 
 
@@ -50,7 +52,8 @@ class Samples(MadeOnDemand):
     slip          (..., N, 2) in m/s, velocities of the contacts on the ground, along the axle n and along the rolling
                   direction e_z x n; None where wheels cannot slip
     ground_force  (..., N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip
-    made          how contact_spin, spins, energy, slip and ground_force are computed when they are first read
+    ground_load   (..., N) in N, loads of the contacts; None where wheels cannot slip, and under a law that knows none
+    made          how contact_spin, spins, energy, and what contacts do that may slip are computed when first read
     """
 
     t: np.ndarray
@@ -65,6 +68,7 @@ class Samples(MadeOnDemand):
     energy = OnDemand()
     slip = OnDemand()
     ground_force = OnDemand()
+    ground_load = OnDemand()
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +116,7 @@ class Trajectory(MadeOnDemand):
     drive         (T, D, N) what the drives give: torque in N m at the axles, and with motors damping in N m s, which
                   takes damping * chi' from it; then, where axles may stick, the torque in N m of their bearings; last,
                   where contacts may stick, whether each does (1) or slips (0), and the angle in rad from its axle in
-                  which its slip began.
+                  which its slip began; and where loads follow the motion, whether each carries (1) or is off (0).
                   effects.drives() names them; None where there are none. A row that ends a phase has the values of
                   that phase, not of the next one
     vehicle, roller_model, switching, accuracy, engine, start_time, effects    what was asked for
@@ -221,6 +225,8 @@ class Trajectory(MadeOnDemand):
         return self._rows(np.arange(len(self)))
 
     def _check_times(self, times: np.ndarray) -> None:
+        if times.size > MOST_TIMES:
+            raise InvalidValueError("t", f"{times.size} times", f"must be at most {MOST_TIMES} at once: go in parts")
         if times.size and (times.min() < self.t[0] or times.max() > self.t[-1]):
             bound = f"must lie within the run, {float(self.t[0])!r} to {float(self.t[-1])!r}"
             raise InvalidValueError("t", times.tolist(), bound)
@@ -241,7 +247,8 @@ class Trajectory(MadeOnDemand):
         samples = self.sample(times)
         moments = Moments(
             samples.nu, samples.chi, samples.pose, samples.contact,
-            samples.spins if "accelerometer" in names else None, self._drives_at(times), self._passes(times),
+            samples.spins if "accelerometer" in names else None, self.drives_at(times), self._passes(times),
+            *self._slipping_at(times),
         )  # fmt: skip
         needed = ("encoder_count", *names) if "odometry" in names else names
         true = true_values(self.vehicle, self.roller_model, self.effects, moments, instruments, needed)
@@ -251,7 +258,15 @@ class Trajectory(MadeOnDemand):
             true = {name: value for name, value in true.items() if name in names}
         return instruments.read(true, np.random.default_rng(instruments.seed))
 
-    def _drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
+    def _slipping_at(self, times: np.ndarray) -> tuple:
+        """The rates (T, N) of wheels that may slip, and what makes nu' (T, 3) of the motion; nothing elsewhere."""
+        if not self.effects.slips:
+            return ()
+        y, row = self.state_and_row(times)
+        contacts, end = self._contacts_in(y, partial(self._beside, times, y, row)), 3 + self.vehicle.wheels
+        return contacts.rates, lambda: contacts.accelerations(y[:, :3], y[:, 3:end])["nu_dot"]
+
+    def drives_at(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """(..., N) the inputs of the drives at times (...), which are linear between rows, by name."""
         if self.drive is None:
             return {}
@@ -344,8 +359,8 @@ class Trajectory(MadeOnDemand):
             return with_rows("contact_spin", self.contact_spins_in(inside))
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
-        on_ground = cache(lambda: (None, None) if slipping is None else slipping.forces(nu, chi))
-        made |= {"slip": lambda: on_ground()[0], "ground_force": lambda: on_ground()[1]}
+        on_ground = cache(lambda: (None, None, None) if slipping is None else slipping.forces(nu, chi))
+        made |= {name: partial(lambda k: on_ground()[k], k) for k, name in enumerate(ON_GROUND)}
         samples = Samples(times, nu, chi, self.contact[row], pose, made)
         return samples
 
@@ -407,7 +422,7 @@ class Trajectory(MadeOnDemand):
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
             times = self.t
         else:
-            found |= self._drives_at(times)
+            found |= self.drives_at(times)
         if self.roller_model == "free":
             found["axial"] = self._axial(times, y, row)
         return found
@@ -420,7 +435,7 @@ class Trajectory(MadeOnDemand):
         return self.drive[:, names.index("sticks")] > 0.5 if "sticks" in names else None
 
     @cached_property
-    def _on_ground(self) -> tuple[np.ndarray, np.ndarray]:
+    def _on_ground(self) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         return self.contacts.forces(self.nu, self.chi)
 
     @property
@@ -433,6 +448,11 @@ class Trajectory(MadeOnDemand):
     def ground_force(self) -> np.ndarray | None:
         """(T, N, 2) in N, forces of the ground on the wheels, along the same; None where wheels cannot slip."""
         return None if self.contacts is None else self._on_ground[1]
+
+    @property
+    def ground_load(self) -> np.ndarray | None:
+        """(T, N) in N, loads of the contacts where wheels may slip; None elsewhere, and under a law that knows none."""
+        return None if self.contacts is None else self._on_ground[2]
 
     # Energy
 
@@ -479,8 +499,8 @@ class Trajectory(MadeOnDemand):
         t            (T,) increasing times within the run, in s; None: the run's own rows, two at a switch
         instruments  Instruments, whose readings are added; they need times. None: no readings
 
-        t, x, y, theta, nu, chi, contact, contact_spin, spins of free rollers, energy, slip and ground_force of wheels
-        that may slip, what the drives give, and the energy that each effect has brought since the start.
+        t, x, y, theta, nu, chi, contact, contact_spin, spins of free rollers, energy, of wheels that may slip slip,
+        ground_force and ground_load, what the drives give, and the energy that each effect has brought since the start.
 
         Raises InvalidValueError as `sample` and `measure` do, and for instruments without times.
         """
@@ -495,7 +515,7 @@ class Trajectory(MadeOnDemand):
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
         else:
             y, _ = self.state_and_row(times)
-            found |= self._drives_at(times)
+            found |= self.drives_at(times)
         found |= self._contributions_of(y)
         return found if instruments is None else found | self.measure(times, instruments)
 

@@ -49,7 +49,8 @@ def operations(task: Task) -> list[Cost]:
     asked = task.effects.functions(bound.roller_model)
     # Where wheels may slip, one function gives all accelerations.
     always = ("pose_rates",) if bound.slips else (dynamics_with(asked), *PLAIN)
-    names = dict.fromkeys(always + asked)
+    loads = ("slip_load_balance",) if "contact_loads" in bound.effects else ()  # solved for with the accelerations
+    names = dict.fromkeys(always + asked + loads)
     return [_cost(name, counted[bound.form(name)], bound.vehicle) for name in names]
 
 

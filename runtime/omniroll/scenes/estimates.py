@@ -133,8 +133,7 @@ def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, 
         ("viscous", {f"{body}_viscous": viscous}, viscous, "N m s"),
         ("coulomb", {f"{body}_coulomb": coulomb, f"{body}_speed": FADE * speed}, coulomb, "N m"),
     ]
-    if body == "wheel":  # the friction of rollers does not stick
-        laws.append(("sticking", {"wheel_coulomb": coulomb}, coulomb, "N m"))
+    laws.append(("sticking", {f"{body}_coulomb": coulomb}, coulomb, "N m"))
     for law, own, coefficient, unit in laws:
         if coefficient > 0 and present.get(next(iter(own))) is None:
             setting = f"{coefficient:.2g} {unit}, which stops a {body} alone in about {SPIN_DOWN:g} s"

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from omniroll import generated_data
-from omniroll.engine.compiled_engine import can_run, kernel_of
+from omniroll.engine.compiled_engine import can_run, kernel_of, lacking
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.robots.catalogue import ROBOTS
@@ -29,8 +29,8 @@ def explained(scene: Scene) -> dict[str, Any]:
     task = checked_task(scene.vehicle, **scene.options)
     allowance = Allowance(ALLOWED)
     compared, off = estimates(scene, allowance)
-    by_effect = {estimate.effect: estimate for estimate in off}
     on = effects_on(scene, task)
+    by_effect = {estimate.effect: estimate for estimate in off if estimate.effect not in on}
     costs = operations(task)
     massless = by_effect.get("massless")
     return {
@@ -67,7 +67,9 @@ def runs_on(task: Task) -> str:
     """The engine that runs, and on which kernel, in words."""
     bound = kernel_of(task) if can_run(task) else None
     if bound is None:
-        return f"Python engine, {task.kernel.backend} kernel"
+        lack = lacking(task.kernel)
+        why = f"; the compiled engine has no {lack}" if task.engine == "compiled" and lack else ""
+        return f"Python engine, {task.kernel.backend} kernel{why}"
     if bound is task.kernel:
         return "compiled engine, compiled kernel"
     return "compiled engine, precompiled general kernel, since the one of this scene is not compiled"

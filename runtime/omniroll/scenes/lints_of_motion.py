@@ -36,15 +36,16 @@ def of_motion(scene: Scene) -> Iterator[Lint]:
             yield from _of_motor(effect, effects, vehicle)
         elif isinstance(effect, Bearings):
             yield from _of_bearings(effect, vehicle)
-    drive, reactions = scene.tables.get("drive", {}), scene.tables.get("reactions", {})
+    drive = scene.tables.get("drive", {})
     thrust = np.abs(drive.get("torque", 0.0)).max() / vehicle.wheel_radius
     if thrust > HARD_DRIVEN * _load(vehicle):
         text = f"pushes with {thrust:.3g} N at the ground, where a wheel carries {_load(vehicle):.3g} N"
         yield Lint("drive", "torque", f"{text}; is it in N m?")
-    height = reactions.get("height")
-    if height is not None and not 0.1 * vehicle.wheel_radius < height < 5 * reach(vehicle):
-        text = f"{height:g} m does not fit wheels of {vehicle.wheel_radius:g} m that reach {reach(vehicle):.3g} m out"
-        yield Lint("reactions", "height", f"{text}; is it in m?")
+    for table in ("reactions", "contact"):
+        height = scene.tables.get(table, {}).get("height")
+        if height is not None and not 0.1 * vehicle.wheel_radius < height < 5 * reach(vehicle):
+            wheels = f"wheels of {vehicle.wheel_radius:g} m that reach {reach(vehicle):.3g} m out"
+            yield Lint(table, "height", f"{height:g} m does not fit {wheels}; is it in m?")
 
 
 def _load(vehicle: Vehicle) -> float:

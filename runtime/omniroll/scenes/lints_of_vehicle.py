@@ -141,10 +141,8 @@ def _of_inertias(parts: dict[str, Any], vehicle: Vehicle) -> Iterator[Lint]:
     outermost = {
         "platform_inertia": ("platform_mass", parts.get("platform_disk_radius", math.inf)),
         "hub_axial_inertia": ("hub_mass", parts.get("hub_radius", vehicle.roller_axis_radius)),
-        "roller_axial_inertia": (
-            "roller_mass", parts.get("roller_radius", vehicle.wheel_radius - vehicle.roller_axis_radius)
-        ),
-    }  # fmt: skip
+        "roller_axial_inertia": ("roller_mass", parts.get("roller_radius", vehicle.roller_radius)),
+    }
     for name, (mass, radius) in outermost.items():
         if name in parts and math.isfinite(radius) and parts[name] > (most := ring(parts[mass], radius)):
             text = (

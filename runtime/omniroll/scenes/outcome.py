@@ -196,7 +196,9 @@ def _write_slip(trajectory: Trajectory, path: Path) -> None:
     wheels = range(1, trajectory.vehicle.wheels + 1)
     columns = ("slip_axle", "slip_rolling", "force_axle", "force_rolling", "loss")
     slip, force, loss = trajectory.slip, trajectory.ground_force, trajectory.quantity("ground_loss")
-    parts = (trajectory.t, slip[..., 0], slip[..., 1], force[..., 0], force[..., 1], loss)
+    parts = [trajectory.t, slip[..., 0], slip[..., 1], force[..., 0], force[..., 1], loss]
+    if trajectory.ground_load is not None:
+        columns, parts = (*columns, "load"), [*parts, trajectory.ground_load]
     _write_table(path, ["t", *(f"{name}_{i}" for name in columns for i in wheels)], _rows(parts))
 
 

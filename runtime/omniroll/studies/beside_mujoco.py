@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from omniroll import extras
-from omniroll.exchange.beside_mujoco import MujocoRun, left_out, run_in_mujoco
+from omniroll.exchange.run_in_mujoco import MujocoRun, left_out, run_in_mujoco
 from omniroll.results import pictures
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, run

@@ -1,8 +1,8 @@
 """Linear models of a vehicle near a state: for controllers, filters and whoever asks how it answers.
 
 The derivatives are those of generated functions (maxima/effects/derivatives.mac): M* nu' = f differentiated, one
-factorisation of M* for all columns. They hold between two events: until a roller changes, a motor reaches or leaves its
-limit.
+factorisation of M* for all columns; for sharp tips the steps of their own form differentiated. They hold between two
+events: until a roller changes, a motor reaches or leaves its limit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +12,7 @@ from itertools import accumulate, chain
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omniroll import extras
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect, Modal
 from omniroll.effects.effect_set import EffectRun, EffectSet
@@ -21,8 +22,7 @@ from omniroll.effects.linear_loop import held
 from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import InvalidValueError
-from omniroll.kernels.kernel import Kernel, best_backend
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
 from omniroll.results.accelerations import call_named
 from omniroll.scenes.loading import Scene
 from omniroll.validation import choice, positive, trailing
@@ -30,9 +30,9 @@ from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
 
-DERIVATIVES = "derivatives"  # the registry's effect that brings the functions
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
 HEADING = (0, 0, 1)  # the heading's place in the pose
+MOST_WHEELS = 100  # matrices are dense
 MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
 
 
@@ -82,9 +82,8 @@ class LinearModel:
         return StateSpace(*self._one(), **timing)
 
     def to_control(self):
-        """The same as control.StateSpace of python-control, with the names. Raises ImportError without it."""
-        import control
-
+        """The same as control.StateSpace of python-control, with the names. Raises MissingPackageError without it."""
+        control = extras.needed("control", "control", "to_control")
         names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.outputs)}
         return control.ss(*self._one(), 0 if self.step is None else self.step, **names)
 
@@ -121,17 +120,21 @@ def linearise(
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
 
-    Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the form of
-    forward_dynamics for such tips is differentiated as it stands.
+    Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the generated
+    derivatives are those of the form of forward_dynamics for such tips.
 
-    Returns a LinearModel. Raises InvalidValueError for axles that stick (wheel_coulomb without wheel_speed), for
-    Coulomb friction of free rollers, which makes each roller a state, for wheels that may slip, and for values that do
-    not fit.
+    Returns a LinearModel. Raises InvalidValueError for axles and rollers that stick (Coulomb friction without a
+    named speed), for Coulomb friction of free rollers, which makes each roller a state, for wheels that may slip, for
+    more than 100 wheels, and for values that do not fit.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
     if not isinstance(vehicle, Vehicle):
         raise InvalidValueError("what", what, "must be a Vehicle or a Scene")
+    if vehicle.wheels > MOST_WHEELS:
+        raise InvalidValueError(
+            "wheels", vehicle.wheels, f"must be at most {MOST_WHEELS}: the model's matrices are dense"
+        )
     asked = {"nu": nu, "chi": chi, "spins": spins, "pose": pose, "roller_model": roller_model, "effects": effects}
     given |= {name: value for name, value in asked.items() if value is not None}
     if isinstance(outputs, str) or not isinstance(outputs, Sequence):
@@ -163,6 +166,9 @@ def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None
     if "axle_sticking" in by_name:
         bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
         raise InvalidValueError("wheel_coulomb", by_name["axle_sticking"].wheel_coulomb, bound)
+    if "roller_sticking" in by_name:
+        bound = "rollers that stick have no derivative at rest; roller_speed gives the regularised law, which has one"
+        raise InvalidValueError("roller_coulomb", by_name["roller_sticking"].roller_coulomb, bound)
     if roller_model == "free" and "roller_coulomb" in by_name:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
@@ -204,8 +210,6 @@ def _near(
     signals, modal = _settled(EffectRun(acting, bound, start_time), nu)
     known = signals | {"nu": nu, "chi": chi, "theta": pose[2], "heading": pose[2], "momenta": momenta}
     found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
-    if bound.sharp:
-        found |= _of_sharp_tips(bound, known)
     parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
     rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
     blocks = {
@@ -270,23 +274,6 @@ def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dic
     """The outputs of a generated function by name."""
     outputs = (argument.name for argument in bound.signatures[name].outputs)
     return dict(zip(outputs, call_named(bound, name, known), strict=True))
-
-
-def _of_sharp_tips(bound: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """nu' and its derivatives by the form of forward_dynamics for sharp tips, by the names of the generated ones."""
-    carrying, found = TangentKernel(bound), {}
-    for argument in bound.signatures["forward_dynamics"].inputs:
-        value = np.asarray(known[argument.name], float)
-        moved = with_tangent(value, np.eye(value.size).reshape(-1, *value.shape))
-        found[argument.name] = tangent_of(call_named(carrying, "forward_dynamics", {**known, argument.name: moved}))
-    slopes = {f"nu_dot_by_{name}": found[name] for name in ("chi", "torque") if name in found}
-    slopes |= {"nu_dot": call_named(bound, "forward_dynamics", known), "nu_dot_by_nu": found["nu"].T}
-    if "heading" in found:
-        (slopes["nu_dot_by_heading"],) = found["heading"]
-    if "momenta" in found:
-        by_momenta = found["momenta"].reshape(bound.wheels, 2, 3)
-        slopes["nu_dot_by_momentum_cos"], slopes["nu_dot_by_momentum_sin"] = by_momenta[:, 0], by_momenta[:, 1]
-    return slopes
 
 
 def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:

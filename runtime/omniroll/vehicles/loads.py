@@ -58,6 +58,36 @@ def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, 
     return least
 
 
+class Springs:
+    """A rigid platform that stands on equal springs at its contacts (N, 2), some of which carry.
+
+    Of all loads of these contacts with given sums theirs have the least norm; maxima/effects/contact_loads.mac proves
+    it. A contact that does not carry has the load that its spring would have if it were not lifted off: below zero.
+    """
+
+    def __init__(self, places: np.ndarray):
+        self.places = places
+        self.rows = np.column_stack([np.ones(len(places)), places])
+        self._shares: dict[bytes, np.ndarray | None] = {}
+
+    def shares(self, carries: np.ndarray) -> np.ndarray | None:
+        """(N, 3) what the springs take of sums (3,), where `carries` (N,) bool do; None where those cannot stand."""
+        key = carries.tobytes()
+        if key not in self._shares:
+            self._shares[key] = self._made(carries)
+        return self._shares[key]
+
+    def _made(self, carries: np.ndarray) -> np.ndarray | None:
+        own = self.places[carries]
+        if len(own) < 3:
+            return None
+        length, width = np.linalg.svd(own - own.mean(axis=0), compute_uv=False)
+        if width <= COLLINEAR * length:
+            return None
+        inverse = np.linalg.pinv(self.rows[carries])
+        return self.rows @ inverse @ inverse.T
+
+
 @dataclass(frozen=True)
 class SupportPolygon:
     """The convex polygon of the contacts; corners (K, 2) in m, against the clock."""
@@ -80,3 +110,12 @@ class SupportPolygon:
         distance = np.linalg.norm(away - along[..., None] * edges, axis=-1).min(axis=-1)
         is_left = edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0] >= 0
         return np.where(is_left.all(axis=-1), distance, -distance)
+
+    def nearest_edge(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The corners of the edge that a point (2,) is farthest beyond, or nearest to from inside."""
+        ends = np.roll(self.corners, -1, axis=0)
+        edges = ends - self.corners
+        away = point - self.corners
+        beyond = (away[:, 0] * edges[:, 1] - away[:, 1] * edges[:, 0]) / np.hypot(*edges.T)
+        worst = int(np.argmax(beyond))
+        return self.corners[worst], ends[worst]

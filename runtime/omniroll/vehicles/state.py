@@ -23,7 +23,7 @@ class State:
     rates    (N,) in rad/s, the wheels' rates where they may slip; None where they roll
 
     nu, chi, pose and axial may have leading axes: the states of several motions that touch the ground with the same
-    rollers.
+    rollers. Where contact has as many leading axes, which broadcast with theirs, each motion has its own.
     """
 
     nu: np.ndarray
@@ -37,6 +37,8 @@ class State:
         """The axial speeds of the rollers j = 2..n, (N, n-1)."""
         if self.axial is None:
             return None
+        if self.contact.ndim > 1:
+            return by_place(self.axial, self.contact)[..., 1:]
         if not self.contact.any():
             return self.axial[..., 1:]
         rollers = self.axial.shape[-1]

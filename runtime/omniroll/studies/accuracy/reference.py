@@ -59,7 +59,8 @@ class Reference:
 
 
 def confirmed(task: Task, times: np.ndarray) -> Reference:
-    """The motion of `task` by Taylor series, compared with the extrapolated one at all `times`."""
+    """The motion of `task` by Taylor series, compared with the extrapolated one at all `times`. Of both the task's
+    `progress` is told."""
     with digits():
         reference = follow(Taylor(task), task, times)
     gaps = deviation(follow(Extrapolated(task), task, times), reference, task).values()
@@ -201,6 +202,8 @@ class _Following:
             if not self.end > self.now:
                 return self._result()
             self._step()
+            if self.task.progress is not None:
+                self.task.progress(float(self.now), self.task.duration)
             if self.idle > SWITCHES_WITHOUT_PROGRESS * self.m.wheels:
                 raise self._stopped("switches without progress in time")
         raise self._stopped(f"the reference solution needs more than {LONGEST} steps")

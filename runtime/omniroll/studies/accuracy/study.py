@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,9 @@ import numpy as np
 from omniroll.engine.runs import Task
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import SimulationStopped
+from omniroll.progress import Report, reporting
 from omniroll.scenes import Scene
+from omniroll.scenes.allowance import Allowance
 from omniroll.scenes.result_folder import as_json
 from omniroll.studies.accuracy.deviation import deviation
 from omniroll.studies.accuracy.heyoka_peer import heyoka_peer
@@ -94,17 +96,23 @@ def _cell(value: Any) -> str:
 
 def study(
     scene: Scene, duration: float, *, wanted: float | None = None, peers: tuple[Peer, ...] = INTEGRATORS,
-    report: Callable[[str], Any] = lambda line: None,
+    report: Callable[[str], Any] = lambda line: None, progress: bool | Report | None = False, within: float = math.inf,
 ) -> Study:  # fmt: skip
     """Measure everything for the first `duration` seconds of a scene.
+
+    report    is told in words what comes next
+    progress  of the reference solution, as progress.reporting takes it
+    within    s after which no further setting is measured; what is left out for that is among those not done
 
     A run that stops is noted, and the others go on. Raises SimulationStopped where the reference solution stops.
     """
     options = {k: v for k, v in scene.options.items() if k not in ("duration", "accuracy", "engine")}
     task = checked_task(scene.vehicle, **options, duration=duration)
     times = np.linspace(0.0, duration, SAMPLES)
+    allowance = Allowance(within)
     report("reference: Taylor series in 28 digits, confirmed by extrapolation in long double")
-    reference = confirmed(task, times)
+    with reporting(progress, duration, "s", keeps=False) as show:
+        reference = confirmed(replace(task, progress=show), times)
     result = Study(
         scene.name, duration, task.kernel.roller_model, task.switching, reference.confirmed, reference.floor,
         effects=[type(effect).__name__ for effect in options.get("effects", ())],
@@ -114,22 +122,33 @@ def study(
             result.left_out.append(peer.name)
             continue
         report(peer.name)
-        _measure_all(result, peer, task, reference)
-    report("models")
-    known = reference if task.kernel.roller_model == "free" else None
-    rungs = ladder(scene, options, duration, times, _measured, known)
-    result.models, result.models_confirmed = rungs.points, rungs.confirmed
-    result.failed += rungs.failed
-    result.stopped = result.stopped or (str(rungs.stopped) if rungs.stopped else None)
+        _measure_all(result, peer, task, reference, allowance)
+    if allowance.has_time("models"):
+        report("models")
+        _measure_models(result, scene, options, times, reference)
+    result.failed += [f"{left}: not begun within {within:g} s" for left in allowance.left_out]
     if wanted is not None:
         result.advice = advice(result, wanted)
     return result
 
 
-def _measure_all(result: Study, peer: Peer, task: Task, reference: Reference) -> None:
-    """One integrator at all of its settings, and its law."""
+def _measure_models(
+    result: Study, scene: Scene, options: dict[str, Any], times: np.ndarray, reference: Reference
+) -> None:
+    """The ladder of models."""
+    known = reference if result.model == "free" else None
+    rungs = ladder(scene, options, result.duration, times, _measured, known)
+    result.models, result.models_confirmed = rungs.points, rungs.confirmed
+    result.failed += rungs.failed
+    result.stopped = result.stopped or (str(rungs.stopped) if rungs.stopped else None)
+
+
+def _measure_all(result: Study, peer: Peer, task: Task, reference: Reference, allowance: Allowance) -> None:
+    """One integrator at all of its settings for which there is time, and its law."""
     own = []
     for setting in peer.settings:
+        if not allowance.has_time(f"{peer.name} at {setting:g}"):
+            continue
         try:
             own.append(_measured(peer, setting, task, reference))
         except (ArithmeticError, ValueError, SimulationStopped) as error:

@@ -4,6 +4,7 @@ import csv
 import time
 from pathlib import Path
 
+from omniroll.progress import Pace, duration
 from omniroll.results import pictures
 from omniroll.results.pictures import SHORT
 from omniroll.studies.motions import figures
@@ -14,15 +15,17 @@ from omniroll.vehicles.vehicle import Vehicle
 
 
 def progress(total: int):
-    """A reporter for run_all that prints one line a run."""
-    start, done = time.monotonic(), 0
+    """A reporter for run_all that prints one line a run: what it was, and about how long the others will take."""
+    pace, done = Pace(time.monotonic), 0
+    pace.note(0)
 
     def report(motion, setting, trajectory) -> None:
         nonlocal done
         done += 1
+        pace.note(done)
         print(
-            f"  [{done:2d}/{total}] motion {motion.number}, {setting.label}: "
-            f"{len(trajectory.switches)} switches, {time.monotonic() - start:.1f} s so far",
+            f"  [{done:2d}/{total}] motion {motion.number}, {setting.label}: {len(trajectory.switches)} switches, "
+            f"{pace.took:.1f} s so far, about {duration(pace.left(done, total))} left",
             flush=True,
         )
 

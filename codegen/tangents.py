@@ -1,0 +1,242 @@
+"""Derivatives of functions: their steps differentiated one by one, by the chain rule, as further steps.
+
+What is differentiated is the program that runs, so that a form that keeps its digits has derivatives that keep theirs.
+The slope of a step is written after Maxima's rules where it has one (a form that is proved), else by the rules of
+expressions below. A column is the direction of a derivative; nothing is computed along it that is zero.
+
+  - A column of one number is carried through the steps as they stand (`carried`).
+  - A number of each wheel has a column for each wheel. Where the loops over the wheels only add up, the wheel's own
+    part is all that there is, and one further loop serves all wheels (`own`). Where a loop changes what it reads, as
+    the fold of rows for sharp tips does, each wheel's column goes through all wheels, k, again (`through_all`).
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from .expressions import ZERO, Call, Canonical, Expression, Number, Power, Product, Sum, Symbol, number, symbols
+from .programs import OWN, ContractError, Element, Function, Loop, Step, steps
+
+Body = tuple[Step | Loop, ...]
+Slopes = dict[str, Expression]
+AGAIN = "_k"  # after the names of what is computed again for the wheels k
+
+
+@dataclass(frozen=True)
+class Column:
+    """name: of the direction; seeds: the slopes of what is read from arrays; target: where an output's slope is put."""
+
+    name: str
+    seeds: Mapping[str, Expression]
+    target: Callable[[Element], Element | None]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """slopes: {step: {what it depends on: slope}}, as Maxima proved them; inner: steps that only lead to such ones."""
+
+    slopes: Mapping[str, Mapping[str, Expression]] = field(default_factory=dict)
+    inner: frozenset[str] = frozenset()
+
+    @classmethod
+    def read(cls, data: Sequence[Mapping]) -> "Rules":
+        read = Canonical().read
+        return cls(
+            {rule["name"]: {by: read(slope) for by, slope in rule["by"].items()} for rule in data},
+            frozenset(name for rule in data for name in rule["inner"]),
+        )
+
+
+@dataclass
+class Tangents:
+    """The steps of derivatives of a program."""
+
+    canonical: Canonical
+    rules: Rules
+
+    def derivative(self, e: Expression, slopes: Mapping[str, Expression]) -> Expression:
+        """The slope of an expression, from those of its symbols."""
+        c = self.canonical
+        match e:
+            case Symbol(name):
+                return slopes.get(name, ZERO)
+            case Sum(terms):
+                return c.sum([self.derivative(term, slopes) for term in terms])
+            case Product(factors):
+                parts = [(self.derivative(f, slopes), [g for g in factors if g is not f]) for f in factors]
+                return c.sum([c.product([d, *rest]) for d, rest in parts if d != ZERO])
+            case Power(base, exponent):
+                inner = self.derivative(base, slopes)
+                return ZERO if inner == ZERO else c.product([number(exponent), c.power(base, exponent - 1), inner])
+            case Call(function, argument):
+                inner = self.derivative(argument, slopes)
+                return ZERO if inner == ZERO else c.product([*self.outer(function, argument), inner])
+        return ZERO
+
+    def outer(self, function: str, x: Expression) -> list[Expression]:
+        """The factors of the slope of an elementary function."""
+        c = self.canonical
+        match function:
+            case "sin":
+                return [c.call("cos", x)]
+            case "cos":
+                return [number(-1), c.call("sin", x)]
+            case "sqrt":
+                return [Number(number(1).value / 2), c.power(c.call("sqrt", x), -1)]
+        return [c.call("exp", x)]
+
+    def slope(self, step: Step, slopes: Mapping[str, Expression]) -> Expression:
+        if step.kind == "let" and step.name in self.rules.inner:
+            return ZERO
+        if step.kind != "let" or step.name not in self.rules.slopes:
+            return self.derivative(step.expression, slopes)
+        parts = ((slope, slopes.get(by, ZERO)) for by, slope in self.rules.slopes[step.name].items())
+        return self.canonical.sum([self.canonical.product([a, b]) for a, b in parts if b != ZERO])
+
+    def moving(self, body: Body, seeds: Mapping[str, Expression]) -> set[str]:
+        """The names whose slopes are not zero."""
+        found, before = set(seeds), -1
+        while len(found) > before:
+            before = len(found)
+            for step in steps(body):
+                if step.kind != "put" and self.slope(step, dict.fromkeys(found, Symbol("?"))) != ZERO:
+                    found.add(step.name)
+        return found
+
+    def carried(self, body: Body, columns: Sequence[Column], keep: bool = True) -> Body:
+        """The steps with the slopes along the columns beside them. keep: also the outputs themselves."""
+        moving = {column.name: self.moving(body, column.seeds) for column in columns}
+        changing = {step.name for step in steps(body) if step.kind == "var"}
+        changing |= {slope_name(name, column) for name in changing for column in columns}
+        known = {column.name: dict(column.seeds) for column in columns}
+        return in_order(self._carried(body, columns, known, moving, changing, keep))
+
+    def _carried(self, body, columns, known, moving, changing, keep) -> Iterator[Step | Loop]:
+        known = {name: dict(slopes) for name, slopes in known.items()}
+        for node in body:
+            if isinstance(node, Loop):
+                yield replace(node, body=in_order(self._carried(node.body, columns, known, moving, changing, keep)))
+                continue
+            for column in columns:
+                slopes = known[column.name]
+                own = slope_name(node.name, column)
+                d = self.slope(node, slopes)
+                if node.kind == "put":
+                    yield from put_slope(node, column, d)
+                elif node.kind == "let":
+                    yield from self.named(node, own, d, slopes, changing)
+                elif node.name in moving[column.name] and not (node.kind == "add" and d == ZERO):
+                    slopes[node.name] = Symbol(own)
+                    yield Step(node.kind, own, d)
+            if keep or node.kind != "put":
+                yield node
+
+    def named(self, step: Step, name: str, d: Expression, slopes: Slopes, changing: set[str]) -> Iterator[Step]:
+        """The slope of a `let`: a step of its own where it is more than a number or another name."""
+        if isinstance(d, Number) or isinstance(d, Symbol) and d.name not in changing:
+            slopes[step.name] = d
+        else:
+            slopes[step.name] = Symbol(name)
+            yield Step("let", name, d)
+
+    def own(self, body: Body, columns: Sequence[Column]) -> Loop:
+        """A loop over the wheels: each wheel's column, where what the loops add up is read after them alone."""
+        known = {column.name: dict(column.seeds) for column in columns}
+        made: dict[str, Step] = {}
+        lines: list[Step] = []
+        for node in body:
+            for step in node.body if isinstance(node, Loop) and node.index == "i" else [node]:
+                if isinstance(step, Loop):
+                    self._refuse_moving(step, known)
+                else:
+                    self._own(step, isinstance(node, Loop), columns, known, made, lines)
+        return Loop("i", in_order(lines))
+
+    def _refuse_moving(self, loop: Loop, known: Mapping[str, Slopes]) -> None:
+        for slopes in known.values():
+            if any(self.slope(step, slopes) != ZERO for step in steps(loop.body)):
+                raise ContractError("a loop over rollers depends on what is differentiated")
+
+    def _own(self, step: Step, in_loop: bool, columns, known, made: dict[str, Step], lines: list[Step]) -> None:
+        if in_loop and step.kind == "let":
+            if made.setdefault(step.name, step).expression != step.expression:
+                raise ContractError(f"two loops give {step.name} a value")
+            if made[step.name] is step:
+                lines.append(step)
+        for column in columns:
+            slopes, name = known[column.name], slope_name(step.name, column)
+            d = self.slope(step, slopes)
+            if step.kind == "put":
+                lines += put_slope(step, column, d)
+            elif step.kind == "let":
+                if not (in_loop and made[step.name] is not step):
+                    lines += self.named(step, name, d, slopes, set())
+            elif step.kind == "update" and (d != ZERO or slopes.get(step.name, ZERO) != ZERO):
+                raise ContractError(f"{step.name} is changed within a loop")
+            elif step.kind == "var":
+                slopes[step.name] = d
+            elif d != ZERO:
+                slopes[step.name] = self.canonical.sum([slopes.get(step.name, ZERO), d])
+
+    def through_all(self, function: Function, columns: Sequence[Column]) -> tuple[Loop, dict[str, Element]]:
+        """A loop over the wheels i: each wheel's column through all wheels k; and the elements that it reads."""
+        of_wheel = {name: e for name, e in function.elements.items() if "i" in e.index}
+        again = {name: name + AGAIN for name in [*of_wheel, *(s.name for s in steps(function.body) if s.kind != "put")]}
+        elements = {
+            name + AGAIN: Element(e.array, tuple("k" if k == "i" else k for k in e.index))
+            for name, e in of_wheel.items()
+        }
+        rules = Rules(
+            {again.get(name, name): self.renamed(by, again) for name, by in self.rules.slopes.items()},
+            frozenset(again.get(name, name) for name in self.rules.inner),
+        )
+        at = lambda name, d: self.canonical.product([Symbol(OWN), d]) if name in of_wheel else d  # noqa: E731
+        moved = [
+            replace(column, seeds={again.get(name, name): at(name, d) for name, d in column.seeds.items()})
+            for column in columns
+        ]
+        body = tuple(self._again(function.body, again))
+        return Loop("i", Tangents(self.canonical, rules).carried(body, moved, keep=False)), elements
+
+    def renamed(self, by: Mapping[str, Expression], names: Mapping[str, str]) -> dict[str, Expression]:
+        values = {name: Symbol(new) for name, new in names.items()}
+        return {names.get(name, name): self.canonical.substituted(slope, values) for name, slope in by.items()}
+
+    def _again(self, body: Body, names: Mapping[str, str]) -> Iterator[Step | Loop]:
+        values = {name: Symbol(new) for name, new in names.items()}
+        for node in body:
+            if isinstance(node, Loop):
+                yield Loop("k" if node.index == "i" else node.index, tuple(self._again(node.body, names)))
+            else:
+                expression = self.canonical.substituted(node.expression, values)
+                yield replace(node, name=names.get(node.name, node.name), expression=expression)
+
+
+def slope_name(name: str, column: Column) -> str:
+    return f"{name}_by_{column.name}"
+
+
+def put_slope(step: Step, column: Column, d: Expression) -> list[Step]:
+    """The slope of an output, where it is wanted."""
+    target = column.target(step.target)
+    return [] if target is None else [Step("put", target.array.name, d, target)]
+
+
+def in_order(body: Iterable[Step | Loop]) -> Body:
+    """The steps, each slope behind the steps that its rule reads."""
+    lines = list(body)
+    places = {node.name: place for place, node in enumerate(lines) if isinstance(node, Step) and node.kind == "let"}
+    at = lambda place, node: (  # noqa: E731
+        max([place, *(places.get(name, 0) for name in symbols(node.expression))])
+        if isinstance(node, Step) and node.kind == "let"
+        else place
+    )
+    keys = [at(place, node) for place, node in enumerate(lines)]
+    return tuple(
+        lines[place] for place in sorted(range(len(lines)), key=lambda place: (keys[place], keys[place] != place))
+    )
+
+
+def changes_in_loops(function: Function) -> bool:
+    """Whether a loop over the wheels changes what it reads."""
+    loops = [node for node in function.body if isinstance(node, Loop)]
+    return any(step.kind == "update" for loop in loops for step in steps(loop.body))

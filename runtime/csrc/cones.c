@@ -1,0 +1,243 @@
+/* Which contacts at rest stick on the ground and which slip: the complementarity problem of set-valued friction in the
+ * plane. runtime/omniroll/effects/cones.py says what is solved here; the names are the same. */
+#define SWEEPS 400                  /* rounds over the contacts                                             */
+#define BETWEEN 8                   /* of them, before each try of Newton's rule                            */
+#define NEWTON 30
+#define CONE_SETTLED 1e-14
+#define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
+#define MOST_FORCES (2*MOST_WHEELS)
+#define MOST_ROWS (3*MOST_WHEELS)   /* of Newton's rule: forces and pulls                                   */
+
+/* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least; `width` components each. */
+typedef struct {
+    int count, width;
+    double matrix[MOST_FORCES*MOST_FORCES];         /* D, count*width rows and columns          */
+    double given[MOST_FORCES], reach[MOST_FORCES];  /* a, and the half-axes of the ellipses      */
+    double force[MOST_FORCES], rate[MOST_FORCES];   /* out: F and D F + a                        */
+    double pull[MOST_WHEELS];                       /* out: how strongly a contact slips, >= 0   */
+} cones_t;
+
+/* The same for discs of radius 1. */
+typedef struct {
+    int count, width, size;
+    double matrix[MOST_FORCES*MOST_FORCES], wanted[MOST_FORCES], place[MOST_FORCES], pull[MOST_WHEELS];
+} discs_t;
+
+static double length_of(const double *vector, int width)
+{
+    return width == 1 ? fabs(vector[0]) : sqrt(vector[0]*vector[0] + vector[1]*vector[1]);
+}
+
+/* matrix place + wanted, one component. */
+static double slope_at(const discs_t *d, int row)
+{
+    double sum = d->wanted[row];
+    for (int k = 0; k < d->size; k++)
+        sum += d->matrix[row*d->size + k]*d->place[k];
+    return sum;
+}
+
+/* The g with |g| <= 1 for which g^T matrix g/2 + wanted . g is least, of one disc: inside, or on the circle, by
+ * Newton's rule on 1/|g| (Hebden). The matrix is [[a, b], [b, c]]. */
+static void one_disc(double a, double b, double c, const double *wanted, double *place)
+{
+    const double middle = (a + c)/2, radius = hypot((a - c)/2, b), angle = atan2(b, (a - c)/2)/2;
+    const double large = middle + radius, values[2] = {large, (a*c - b*b)/large};
+    const double cosine = cos(angle), sine = sin(angle);
+    const double along[2] = {cosine*wanted[0] + sine*wanted[1], cosine*wanted[1] - sine*wanted[0]};
+    double pull = 0, g[2] = {-along[0]/values[0], -along[1]/values[1]};
+    if (g[0]*g[0] + g[1]*g[1] > 1) {
+        for (int k = 0; k < NEWTON; k++) {
+            const double one = values[0] + pull, two = values[1] + pull;
+            const double squares = along[0]*along[0]/(one*one) + along[1]*along[1]/(two*two), size = sqrt(squares);
+            const double bend = along[0]*along[0]/(one*one*one) + along[1]*along[1]/(two*two*two);
+            const double step = (size - 1)*squares/bend;
+            pull += step;
+            if (fabs(step) <= EPS*(pull + values[1]))
+                break;
+        }
+        g[0] = -along[0]/(values[0] + pull), g[1] = -along[1]/(values[1] + pull);
+        const double size = length_of(g, 2);
+        g[0] /= size, g[1] /= size;
+    }
+    place[0] = cosine*g[0] - sine*g[1], place[1] = sine*g[0] + cosine*g[1];
+}
+
+/* One round over the discs, each solved exactly; returns the largest change. */
+static double go_round(discs_t *d)
+{
+    double largest = 0;
+    for (int i = 0; i < d->count; i++) {
+        const int n = d->size, own = i*d->width;
+        const double *const block = d->matrix + own*n + own;
+        double before[2] = {0, 0}, rest[2] = {0, 0};
+        for (int k = 0; k < d->width; k++) {
+            before[k] = d->place[own + k];
+            rest[k] = slope_at(d, own + k);
+            for (int l = 0; l < d->width; l++)
+                rest[k] -= block[k*n + l]*d->place[own + l];
+        }
+        if (d->width == 1)
+            d->place[own] = fmax(-1, fmin(1, -rest[0]/block[0]));
+        else
+            one_disc(block[0], block[1], block[n + 1], rest, d->place + own);
+        for (int k = 0; k < d->width; k++)
+            largest = fmax(largest, fabs(d->place[own + k] - before[k]));
+    }
+    return largest;
+}
+
+/* Gauss's elimination with the largest pivots; the solution stands in `right` then. */
+static void solve_rows(double *m, int size, double *right)
+{
+    for (int k = 0; k < size; k++) {
+        int pivot = k;
+        for (int j = k + 1; j < size; j++)
+            if (fabs(m[j*size + k]) > fabs(m[pivot*size + k]))
+                pivot = j;
+        for (int l = 0; l < size && pivot != k; l++) {
+            const double kept = m[k*size + l];
+            m[k*size + l] = m[pivot*size + l], m[pivot*size + l] = kept;
+        }
+        const double kept = right[k];
+        right[k] = right[pivot], right[pivot] = kept;
+        for (int j = k + 1; j < size; j++) {
+            const double factor = m[j*size + k]/m[k*size + k];
+            for (int l = k + 1; l < size && factor != 0; l++)
+                m[j*size + l] -= factor*m[k*size + l];
+            right[j] -= factor*right[k];
+        }
+    }
+    for (int k = size - 1; k >= 0; k--) {
+        for (int l = k + 1; l < size; l++)
+            right[k] -= m[k*size + l]*right[l];
+        right[k] /= m[k*size + k];
+    }
+}
+
+/* How strongly a disc's force is pulled against its rate. */
+static double pull_of(const discs_t *d, int i)
+{
+    double sum = 0;
+    for (int k = i*d->width; k < (i + 1)*d->width; k++)
+        sum -= d->place[k]*slope_at(d, k);
+    return sum;
+}
+
+/* The system of Newton's rule on the conditions where those of `slipping` are on their circles. */
+static void conditions(const discs_t *d, const int *slipping, int slips, double *system, double *missing)
+{
+    const int size = d->size, whole = size + slips;
+    memset(system, 0, sizeof *system*(size_t)(whole*whole));
+    for (int k = 0; k < size; k++) {
+        memcpy(system + k*whole, d->matrix + k*size, sizeof *system*(size_t)size);
+        system[k*whole + k] += d->pull[k/d->width];
+        missing[k] = slope_at(d, k) + d->pull[k/d->width]*d->place[k];
+    }
+    for (int s = 0; s < slips; s++) {
+        double square = 0;
+        for (int k = slipping[s]*d->width; k < (slipping[s] + 1)*d->width; k++) {
+            system[k*whole + size + s] = system[(size + s)*whole + k] = d->place[k];
+            square += d->place[k]*d->place[k];
+        }
+        missing[size + s] = (square - 1)/2;
+    }
+}
+
+/* Newton's rule on these conditions: whether it has ended. */
+static int with_slipping(discs_t *d, const int *slipping, int slips)
+{
+    double system[MOST_ROWS*MOST_ROWS], step[MOST_ROWS], last = INFINITY, change = INFINITY;
+    const int size = d->size;
+    for (int i = 0; i < d->count; i++)
+        d->pull[i] = 0;
+    for (int s = 0; s < slips; s++)
+        d->pull[slipping[s]] = pull_of(d, slipping[s]);
+    for (int round = 0; round < NEWTON; round++) {
+        conditions(d, slipping, slips, system, step);
+        solve_rows(system, size + slips, step);
+        change = 0;
+        for (int k = 0; k < size + slips; k++)
+            change = fabs(step[k]) <= change ? change : fabs(step[k]);
+        for (int k = 0; k < size; k++)
+            d->place[k] -= step[k];
+        for (int s = 0; s < slips; s++)
+            d->pull[slipping[s]] -= step[size + s];
+        if (!(change < INFINITY) || change <= CONE_SETTLED || (change >= last && change < ON_THE_EDGE))
+            break;
+        last = change;
+    }
+    return change < ON_THE_EDGE;
+}
+
+/* The minimum by Newton's rule, from those that slip at the present place on; false, and nothing changed, where that
+ * does not lead to it. */
+static int polish(discs_t *d)
+{
+    double start[MOST_FORCES];
+    int slips[MOST_WHEELS], slipping[MOST_WHEELS];
+    memcpy(start, d->place, sizeof start);
+    for (int i = 0; i < d->count; i++)
+        slips[i] = length_of(d->place + i*d->width, d->width) >= 1 - ON_THE_EDGE && pull_of(d, i) > 0;
+    for (int round = 0; round < 2*d->count; round++) {
+        int count = 0, wrong = 0;
+        for (int i = 0; i < d->count; i++)
+            if (slips[i])
+                slipping[count++] = i;
+        const int exact = with_slipping(d, slipping, count);
+        for (int i = 0; i < d->count && exact; i++) {
+            double *const own = d->place + i*d->width, length = length_of(own, d->width);
+            if (slips[i] ? d->pull[i] < 0 : length > 1 + 4*EPS)
+                wrong++, slips[i] = !slips[i];
+            else
+                for (int k = 0; k < d->width; k++)
+                    own[k] /= fmax(length, 1);
+        }
+        if (exact && !wrong)
+            return 1;
+        memcpy(d->place, start, sizeof start);
+        if (!exact)
+            break;
+    }
+    return 0;
+}
+
+static void least_of_discs(discs_t *d)
+{
+    memset(d->place, 0, sizeof d->place);
+    for (int round = 1; round <= SWEEPS; round++) {
+        const int settled = go_round(d) <= CONE_SETTLED;
+        if ((settled || round%BETWEEN == 0) && polish(d))
+            return;
+        if (settled)
+            return;
+    }
+}
+
+/* The minimum. */
+static void decide_cones(cones_t *c)
+{
+    discs_t d = {.count = c->count, .width = c->width, .size = c->count*c->width};
+    double unit = 0;
+    for (int j = 0; j < d.size; j++) {
+        d.wanted[j] = c->given[j]*c->reach[j];
+        unit = fmax(unit, fabs(d.wanted[j]));
+        for (int k = 0; k < d.size; k++) {
+            d.matrix[j*d.size + k] = c->matrix[j*d.size + k]*c->reach[j]*c->reach[k];
+            unit = fmax(unit, fabs(d.matrix[j*d.size + k]));
+        }
+    }
+    for (int j = 0; j < d.size; j++) {
+        d.wanted[j] /= unit;
+        for (int k = 0; k < d.size; k++)
+            d.matrix[j*d.size + k] /= unit;
+    }
+    least_of_discs(&d);
+    for (int i = 0; i < c->count; i++)
+        c->pull[i] = 0;
+    for (int j = 0; j < d.size; j++) {
+        c->rate[j] = slope_at(&d, j)*unit/c->reach[j];
+        c->force[j] = d.place[j]*c->reach[j];
+        c->pull[j/d.width] -= d.place[j]*c->rate[j]*c->reach[j];
+    }
+}

@@ -1,0 +1,148 @@
+/* Where a contact with the ground changes its mode: friction that is used up, a slip that comes to rest. As events.c
+ * does for wheels and guards. */
+#if SET_GRIPS
+#define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
+#define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
+#define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
+#define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
+
+/* The state at the end of the step, in all lanes; what sticks follows from nu. */
+static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
+{
+    point_t point = point_at(s, wheels, BLOCKS - 1, at);
+    for (int k = 0; k < 3; k++)
+        at->nu[k] = lanes_of(s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight));
+    for (int i = 0; i < wheels; i++)
+        at->chi[i] = lanes_clamp(lanes_of(s->end_chi[i]), s->joint);
+#if SET_HAS_HEADING
+    point.heading = lanes_of(s->heading + s->h*weighted(&s->rate_pose[2], &gauss_weight));
+#endif
+    for (int k = 0; k < SET_INPUTS*wheels; k++)
+        at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
+    for (int k = 0; k < 2*wheels; k++)
+        at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
+    lanes_t speeds[MOST_WHEELS];
+    set_wheel_speeds(wheels, s->vehicle, at->nu, speeds);
+    for (int i = 0; i < wheels; i++)
+        if (s->grips[i])
+            s->core_here[rates_at(wheels) + i] = speeds[i];
+#ifdef SET_HAS_CONTACT_SPEEDS
+    set_contact_axial(wheels, s->vehicle, at->nu, at->chi, speeds);
+    for (int i = 0; i < wheels; i++)
+        if (s->grips[i])
+            s->core_here[contact_speeds_at(wheels) + i] = speeds[i];
+#endif
+    return point;
+}
+
+/* How much of its static friction a contact takes, squared, less 1. */
+ALWAYS_INLINE double taken_by(const double *force, const double *per_reach)
+{
+    double taken = -1;
+    for (int k = SET_FIRST_DIRECTION; k < 2; k++)
+        taken += force[k]*per_reach[k]*force[k]*per_reach[k];
+    return taken;
+}
+
+/* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
+NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
+{
+    arrays_t at;
+    lanes_t nu_dot[3];
+    const point_t point = point_at_end(s, wheels, &at);
+    core_rates_there(wheels, &point, nu_dot);
+    for (int i = 0; i < wheels; i++) {
+        const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
+        if (s->grips[i])
+            s->taken_late[i] = taken_by(force, s->per_reach + 2*i) - weighted(&s->taken[i], &gauss_end);
+    }
+}
+
+/* The slip velocities at the step's end. */
+NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
+{
+    arrays_t at;
+    lanes_t slip[2*MOST_WHEELS];
+    const point_t point = point_at_end(s, wheels, &at);
+    slips_of(wheels, s->vehicle, point.nu, point.chi, point.core, slip);
+    for (int k = 0; k < 2*wheels; k++)
+        s->end_slip[k] = slip[k][0];
+}
+
+/* How far a contact is from the end of its mode at the step's end, negative before it, and the rate of that. Of one
+ * that slips it is its slip along its direction there. */
+ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
+{
+    if (!s->grips[i]) {
+        const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
+        *rate = -y*weighted(&s->slip_rate[2*i + 1], &gauss_end);
+        double along = y*s->end_slip[2*i + 1];
+        if (SET_FIRST_DIRECTION == 0) {
+            *rate -= x*weighted(&s->slip_rate[2*i], &gauss_end);
+            along += x*s->end_slip[2*i];
+        }
+        return -along;
+    }
+    const double value = weighted(&s->taken[i], &gauss_end) + s->taken_late[i], noise = GRIP_NOISE(value);
+    *rate = weighted(&s->taken[i], &gauss_end_slope)/s->h;
+    if (fabs(*rate)*s->h < GRIP_RISES*noise)
+        *rate = (value - s->taken_start[i])/s->h;
+    if (fabs(*rate)*s->h < 0.5*GRIP_PASSED*noise)           /* it is as it was                            */
+        *rate = 0;
+    return value;
+}
+
+/* The length at which the first contact changes its mode, if that is before `length`. */
+static double length_to_change(step_t *s, const int wheels, double length)
+{
+    int slides = 0;
+    for (int i = 0; i < wheels; i++)
+        slides |= s->slides[i];
+    if (slides)
+        slips_at_end(s, wheels);
+    for (int i = 0; i < wheels; i++) {
+        double rate;
+        if (!s->slides[i] && !s->grips[i])
+            continue;
+        const double change = change_at_end(s, i, &rate);
+        const double noise = s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(change);
+        const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
+        if (!(rate > 0 || value > noise) || (s->slides[i] && !(rate > s->settles)))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = wheels + s->guards + i;
+        }
+    }
+    return length;
+}
+
+/* A contact whose mode ends inside the step and not at its end: where, or 1. */
+static double turn_of_contacts(const step_t *s, const int wheels)
+{
+    double turned = 1;
+    for (int i = 0; i < wheels; i++) {
+        nodes_t rate;
+        if (s->grips[i]) {
+            rate = times(gauss_slope, &s->taken[i]);
+            turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],
+                                              -INFINITY, GRIP_TURNS*GRIP_NOISE(s->taken_start[i])));
+        } else if (s->slides[i] && SET_FIRST_DIRECTION == 0) {
+            for (int m = 0; m < NODES; m++)
+                if (s->toward[2*i].node[m]*s->at_slip[2*i].node[m]
+                    + s->toward[2*i + 1].node[m]*s->at_slip[2*i + 1].node[m] < -s->slip_noise[i])
+                    turned = fmin(turned, 0.5);
+        } else if (s->slides[i]) {
+            const double way = s->toward[2*i + 1].node[0];
+            for (int b = 0; b < BLOCKS; b++)
+                rate.lanes[b] = -way*s->slip_rate[2*i + 1].lanes[b];
+            turned = fmin(turned, turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -way*s->slip_start[2*i + 1],
+                                              -INFINITY, 2*s->slip_noise[i]));
+        }
+    }
+    return turned;
+}
+#endif

@@ -1,0 +1,268 @@
+/* Contacts that slip under Coulomb's friction: their forces at the nodes of a step.
+ *
+ * Such a force depends on the direction of the slip alone, which turns the faster the slower the slip is, and has no
+ * derivative where the slip begins or ends. So the directions at the nodes are unknowns beside the rates: the slips
+ * must follow them, 0 = slip across direction. Newton's rule takes into account that the forces turn the slips, with
+ * what forces do to slips at the start of the step. So it is as regular where the slip is zero as elsewhere
+ * (runtime/omniroll/engine/directed.py). One contact is solved for after the other. */
+#if SET_GRIPS
+#define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
+#define ROLLS 0.02                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
+#define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
+
+/* Two numbers of each contact at the nodes in vector b. */
+ALWAYS_INLINE void at_block(const nodes_t *pairs, const int wheels, int b, lanes_t *values)
+{
+    for (int k = 0; k < 2*wheels; k++)
+        values[k] = pairs[k].lanes[b];
+}
+
+/* The forces of the contacts that slip in the directions at the nodes, and how they turn with them. */
+static void forces_in_directions(step_t *s, const int wheels)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t toward[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+        at_block(s->toward, wheels, b, toward);
+        set_sliding_forces(wheels, s->vehicle, toward, s->load, s->friction, force, slope);
+        for (int i = 0; i < wheels; i++) {
+            const lanes_t none = lanes_of(0), x = -toward[2*i + 1], y = toward[2*i];
+            for (int k = 0; k < 2; k++) {
+                s->push[2*i + k].lanes[b] = s->slides[i] ? force[2*i + k] : none;
+                s->turned[2*i + k].lanes[b] = slope[4*i + 2*k]*x + slope[4*i + 2*k + 1]*y;
+            }
+        }
+    }
+}
+
+/* The slip velocities in some states, from the core beside nu. */
+NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lanes_t *nu, const lanes_t *chi,
+                           const lanes_t *core, lanes_t *slip)
+{
+    lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
+    for (int k = 0; k < 2*wheels; k++)
+        none[k] = lanes_of(0);
+#ifdef SET_HAS_CONTACT_SPEEDS
+    const lanes_t *const axial = core + contact_speeds_at(wheels);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, none, slip, aside);
+#else
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, slip, aside);
+#endif
+    (void)aside;
+}
+
+/* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
+NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    core_rates(wheels, at, nu_dot);
+}
+
+/* Where nothing is solved for, at the nodes: speeds of contacts that stick follow from nu. */
+NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
+{
+    lanes_t nu[3], rates[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = s->at_nu[k].lanes[b];
+    set_wheel_speeds(wheels, s->vehicle, nu, rates);
+    for (int i = 0; i < wheels; i++)
+        if (s->grips[i])
+            s->at_core[rates_at(wheels) + i].lanes[b] = rates[i];
+}
+
+#ifdef SET_HAS_CONTACT_SPEEDS
+NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b)
+{
+    lanes_t nu[3], chi[MOST_WHEELS], axial[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = s->at_nu[k].lanes[b];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    set_contact_axial(wheels, s->vehicle, nu, chi, axial);
+    for (int i = 0; i < wheels; i++)
+        if (s->grips[i])
+            s->at_core[contact_speeds_at(wheels) + i].lanes[b] = axial[i];
+}
+
+/* The slips of a contact at the nodes, along its directions and across them. */
+ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, nodes_t *across)
+{
+    const nodes_t *const x = s->toward + 2*i, *const y = x + 1, *const slip = s->at_slip + 2*i;
+    for (int b = 0; b < BLOCKS; b++) {
+        along->lanes[b] = slip[0].lanes[b]*x->lanes[b] + slip[1].lanes[b]*y->lanes[b];
+        across->lanes[b] = slip[1].lanes[b]*x->lanes[b] - slip[0].lanes[b]*y->lanes[b];
+    }
+}
+
+/* The response of a contact's slip to forces on it, at the nodes: a roller's radius changes as its wheel turns. */
+NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3], before[2];
+        const point_t point = point_at(s, wheels, b, &at);
+        const double push = s->friction_force;
+        core_rates_there(wheels, &point, nu_dot);
+        memcpy(before, at.slip_dot + 2*i, sizeof before);
+        for (int k = 0; k < 2; k++) {
+            const lanes_t here = at.ground_push[2*i + k];
+            at.ground_push[2*i + k] += push;
+            core_rates_there(wheels, &point, nu_dot);
+            at.ground_push[2*i + k] = here;
+            for (int j = 0; j < 2; j++)
+                s->own_response[4*i + 2*j + k].lanes[b] = (at.slip_dot[2*i + j] - before[j])/push;
+        }
+    }
+    s->knows_response[i] = 1;
+    s->sweeps += 3;
+}
+
+/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes. */
+ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
+{
+    const nodes_t *const response = s->own_response + 4*i, *const turned = s->turned + 2*i;
+    for (int j = 0; j < 2; j++)
+        for (int b = 0; b < BLOCKS; b++)
+            rate[j].lanes[b] = response[2*j].lanes[b]*turned[0].lanes[b]
+                + response[2*j + 1].lanes[b]*turned[1].lanes[b];
+}
+
+/* What a turn of one contact's directions does to the rates of a contact's slip, per turn at the nodes. */
+ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int of, int by, nodes_t *rate)
+{
+    const double *const response = s->response + 2*of*2*wheels + 2*by;
+    for (int k = 0; k < 2; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            rate[k].lanes[b] = response[k*2*wheels]*s->turned[2*by].lanes[b]
+                + response[k*2*wheels + 1]*s->turned[2*by + 1].lanes[b];
+}
+
+/* The turn of a contact's directions that takes away the slip across them. */
+static void turn_by_newton(const step_t *s, int i, const nodes_t *response, const nodes_t *along, nodes_t *turn)
+{
+    newton_t newton;
+    for (int m = 0; m < NODES; m++) {
+        nodes_t *const row = newton.row[m] = newton.rows + m;
+        nodes_t integral;                       /* to node m, from the values at the nodes               */
+        for (int j = 0; j < NODES; j++)
+            integral.node[j] = gauss_integral[j].node[m];
+        const double x = -s->h*s->toward[2*i].node[m], y = s->h*s->toward[2*i + 1].node[m];
+        for (int b = 0; b < BLOCKS; b++)
+            row->lanes[b] = integral.lanes[b]*(x*response[1].lanes[b] + y*response[0].lanes[b]);
+        row->node[m] += along->node[m];
+    }
+    eliminate(&newton, 1);
+    solve_newton(&newton, 1, turn);
+}
+
+ALWAYS_INLINE double smallest_of(const nodes_t *values)
+{
+    double least = INFINITY;
+    for (int m = 0; m < NODES; m++)
+        least = fmin(least, values->node[m]);
+    return least;
+}
+
+/* How strongly forces can turn a slip within the step, in m/s. */
+ALWAYS_INLINE double turned_within(const step_t *s, const nodes_t *response)
+{
+    double most = 0;
+    for (int m = 0; m < NODES; m++)
+        most = fmax(most, fabs(response[0].node[m]) + fabs(response[1].node[m]));
+    return s->h*most;
+}
+
+ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
+{
+    nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    for (int m = 0; m < NODES; m++) {
+        const double by = fmax(-MOST_TURN, fmin(MOST_TURN, turn->node[m]));
+        const double new_x = x->node[m] - by*y->node[m], new_y = y->node[m] + by*x->node[m];
+        const double size = sqrt(new_x*new_x + new_y*new_y);
+        x->node[m] = new_x/size, y->node[m] = new_y/size;
+    }
+}
+
+/* Slips of other contacts as the forces of this one turn. */
+static void turn_others(step_t *s, const int wheels, int i, const nodes_t *turn)
+{
+    for (int other = 0; other < wheels; other++) {
+        nodes_t response[2], moved;
+        if (!s->slides[other] || other == i)
+            continue;
+        response_to_turn(s, wheels, other, i, response);
+        for (int k = 0; k < 2; k++) {
+            for (int b = 0; b < BLOCKS; b++)
+                response[k].lanes[b] *= turn->lanes[b];
+            integrate_to_nodes(0, s->h, &response[k], &moved);
+            for (int b = 0; b < BLOCKS; b++)
+                s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
+        }
+    }
+}
+
+/* New directions of one contact, from the slips at the nodes. */
+static void find_direction(step_t *s, const int wheels, int i)
+{
+    nodes_t along, across, response[2], turn;
+    along_and_across(s, i, &along, &across);
+    response_to_turn(s, wheels, i, i, response);
+    const double least = smallest_of(&along);
+    turn = across;
+    if (turned_within(s, response) > FAR_FROM_REST*least) {
+        const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
+        if (!s->knows_response[i] && rolls > ROLLS*s->joint)
+            find_own_response(s, wheels, i);
+        if (s->knows_response[i])
+            own_response_to_turn(s, i, response);
+        turn_by_newton(s, i, response, &along, &turn);
+        turn_others(s, wheels, i, &turn);
+    } else
+        for (int b = 0; b < BLOCKS; b++)
+            turn.lanes[b] = across.lanes[b]/along.lanes[b];
+    turn_directions(s, i, &turn);
+}
+
+/* New directions of all contacts that slip, and their forces, from the states at the nodes. */
+static void find_directions(step_t *s, const int wheels)
+{
+    if (!s->turning)
+        return;
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t nu[3], chi[MOST_WHEELS], slip[2*MOST_WHEELS];
+        for (int k = 0; k < 3; k++)
+            nu[k] = s->at_nu[k].lanes[b];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] = s->at_core[c].lanes[b];
+        slips_of(wheels, s->vehicle, nu, chi, s->core_here, slip);
+        for (int k = 0; k < 2*wheels; k++)
+            s->at_slip[k].lanes[b] = slip[k];
+    }
+    for (int i = 0; i < wheels; i++)
+        if (s->slides[i])
+            find_direction(s, wheels, i);
+    forces_in_directions(s, wheels);
+}
+#else
+ALWAYS_INLINE void find_directions(step_t *s, const int wheels)
+{
+    (void)s, (void)wheels;                      /* of massless rollers only the sign, which a phase keeps     */
+}
+#endif
+
+/* What contacts do at the nodes in vector b, from the last evaluation there: of those that stick how much of their
+ * friction is taken, squared, less 1; of those that slip the rates of the slip. */
+ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const arrays_t *at)
+{
+    for (int i = 0; i < wheels; i++) {
+        const lanes_t *const force = at->ground_force + 2*i;
+        lanes_t taken = lanes_of(-1);
+        for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
+            const lanes_t part = force[k]*s->per_reach[2*i + k];
+            taken += part*part;
+            s->slip_rate[2*i + k].lanes[b] = at->slip_dot[2*i + k];
+        }
+        s->taken[i].lanes[b] = taken;
+    }
+}
+#endif

@@ -1,0 +1,370 @@
+/* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. The numbered rules are in
+ * runtime/omniroll/effects/ground.py. */
+#if SET_GRIPS
+#define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
+#define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
+#define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
+#define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
+#define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
+
+/* Loads and coefficients of the contacts, as kernels take them. */
+static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
+{
+    for (int i = 0; i < run->wheels; i++) {
+        work->load[i] = lanes_of(run->grips[i].load);
+        for (int k = 0; k < 2; k++)
+            work->friction[2*i + k] = lanes_of(run->grips[i].sliding[k]);
+    }
+}
+
+/* What slips are rounded against now, in m/s: those within it are zero. */
+static double slip_rounding(const omniroll_run_t *run, int contact)
+{
+    const double *const arms = run->ground.arms, *const core = run->core;
+    double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
+        + arms[2]*fabs(core[rates_at(run->wheels) + contact]);
+#ifdef SET_HAS_CONTACT_SPEEDS
+    sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
+#endif
+    return SLIP_AT_REST*EPS*sizes;
+}
+
+/* The slip velocities at this instant. */
+static void slips_now(const omniroll_run_t *run, const work_t *work, double *slip)
+{
+    instant_t now;
+    lanes_t found[2*MOST_WHEELS];
+    at_this_instant(run, work, run->wheels, &now);
+    slips_of(run->wheels, &work->vehicle, now.point.nu, now.point.chi, now.point.core, found);
+    for (int k = 0; k < 2*run->wheels; k++)
+        slip[k] = found[k][0];
+}
+
+/* The speeds of wheels that roll, put where contacts rest, or with `sticking` where they stick. */
+static void roll(omniroll_run_t *run, const work_t *work, int sticking)
+{
+    lanes_t nu[3], chi[MOST_WHEELS], speeds[MOST_WHEELS];
+    for (int k = 0; k < 3; k++)
+        nu[k] = lanes_of(run->nu[k]);
+    for (int i = 0; i < run->wheels; i++)
+        chi[i] = lanes_of(run->chi[i]);
+    set_wheel_speeds(run->wheels, &work->vehicle, nu, speeds);
+    for (int i = 0; i < run->wheels; i++)
+        if (sticking ? run->grips[i].sticks : run->grips[i].resting)
+            run->core[rates_at(run->wheels) + i] = speeds[i][0];
+#ifdef SET_HAS_CONTACT_SPEEDS
+    set_contact_axial(run->wheels, &work->vehicle, nu, chi, speeds);
+    for (int i = 0; i < run->wheels; i++)
+        if (sticking ? run->grips[i].sticks : run->grips[i].resting)
+            run->core[contact_speeds_at(run->wheels) + i] = speeds[i][0];
+#endif
+    (void)chi;
+}
+
+/* Contacts whose slip is zero within rounding rest; the others have its direction. */
+static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
+{
+    double slip[2*MOST_WHEELS];
+    slips_now(run, work, slip);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
+        grip->resting = grip->load > 0 && (grip->resting || size <= slip_rounding(run, i));
+        for (int k = 0; k < 2 && !grip->resting && size > 0; k++)
+            grip->towards[k] = slip[2*i + k]/size;
+        if (SET_FIRST_DIRECTION == 1)
+            grip->towards[0] = 0;
+    }
+    roll(run, work, 0);
+}
+
+/* How much of its static friction a contact takes at this instant, squared, less 1. */
+static double taken_now(const omniroll_run_t *run, const work_t *work, int contact)
+{
+    const omniroll_grip_t *const grip = run->grips + contact;
+    double taken = -1;
+    for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
+        const double part = work->ground_force[2*contact + k][0]/(grip->load*grip->staying[k]);
+        taken += part*part;
+    }
+    return taken;
+}
+
+/* The modes, where the kernel and the rows have them. */
+static void put_modes(omniroll_run_t *run)
+{
+    for (int i = 0; i < run->wheels; i++) {
+        const omniroll_grip_t *const grip = run->grips + i;
+        run->inputs[SET_MODES_INPUT*run->wheels + i] = grip->sticks;
+        run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
+    }
+}
+
+/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks. */
+static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push)
+{
+    instant_t now;
+    lanes_t nu_dot[3];
+    at_this_instant(run, work, run->wheels, &now);
+    for (int i = 0; i < run->wheels && free; i++)
+        now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
+    memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
+    core_rates_there(run->wheels, &now.point, nu_dot);
+}
+
+/* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
+ * are the components of these contacts, and their rates without further forces are `without`. `free`: where nothing
+ * sticks. */
+static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
+                          const lanes_t *given, double *matrix, double *without)
+{
+    const double typical = run->ground.typical;
+    const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
+    for (int first = 0; first < size; first += LANES - 1) {
+        lanes_t push[2*MOST_WHEELS];
+        memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
+        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
+            const int k = first + lane - 1;
+            push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
+        }
+        push_contacts(run, work, free, push);
+        for (int j = 0; j < size; j++) {
+            const lanes_t rate = work->slip_dot[2*contacts[j/width] + SET_FIRST_DIRECTION + j%width];
+            without[j] = rate[0];
+            for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
+                matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/typical;
+        }
+    }
+}
+
+/* Whether a contact of the problem slips, and not by rounding. */
+static int begins_to_slip(const cones_t *problem, int k)
+{
+    const int width = problem->width, size = width*problem->count;
+    double power = 0;
+    for (int j = k*width; j < (k + 1)*width; j++) {
+        power += fabs(problem->given[j])*problem->reach[j];
+        for (int l = 0; l < size; l++)
+            power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
+    }
+    return problem->pull[k] > BEGINS*power;
+}
+
+/* The mode of a contact from the last round, and where it goes if it slips. `gives_way`: its friction has been used up,
+ * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. */
+static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int slips, int gives_way)
+{
+    const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
+    const double *const reach = problem->reach + k*problem->width;
+    double taken = 0, begun[2] = {0, 0}, size = 0;
+    for (int j = 0; j < problem->width; j++) {
+        const double friction = reach[j]/grip->load;
+        taken += force[j]/reach[j]*(force[j]/reach[j]);
+        begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
+        size += begun[j]*begun[j];
+    }
+    grip->sticks = !slips && !(gives_way && sqrt(taken) >= 1 - AT_EDGE);
+    if (grip->sticks)
+        return;
+    grip->towards[0] = 0;
+    for (int j = 0; j < problem->width; j++)
+        grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
+}
+
+/* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
+static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
+{
+    cones_t problem;
+    lanes_t given[2*MOST_WHEELS];
+    int contacts[MOST_WHEELS], broken[MOST_WHEELS], slips[MOST_WHEELS], further;
+    int count = 0;
+    const int width = 2 - SET_FIRST_DIRECTION;
+    for (int i = 0; i < run->wheels; i++)
+        if (run->grips[i].resting)
+            contacts[count++] = i;
+    problem.count = count, problem.width = width;
+    forces_now(run, work, given);               /* resting contacts stick so far                        */
+    find_response(run, work, contacts, count, 1, given, problem.matrix, problem.given);
+    for (int j = 0; j < count*width; j++)
+        for (int l = 0; l < j; l++)
+            problem.matrix[j*count*width + l] = problem.matrix[l*count*width + j]
+                = (problem.matrix[j*count*width + l] + problem.matrix[l*count*width + j])/2;
+    for (int k = 0; k < count; k++)
+        broken[k] = run->grips[contacts[k]].released;
+    do {
+        for (int j = 0; j < count*width; j++) {
+            const omniroll_grip_t *const grip = run->grips + contacts[j/width];
+            const double *const friction = broken[j/width] ? grip->sliding : grip->staying;
+            problem.reach[j] = grip->load*friction[SET_FIRST_DIRECTION + j%width];
+        }
+        decide_cones(&problem);
+        further = 0;
+        for (int k = 0; k < count; k++) {
+            slips[k] = begins_to_slip(&problem, k);
+            further |= slips[k] && !broken[k];
+            broken[k] |= slips[k];
+        }
+    } while (further);
+    for (int k = 0; k < count; k++)
+        take_mode(run->grips + contacts[k], &problem, k, slips[k],
+                  run->grips[contacts[k]].released || beyond[contacts[k]]);
+}
+
+/* The modes of all contacts in the phase that begins now. */
+static void decide_contacts(omniroll_run_t *run, const work_t *work)
+{
+    int released = 0, resting = 0, too_much = 0, beyond[MOST_WHEELS];
+    lanes_t nu_dot[3];
+#ifdef LANES_HAS_MOMENTA
+    wheel_momenta(run, work);
+#endif
+    find_resting_contacts(run, work);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->sticks = grip->resting, beyond[i] = 0;
+        resting |= grip->resting, released |= grip->released;
+    }
+    put_modes(run);
+    if (resting && !released) {
+        rates_at_this_instant(run, work, run->wheels, nu_dot);
+        for (int i = 0; i < run->wheels; i++)
+            if (run->grips[i].sticks) {
+                const double taken = taken_now(run, work, i);
+                too_much |= beyond[i] = taken > GRIP_PASSED*GRIP_NOISE(taken);
+            }
+    }
+    if (resting && (released || too_much)) {
+        decide_contacts_in_rounds(run, work, beyond);
+        put_modes(run);
+    }
+    run->ground.undecided = 0;
+}
+
+/* Contacts whose mode has ended at this instant, each told once. */
+static int pass_contacts(omniroll_run_t *run)
+{
+    const int count = run->ground.passed;
+    run->ground.passed = 0;
+    return count;
+}
+
+/* Wheels have passed to their next rollers, which come with the spins that they have. */
+static void contacts_have_switched(omniroll_run_t *run, const int *directions)
+{
+    for (int i = 0; i < run->wheels; i++) {
+#ifdef SET_HAS_CONTACT_SPEEDS
+        run->grips[i].resting &= directions[i] == 0;
+#endif
+        run->grips[i].released = 0;
+    }
+    (void)directions;
+    run->ground.undecided = 1;
+}
+
+/* Whether the mode of a contact ends at the end of a step that ends where a contact's does. */
+static int ends_mode(const step_t *s, int i)
+{
+    double rate;
+    if (!s->slides[i] && !s->grips[i])
+        return 0;
+    const double value = change_at_end(s, i, &rate);
+    if (s->landing == s->wheels + s->guards + i)
+        return 1;
+    return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(value));
+}
+
+/* A step has been taken. */
+static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+{
+    double slip[2*MOST_WHEELS];
+    roll(run, work, 1);
+    if (s->turning)
+        slips_now(run, work, slip);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
+        const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
+        for (int k = 0; k < 2 && s->turning && s->slides[i]; k++)
+            grip->towards[k] = size > s->slip_noise[i] ? slip[2*i + k]/size : s->toward[2*i + k].node[NODES - 1];
+        grip->resting = grip->sticks || ends;
+        grip->released = grip->sticks && ends;
+        run->ground.passed += ends;
+        run->ground.undecided |= ends;
+    }
+}
+
+/* A step begins: the modes, and what forces do to slips. */
+static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    int contacts[MOST_WHEELS];
+    double without[2*MOST_WHEELS];
+    s->load = work->load, s->friction = work->friction, s->response = work->response;
+    s->friction_makes = run->ground.friction, s->friction_force = run->ground.typical;
+    s->turning = s->gripping = 0;
+    s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_grip_t *const grip = run->grips + i;
+        contacts[i] = i;
+        s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
+        for (int k = 0; k < 2; k++)
+            s->per_reach[2*i + k] = grip->load > 0 ? 1/(grip->load*grip->staying[k]) : 0;
+        s->turning |= s->slides[i] && SET_FIRST_DIRECTION == 0;
+        s->gripping |= s->grips[i];
+    }
+    slips_now(run, work, s->slip_start);
+    if (s->turning) {
+        lanes_t none[2*MOST_WHEELS];
+        for (int k = 0; k < 2*wheels; k++)
+            none[k] = lanes_of(0);
+        find_response(run, work, contacts, wheels, 0, none, work->response, without);
+    }
+}
+
+/* The first guess of a step: directions as they are at its start, where the rates have just been found. */
+static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    for (int i = 0; i < wheels; i++) {
+        s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
+        s->taken_late[i] = 0, s->knows_response[i] = 0;
+        for (int k = 0; k < 2; k++)
+            for (int b = 0; b < BLOCKS; b++)
+                s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);
+    }
+    forces_in_directions(s, wheels);
+}
+
+/* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
+ * without end. Each step makes a part of the way, so that the slip falls geometrically. */
+static double longest_before_rest(const omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+{
+    double longest = INFINITY;
+    const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
+    const double left_over = TURNS_AWAY*run->tolerance*speed*run->ground.arms[0];
+    for (int i = 0; i < wheels && s->turning; i++) {
+        const double *const slip = s->slip_start + 2*i, left = sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
+        if (!s->slides[i] || !(left > s->slip_noise[i]))
+            continue;
+        const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
+        const double falls = -(rate[0]*slip[0] + rate[1]*slip[1])/left, across = rate[1]*slip[0] - rate[0]*slip[1];
+        if (falls > s->settles && fabs(across) > falls*left_over)
+            longest = fmin(longest, PART_OF_WAY*left/falls);
+    }
+    return longest;
+}
+#else
+ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
+{
+    (void)run;
+    return 0;
+}
+#endif
+
+/* Which axles stick and which contacts do from now on, where that must be decided anew. */
+static void settle_modes(omniroll_run_t *run, const work_t *work)
+{
+    settle_axles(run, work);
+#if SET_GRIPS
+    if (run->ground.undecided)
+        decide_contacts(run, work);
+#endif
+}

@@ -1,0 +1,35 @@
+/* Many runs of one vehicle that pause, as a session's does, and go on together: part of run.c. */
+
+/* What a member is given acts from this instant on, which is an event. */
+static void give(const omniroll_member_t *member, const double *volts)
+{
+    omniroll_run_t *const run = member->run;
+    for (int i = 0; i < run->wheels; i++)
+        member->volts[i] = volts[i];
+    run->next_time = run->elapsed;
+    run->at_event = 1;
+}
+
+/* Those `which` go on to `until`, one after the other. */
+void omniroll_run_members(long long count, const long long *which, const omniroll_member_t *members,
+                          const omniroll_model *model, const double *until, const double *volts, int *statuses)
+{
+    for (long long k = 0; k < count; k++) {
+        const long long own = which[k];
+        omniroll_run_t *const run = members[own].run;
+        give(&members[own], volts + own*run->wheels);
+        run->duration = until[own];
+        run->row_count = run->switch_count = 0;
+        statuses[k] = omniroll_run(run, model);
+    }
+}
+
+/* nu and chi of all. */
+void omniroll_read_members(long long count, const omniroll_member_t *members, double *nu, double *chi)
+{
+    for (long long k = 0; k < count; k++) {
+        const omniroll_run_t *const run = members[k].run;
+        memcpy(nu + 3*k, run->nu, 3*sizeof *nu);
+        memcpy(chi + run->wheels*k, run->chi, (size_t)run->wheels*sizeof *chi);
+    }
+}

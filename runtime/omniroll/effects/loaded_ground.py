@@ -1,0 +1,158 @@
+"""The ground in a run whose loads follow the motion: the modes of its contacts, and the rates of a phase.
+
+Where contacts at rest may give way, their friction depends on the loads and the loads on their friction: one is found
+for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. The
+laws that are smooth have no contacts that stick; theirs carry or are off.
+"""
+
+import numpy as np
+
+from omniroll.effects.bound_rates import BoundRates
+from omniroll.effects.ground import Dynamics, Grip, Ground
+from omniroll.effects.ground_flow import MOVED, GroundFlow
+from omniroll.effects.ground_loads import Carried, GroundFailsError, Loads
+from omniroll.effects.guards import PASSED
+from omniroll.kernels.kernel import Flow, Kernel
+
+TURNS = 200  # of friction and loads, one for the other
+SETTLED = 1e-14  # of the weight
+
+
+class LoadBalance:
+    """The generated balance of the loads, bound to the buffers of rates: sums (3,) of what was computed there last."""
+
+    def __init__(self, kernel: Kernel, numbers: dict[str, np.ndarray], buffers: dict[str, np.ndarray]):
+        for name in ("slip_load_balance", "coulomb_momenta"):
+            if name in kernel.signatures:
+                signature = kernel.signatures[name]
+                for argument in (*signature.inputs, *signature.outputs):
+                    buffers.setdefault(argument.name, np.zeros(argument.shape))
+        for name, value in numbers.items():
+            buffers[name][...] = value
+        self.buffers, self.calls = buffers, []
+        if "coulomb_momenta" in kernel.signatures:
+            aside = {"coulomb_rates": buffers["coulomb_momenta_dot"]}
+            self.calls.append(kernel.bind("coulomb_momenta", buffers | aside))
+        self.calls.append(kernel.bind("slip_load_balance", buffers))
+
+    def __call__(self) -> np.ndarray:
+        for call in self.calls:
+            call()
+        return self.buffers["load_sums"].copy()
+
+
+class LoadedGround(Ground):
+    """The contacts in one run whose loads follow the motion; `load` (N,) are those of the last state."""
+
+    def __init__(self, kernel: Kernel, grip: Grip, rates: BoundRates):
+        super().__init__(kernel, grip)
+        self.loads = Loads(kernel.vehicle.places(), grip.loads)
+        self.balance = LoadBalance(kernel, grip.balance, rates.buffers)
+        self.has_friction = grip.law != "viscous"
+
+    def moved(self) -> None:
+        super().moved()
+        self.loads.moved()
+
+    def pass_guards(self, passed: np.ndarray) -> None:
+        count = len(self.sticks)
+        super().pass_guards(passed[:count])
+        self.loads.pass_guards(passed[count : 2 * count])
+
+    def pushes(self, unit: np.ndarray, loads: np.ndarray, slides: np.ndarray) -> np.ndarray:
+        """(..., N, 2) forces of the contacts that slip under these loads; `unit` those of the law per load, or of a law
+        without loads themselves."""
+        force = unit * loads[..., None] if self.has_friction else unit
+        return np.where(slides[..., None], force, 0.0)
+
+    def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
+        rests = self.resting | self.still  # also contacts that are off, which may carry from now on
+        self.aim(slip, ~rests)
+        unit = self.law_forces(slip, np.ones(len(self.sticks)))
+        self._carry(unit, rests, dynamics)
+        self.resting = rests & ~self.off
+        if not self.resting.any():
+            return
+        if not self.released.any():
+            held, _ = dynamics(self.sticks, self.pushes(unit, self.load, ~self.sticks & ~self.off))
+            beyond, rounding = self.used_up(held)
+            if not (self.sticks & (beyond > PASSED * rounding)).any():
+                return
+        self._settle(slip, rests, dynamics)
+
+    def _settle(self, slip: np.ndarray, rests: np.ndarray, dynamics: Dynamics) -> None:
+        """Friction for the loads, and the loads for the friction; `rests` (N,) bool, those whose slip is zero."""
+        one = np.ones(len(rests))
+        for _ in range(TURNS):
+            before = self.load
+            self.sticks = self.resting.copy()
+            if self.resting.any():
+                slides = ~self.resting & ~self.off
+                given = self.pushes(self.law_forces(slip, one), self.load, slides)
+                self.give_way(np.flatnonzero(self.resting), given, dynamics)
+            holds = self.sticks | (rests & self.off)
+            found = self._carry(self.law_forces(slip, one), holds, dynamics)
+            self.resting = rests & ~self.off
+            if np.abs(self.load - before).max() <= SETTLED * self.loads.weight:
+                return
+        self.loads.refuse_coupled(found, "do not find each other where contacts let go")
+
+    def _carry(self, unit: np.ndarray, holds: np.ndarray, dynamics: Dynamics) -> Carried:
+        """Which contacts carry, and with which loads, where those of them stick that `holds` (N,) bool."""
+
+        def sums_for(carries: np.ndarray):
+            sticks = holds & carries
+
+            def sums_of(loads: np.ndarray) -> np.ndarray:
+                dynamics(sticks, self.pushes(unit, loads, carries & ~sticks))
+                return self.balance()
+
+            return sums_of
+
+        found = self.loads.decide(sums_for, self.has_friction)
+        self.off = ~self.loads.carries
+        self.sticks = holds & ~self.off
+        self.load = np.maximum(found.loads, 0.0)
+        return found
+
+
+class LoadedFlow(GroundFlow):
+    """The rates of a phase; after a call `carried` are the loads of the state."""
+
+    def __init__(self, ground: LoadedGround, rates: BoundRates, plain: Flow):
+        super().__init__(ground, rates, plain)
+        if ground.has_friction:
+            self.buffers["load"][:] = 1.0  # forces per load
+
+    def _rates(self, time: float, y: np.ndarray) -> np.ndarray:
+        ground, push, unit = self.ground, self.buffers["ground_push"], self.buffers["sliding_force"].copy()
+
+        def sums_of(loads: np.ndarray) -> np.ndarray:
+            push[:] = ground.pushes(unit, loads, self.slides)
+            self.plain(time, y)
+            return ground.balance()
+
+        self.carried = ground.loads.solve(sums_of)
+        ground.load = np.maximum(self.carried.loads, 0.0)
+        push[:] = ground.pushes(unit, self.carried.loads, self.slides)
+        return self.plain(time, y)
+
+    def slopes(self, time: float, y: np.ndarray, angles: np.ndarray) -> "tuple[np.ndarray, ...]":
+        """As for loads that are given; by differences, since the loads turn with the directions, too."""
+        rates, (_, across) = self.directed(time, y, angles), self.along_and_across(y, angles)
+        by_state, across_by_state = np.empty((len(y), len(y))), np.empty((len(angles), len(y)))
+        for k, value in enumerate(y):
+            moved = y.copy()
+            moved[k] += MOVED * max(1.0, abs(value))
+            step = moved[k] - value
+            by_state[:, k] = (self.directed(time, moved, angles) - rates) / step
+            across_by_state[:, k] = (self.along_and_across(moved, angles)[1] - across) / step
+        by_angle = np.empty((len(y), len(angles)))
+        for k in range(len(angles)):
+            turned = angles.copy()
+            turned[k] += MOVED
+            by_angle[:, k] = (self.directed(time, y, turned) - rates) / MOVED
+        return by_state, by_angle, across_by_state
+
+
+__all__ = ["GroundFailsError", "LoadedFlow", "LoadedGround"]

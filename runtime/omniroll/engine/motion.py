@@ -1,0 +1,126 @@
+"""A run as its sensitivities see it: its rows and rates, and the numbers beside which it is looked at."""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+
+from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
+from omniroll.engine.variations import Deviations, Variations
+from omniroll.kernels.tangent_kernel import TangentKernel
+from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.state import by_roller
+
+
+class Motion:
+    """The rows of a run, with what its phases were given and its rates there."""
+
+    def __init__(self, trajectory: Trajectory):
+        self.trajectory = trajectory
+        self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
+        self.deviations = Deviations(trajectory.effects, self.plain)
+        self.vector = self.deviations.vector
+        self.y = trajectory.state_rows()
+
+    @cached_property
+    def axial(self) -> np.ndarray | None:
+        """(T, N, n) axial speeds of the rollers by physical number; 0 for those in contact."""
+        if not self.plain.has_spins:
+            return None
+        found = self.trajectory
+        free = self.plain.axial_speeds(found.nu, found.chi, found.spins)
+        return by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), found.contact)
+
+    @cached_property
+    def inputs(self) -> np.ndarray:
+        """(T, U) what the rows' phases were given."""
+        trajectory, shapes = self.trajectory, self.deviations.inputs
+        given = {name: trajectory.drive[:, k] for k, name in enumerate(trajectory.effects.drives())}
+        if "momenta" in shapes:
+            given["momenta"] = self.plain.momenta(
+                self.plain.axial_speeds(trajectory.nu, trajectory.chi, trajectory.spins)
+            )
+        return self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
+
+    @cached_property
+    def directions(self) -> np.ndarray:
+        """(T, N) +1 or -1 where a wheel has switched before the row, else 0."""
+        passed = np.diff(self.trajectory.contact, axis=0, prepend=self.trajectory.contact[:1])
+        rollers = self.plain.rollers_per_wheel
+        return np.where(passed % rollers == 1, -1, np.where(passed % rollers == rollers - 1, 1, 0))
+
+    @cached_property
+    def switched(self) -> np.ndarray:
+        """(K,) the rows after a switch."""
+        return np.flatnonzero(self.directions.any(axis=1))
+
+    @cached_property
+    def phases(self) -> np.ndarray:
+        """(K + 1,) the rows at which the phases between switches start."""
+        return np.append(0, self.switched)
+
+    def rates_in(self, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """(..., m) the rates of what deviates in states (..., size)."""
+        return self.deviations.rates_of(self.plain, y, inputs)
+
+    @cached_property
+    def rates(self) -> np.ndarray:
+        """(T, m) the same in the rows."""
+        return self.rates_in(self.y, self.inputs)
+
+
+class Columns:
+    """The columns of a run: what each of its numbers moves; before them `others`, in which no number deviates."""
+
+    def __init__(self, trajectory: Trajectory, names: tuple[str, ...], others: int = 0):
+        self.effects = trajectory.effects.effects
+        self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
+        self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
+        shapes = {n: value.shape for n, value in zip(self.plain.constant_names, self.plain.constants, strict=True)}
+        self.constants = stacked(self.columns, lambda column: column.constants, shapes)
+        self.start = stacked(self.columns, lambda column: column.start, start_shapes(self.plain))
+        wheels = self.plain.wheels
+        self.signals = stacked(
+            self.columns,
+            lambda column: column.signals,
+            {key: self.effects[key[0]].shape_of(key[1], wheels) for c in self.columns for key in c.signals},
+        )
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(column.name for column in self.columns)
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """(P,) the sizes of the numbers."""
+        return np.array([column.size for column in self.columns])
+
+    @cached_property
+    def numbered(self) -> np.ndarray:
+        """(Q,) the columns whose numbers the generated functions know."""
+        moves = [any(tangent[k].any() for tangent in self.constants.values()) for k in range(len(self))]
+        return np.flatnonzero(moves)
+
+    @cached_property
+    def kernel(self) -> TangentKernel:
+        """The functions on (P,) states, each with the deviation of its own number."""
+        return TangentKernel(self.plain, self.constants, (len(self),))
+
+    def behind(self, units: int) -> TangentKernel:
+        """The functions on (units + Q,) states: the numbers of `numbered` deviate, behind others in which none does."""
+        padded = {
+            name: np.concatenate([np.zeros((units, *tangent.shape[1:])), tangent[self.numbered]])
+            for name, tangent in self.constants.items()
+        }
+        return TangentKernel(self.plain, padded, (units + len(self.numbered),))
+
+    def single(self, column: int) -> TangentKernel:
+        """The functions with the deviation of one number, for states of any leading axes."""
+        return TangentKernel(self.plain, {name: tangents[column] for name, tangents in self.constants.items()})
+
+    def variations(self, motion: Motion) -> Variations:
+        numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
+        return Variations(motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs)

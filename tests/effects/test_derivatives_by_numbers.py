@@ -1,0 +1,170 @@
+"""Generated derivatives by numbers of the vehicle and of effects against the derivatives of what was differentiated, by
+power series of balls in 60 digits; in doubles against balls; and what they cost.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from effects.cases import balls, prepared_kernel
+from effects.test_derivatives import agree, inputs_of, moved, outputs_of, state_of
+from hard import rounding
+from hard.effect_kernels import with_effects
+from hard.kernel_errors import BOUND, EPS, worst
+from hard.sampling import sample
+from oracle.balls import coefficient, exact, line, working_precision
+
+import omniroll
+from omniroll import InvalidValueError
+from omniroll.codegen.programs import ContractError
+from omniroll.kernels import sets
+from omniroll.kernels.kernel import SHARP, PythonKernel, form
+
+NUMBERS = {  # a set: what it is differentiated by
+    ("massless", ("layout", "axle_coulomb")): ("wheel_inertia", "wheel_places", "axle_fade_speed", "axle_torque"),
+    ("locked", ("roller_coulomb", "slope")): ("wheel_radius", "wheel_angles", "roller_fade_speed", "slope_angle"),
+    ("free", ("drive", "motor", "roller_viscous")): ("roller_inertia", "yaw_scale", "roller_damping", "resistance"),
+}
+SETS = [(*key, numbers) for key, numbers in NUMBERS.items()]
+FUNCTIONS = ("forward_dynamics", "wheel_speeds", "pose_rates", "momenta_rates", "motor_torques", "impact")
+
+
+def asked(effects, numbers):
+    """The effects with the requests behind them, as a kernel orders them."""
+    return (*effects, "derivatives", *sorted(f"derivatives_by_{name}" for name in numbers))
+
+
+def known_state(model, effects):
+    vehicle, known = state_of(model, effects)
+    rng = np.random.default_rng(4)
+    further = {"voltage": rng.normal(size=3), "modes": np.array([0.0, 1.0, -1.0]), "roller_energy": np.ones(3)}
+    speeds = {"entering": rng.normal(size=3), "leaving": rng.normal(size=3)}
+    angles = {"wheel_angles": np.array(vehicle.wheel_angles, float), "center_of_mass": np.array(vehicle.offset, float)}
+    places = {} if vehicle.places is None else {"wheel_places": np.array(vehicle.places, float)}
+    return vehicle, known | further | speeds | angles | places
+
+
+def prepared_with(vehicle, model, effects, known, number, place):
+    """The kernel's constants as power series along one component of a number."""
+    module = sets.python_module(model, effects)
+    names = inputs_of(model, effects, "prepare")
+    given = [balls(known[name]) if name in known else vehicle.number(name) for name in names]
+    which = names.index(number)
+    given[which] = moved(known[number], place) if number in known else line(vehicle.number(number), exact(1))
+    return module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, *given)
+
+
+def flat(values):
+    return [number for part in values for number in flat(part)] if isinstance(values, list | tuple) else [values]
+
+
+def expected(vehicle, known, model, effects, function, number):
+    """{component: every output of the function, its derivative by that component, flat, by name}."""
+    module, inputs = sets.python_module(model, effects), inputs_of(model, effects, function)
+    value = known[number] if number in known else 0.0
+    found = {}
+    for place in np.ndindex(np.shape(value)):
+        prepared = prepared_with(vehicle, model, effects, known, number, place)
+        values = getattr(module, function)(prepared, *(balls(known[n]) for n in inputs))
+        values = values if isinstance(values, tuple) else (values,)
+        (entry,) = (f for f in sets.functions(model, effects) if f["name"] == function)
+        names = [a["name"] for a in entry["arguments"] if a["role"] == "out"]
+        slopes = [[coefficient(one, 1) for one in flat([v])] for v in values]
+        found[place] = dict(zip(names, slopes, strict=True))
+    return found
+
+
+def compared_parts(got, wanted, place):
+    """How many: an output of each wheel by a number of each wheel has its own part alone, and no other is moved."""
+    own = slice(None)
+    if len(got) < len(wanted):
+        own = slice(place[0] * len(got), (place[0] + 1) * len(got))
+        others = [*wanted[: own.start], *wanted[own.stop :]]
+        agree(others, [0] * len(others))
+    agree(got, wanted[own])
+    return len(got)
+
+
+@working_precision
+def compared(model, effects, numbers, sharp):
+    """How many components were compared."""
+    vehicle, known = known_state(model, effects)
+    effects = asked(effects, numbers)
+    module, prepared = prepared_kernel(vehicle, model, effects, known)
+    count = 0
+    for function in FUNCTIONS:
+        name = form(f"{function}_by_numbers", sharp, vars(module))
+        if not hasattr(module, name):
+            continue
+        values = getattr(module, name)(prepared, *(balls(known[n]) for n in inputs_of(model, effects, name)))
+        values = values if isinstance(values, tuple) else (values,)
+        found = outputs_of(model, effects, name, values)
+        for number in numbers:
+            for place, slopes in expected(vehicle, known, model, effects, function, number).items():
+                for output, wanted in slopes.items():
+                    got = found[f"{output}_by_{number}"]
+                    for k in place:
+                        got = got[k]
+                    count += compared_parts(flat([got]), wanted, place)
+    return count
+
+
+@pytest.mark.parametrize("model, effects, numbers", SETS)
+def test_they_are_the_derivatives_of_every_rate(model, effects, numbers):
+    assert compared(model, effects, numbers, sharp=False) > 50
+
+
+@pytest.mark.parametrize("model, effects, numbers", SETS[1:])
+def test_so_are_those_of_the_forms_for_sharp_tips(model, effects, numbers):
+    assert compared(model, effects, numbers, sharp=True) > 50
+
+
+@pytest.mark.parametrize("model, effects, numbers", SETS[1:])
+def test_they_keep_their_digits_where_tips_are_sharp(model, effects, numbers):
+    name = rounding.set_key(f"{model}_sharp", asked(effects, numbers))
+    states = sample(73, 12, 3, 5, closest_tip=1e-9)
+    states = with_effects(states.at(np.flatnonzero(states.sharpness() > SHARP)), name, 173)
+    for function in ("forward_dynamics_derivatives", "forward_dynamics_by_numbers"):
+        judge = rounding.judged_by(states, name, [function])[function]
+        assert worst(judge.units(rounding.values(states, name, function), EPS["double"])[0]) <= BOUND
+
+
+def test_a_set_that_was_not_asked_for_a_number_has_none():
+    plain = sets.functions("free", ("drive", "derivatives"))
+    assert not [f["name"] for f in plain if "by_numbers" in f["name"]]
+    assert not [name for name in inputs_of("free", ("drive", "derivatives"), "prepare") if "_by_" in name]
+
+
+def test_a_kernel_is_asked_by_the_number_s_name():
+    vehicle = omniroll.Vehicle.paper()
+    kernel = PythonKernel(vehicle, "massless", ("derivatives_by_mass",))
+    by_mass = kernel.call("forward_dynamics_by_numbers", (1.0, 0.2, 0.3), (0.1, 0.0, 0.2))
+    step = 1e-6 * vehicle.mass
+    sides = [replace(vehicle, mass=vehicle.mass + side * step) for side in (1, -1)]
+    up, down = (PythonKernel(v, "massless").forward_dynamics((1.0, 0.2, 0.3), (0.1, 0.0, 0.2)) for v in sides)
+    assert np.allclose(by_mass, (up - down) / (2 * step), rtol=1e-7)
+    with pytest.raises(InvalidValueError, match="derivatives_by_colour"):
+        PythonKernel(vehicle, "massless", ("derivatives_by_colour",))
+    with pytest.raises(ContractError, match="no derivative by colour"):
+        sets.programs().kernel("massless", ("derivatives_by_colour",))
+
+
+def operations(model, effects, function, wheels):
+    """All operations of one call."""
+    (entry,) = (f for f in sets.functions(model, effects) if f["name"] == function)
+    times = {"once": 1, "wheel": wheels, "pair": wheels**2}
+    return sum(times.get(place, 0) * sum(counted.values()) for place, counted in entry["operations"].items())
+
+
+@pytest.mark.parametrize("model, effects, numbers", SETS)
+def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(model, effects, numbers):
+    wanted = asked(effects, numbers)
+    module = sets.python_module(model, wanted)
+    count = sum(int(np.prod(np.shape(known_state(model, effects)[1].get(name, 0.0)))) for name in numbers)
+    for wheels in (3, 4):
+        plain = operations(model, wanted, "forward_dynamics", wheels)
+        price = operations(model, wanted, "forward_dynamics_derivatives", wheels)
+        assert price + operations(model, wanted, "forward_dynamics_by_numbers", wheels) <= (6 + count / 2) * plain
+        if hasattr(module, "forward_dynamics_derivatives_sharp"):  # every wheel's column goes through all wheels
+            sharp = operations(model, wanted, "forward_dynamics_sharp", wheels)
+            assert operations(model, wanted, "forward_dynamics_derivatives_sharp", wheels) <= (1 + 3 * wheels) * sharp
