@@ -59,6 +59,10 @@ WRONG = {
     "sticking contact, slip": "subst([wheel_rate = chi_dot_of_nu, axial = contact_axial, "
     "wheel_acceleration = -time_derivative(chi_dot_of_nu), axial_acceleration = time_derivative(contact_axial)], "
     "slip_accelerations)",
+    "slip, load balance, linear": "map(lambda([rate], diff(rest(slip_load_sums, -1), rate)), slip_speed_rates)",
+    "loads of equal springs": "subst(first(solve(makelist(lsum(spring_change[k]*append([1], spring_places[k])[m], "
+    "k, [1, 2, 3, 4]), m, 1, 3), rest(spring_change, -1))), "
+    "lsum(spring_load(spring_places[k])^2*spring_change[k], k, [1, 2, 3, 4]))",
     "sliding force, slope": "map(lambda([row], row . reverse(direction_of_slip)), sliding_slope)",
     "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
     "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',
