@@ -13,7 +13,8 @@ from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks")  # of the kernel: affine in time between two events
+# Inputs of the kernel: affine in time between two events.
+INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks")
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"

@@ -34,8 +34,9 @@ class WhatActs:
         if found is None:
             return []
         rows = [*found.rows.tolist(), *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(found.rows))]
-        numbers = zip(rows, found.sliding, found.holding, strict=True)
-        return [{"row": row, "sliding": sliding, "holding": holding, "nearer": 1.0} for row, sliding, holding in numbers]
+        names = ("row", "sliding", "holding", "nearer")
+        numbers = zip(rows, found.sliding, found.holding, np.ones(len(rows)), strict=True)
+        return [dict(zip(names, own, strict=True)) for own in numbers]
 
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and of free rollers, and what the engine must know of these."""
