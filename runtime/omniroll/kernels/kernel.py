@@ -237,6 +237,10 @@ class Kernel:
         """(3, N) nu' for each torque at the axles, of a vehicle at rest with chi = 0: their power is torque chi'."""
         return np.linalg.solve(self.mass_matrix(np.zeros(self.wheels)), self.wheel_rows.T)
 
+    def constant(self, name: str) -> np.ndarray:
+        """The argument of `prepare` that has this name."""
+        return self.constants[self.constant_names.index(name)]
+
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""
         return form(name, self.sharp, self._generated)
