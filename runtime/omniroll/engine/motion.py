@@ -84,7 +84,9 @@ class Motion:
         """
         trajectory = self.trajectory
         first = self.phases[np.searchsorted(self.phases, row, side="right") - 1]
-        speeds = by_place(with_tangent(self.axial[first], axial), trajectory.contact[first])[..., 1:]
+        speeds = with_tangent(self.axial[first], axial)
+        contact = np.broadcast_to(trajectory.contact[first], speeds.shape[:-1])
+        speeds = by_place(speeds, contact)[..., 1:]
         before = self.vector.views(with_tangent(self.y[first], self.whole(start)))
         elapsed = np.where(trajectory.t[row] < times, times - trajectory.start_time, trajectory.elapsed[row])
         since = with_tangent(elapsed - trajectory.elapsed[first], time)

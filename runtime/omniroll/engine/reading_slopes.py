@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Columns
 from omniroll.engine.sensitivities import Followed
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
@@ -45,7 +45,9 @@ class _Slopes:
         nu, chi, pose = (view(self.carrying, name) for name in ("nu", "chi", "pose"))
         passes = np.zeros(chi.shape[1:], int)  # a whole number of rollers, which does not deviate
         spins = self._spins() if "accelerometer" in names and self.motion.plain.has_spins else None
-        drives = {name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())}
+        drives = {
+            name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())
+        }
         moments = Moments(nu, chi, pose, passes, spins, drives, passes)
         asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
         plain = measuring_kernel(run.vehicle, run.roller_model, run.effects, tuple(asked))

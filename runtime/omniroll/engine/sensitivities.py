@@ -27,7 +27,7 @@ from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
 from omniroll.vehicles.state import State, by_roller
 
