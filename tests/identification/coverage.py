@@ -41,7 +41,7 @@ def inside(fit):
 
 
 def study(seeds):
-    """(S, 4) int, which intervals hold the truth, and (S, 4) the errors in deviations, of fits to logs of these seeds."""
+    """(S, 4) int, which intervals hold the truth, and (S, 4) errors in deviations, of fits to logs of these seeds."""
     fits = [fit_of("turning while driving", seed) for seed in seeds]
     truth = np.array(list(TRUTH.values()))
     return np.array([inside(fit) for fit in fits]), np.array([(fit.values - truth) / fit.deviations for fit in fits])

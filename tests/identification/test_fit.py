@@ -15,7 +15,7 @@ from identification.oracle_motion import FRICTION, MACHINE, ORACLE, ROWS, VEHICL
 
 START = 101  # rows of each motion that are made again, 1 s
 SEVERAL = 60  # logs
-LEAST, MOST = 52, 238  # fewer of 60 intervals, or more of 240, hold the truth once in 600 and in 6000 such studies
+LEAST, MOST = 52, 238  # fewer of 60 intervals, or more of 240, hold the truth once in 350 and in 16000 such studies
 
 
 @working_precision
