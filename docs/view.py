@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[1]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 WIDTH, HEIGHT = 1180, 640
 TIME = 7.3  # s
-# Chromium takes its picture at a moment of its own, in a window that it has just made higher, and what WebGL drew may be
-# gone then. So the page has the picture's height from the start, and an image holds what was drawn.
+# Chromium takes its picture at a moment of its own, in a window that it has just made higher, and what WebGL drew may
+# be gone then. So the page has the picture's height from the start, and an image holds what was drawn.
 GO_THERE = """<style>html { height: %dpx }</style>
 <script>
 const waiting = setInterval(() => {
