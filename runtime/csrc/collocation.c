@@ -94,6 +94,9 @@ typedef struct {
 #if SET_GRIPS
     int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
     int turning, gripping;                      /* whether there are such with directions, and such as stick */
+    int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
+    double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
+    double rest_in;                             /* the time until the first other slip comes to rest         */
     const lanes_t *load, *friction;
     const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */

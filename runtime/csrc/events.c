@@ -7,7 +7,8 @@
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
-#define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that                                           */
+#define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that,                                          */
+#define PATIENT_IN_TURNS 8          /* and where directions of slips turn                                    */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
@@ -177,6 +178,19 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     return fabs(s->late) <= reach*s->h;
 }
 
+#if SET_IS_ACTED_ON
+/* The sweep after which an iteration that contracts slowly is given up for Newton's rule. */
+ALWAYS_INLINE int patience_of(const step_t *s)
+{
+    (void)s;
+#if SET_GRIPS
+    if (s->turning)
+        return PATIENT_IN_TURNS;
+#endif
+    return PATIENT;
+}
+#endif
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
                          double reach)
@@ -192,7 +206,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         ratio = change/last;
 #if SET_IS_ACTED_ON
-        if (!SET_IS_COUPLED && !s->stiff && k >= PATIENT && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
+        if (!SET_IS_COUPLED && !s->stiff && k >= patience_of(s) && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
             stiff_since = k;
             long_at = k + 2;

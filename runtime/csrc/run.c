@@ -27,6 +27,7 @@
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
+#define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
 #if SET_HOLDS
 #include "complementarity.c"
@@ -81,6 +82,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_GRIPS
     begin_contacts(run, work, s, wheels);
+    s->strays = 0;
 #endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
@@ -279,11 +281,13 @@ static int hardest_part(const omniroll_run_t *run, const step_t *s)
 
 /* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
  * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
- * what the run may leave that it is of the duration. A run that pauses has no duration that is known. */
+ * what the run may leave that it is of the duration. Short steps get more than that, later ones less and less: all
+ * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
 ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 {
 #if SET_IS_ACTED_ON
-    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*(h/run->duration), FINEST_SWEEP);
+    const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
+    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
 #else
     (void)h;
     return run->sweep_tolerance;
@@ -294,6 +298,10 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
  * in whose middle they bend. */
 ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
 {
+#if SET_GRIPS
+    if (s->turning && s->rest_in < INFINITY)
+        return farther_from_rest(s, 0.9/factor);
+#endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
@@ -327,6 +335,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     const int after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
     if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
         most = fmin(most, SPIN_UP*run->first_step);
+#if SET_GRIPS
+    const double calm = most;       /* the length before slips that come to rest make it shorter             */
+#endif
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
@@ -369,6 +380,12 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             most = s->h*turned;
             continue;
         }
+#if SET_GRIPS
+        if (has_strayed(s, wheels)) {
+            s->strays = 1;
+            continue;
+        }
+#endif
 #if SET_ACCOUNTS
         accounts_at_nodes(s, wheels);
 #endif
@@ -385,6 +402,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
          * try that is too long costs more than a step that is too short. */
+#if SET_GRIPS
+        keep_calm_step(run, s, calm);
+#endif
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
         else if (run->pauses && s->h >= rest)
