@@ -274,7 +274,7 @@ def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, fresh_cache
 
 
 def test_general_sets():
-    """All effects, without those that exclude others or change no motion, and with bearings that stick; first those that
+    """All effects, without those that exclude others or change no motion, and bearings that stick; first those that
     keep the states small. Then the same on a ground on which wheels may slip, without what sticks."""
     drives, axles, rollers = ("layout", "drive", "motor"), ("axle_viscous", "axle_coulomb"), "roller_viscous"
     everything = (*drives, *axles, "axle_sticking", rollers, "roller_coulomb", "roller_sticking", "slope")

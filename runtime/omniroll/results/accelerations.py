@@ -17,7 +17,7 @@ def call_named(bound: Kernel, name: str, values: dict[str, Any]) -> Any:
 
 
 def turning(yaw_scale: float, nu: np.ndarray, spins: np.ndarray) -> np.ndarray:
-    """(..., N, n-1) the signs of the spins of free rollers, 0 within their rounding; nu (..., 3) also has the largest."""
+    """(..., N, n-1) the signs of free rollers' spins, 0 where they are rounding beside the largest nu (..., 3)."""
     yaw = np.abs(nu).max() / yaw_scale
     return np.where(np.abs(spins) <= AT_REST * EPS * (np.abs(spins) + yaw), 0.0, np.sign(spins))
 
@@ -34,7 +34,9 @@ def torques_of_free_rollers(
     bearings = next((own for own in found if own is not None), None)
     if bearings is None or not bound.has_spins:
         return {}
-    sliding, holding = (own[bearings.plane :].reshape(bearings.free_shape) for own in (bearings.sliding, bearings.holding))
+    sliding, holding = (
+        own[bearings.plane :].reshape(bearings.free_shape) for own in (bearings.sliding, bearings.holding)
+    )
     asked = values | {"free_bearing": -modes * sliding, "free_sticks": (modes == 0).astype(float)}
     asked |= {"directions": np.eye(3).ravel(), "absent": np.zeros(3)}  # the other bearings' torques are known
     held = call_named(bound, f"stuck_{bound.of_every_roller}", asked)[-1]
@@ -45,7 +47,7 @@ def with_accelerations(bound: Kernel, values: dict[str, Any]) -> dict[str, Any]:
     """`values` of states (...) by name, with nu_dot (..., 3) in 1/s^2 and what it was computed from.
 
     bound   the kernel with all effects
-    values  nu, chi, heading, spins (None but for free rollers), the drives' inputs, and free_bearing where rollers stick
+    values  nu, chi, heading, spins (None but for free rollers), the drives' inputs; free_bearing where rollers stick
     """
     values = dict(values)
     if bound.has_spins:

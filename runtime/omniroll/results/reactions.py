@@ -200,13 +200,13 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
     bound = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python", also=("reactions",))
     values = numbers | _drives(trajectory)
     values |= {"nu": trajectory.nu, "chi": trajectory.chi, "heading": trajectory.pose[:, 2], "spins": trajectory.spins}
-    values |= torques_of_free_rollers(bound, trajectory.effects, values, _modes_of_free_rollers(trajectory))
+    values |= torques_of_free_rollers(bound, trajectory.effects, values, modes_of_free_rollers(trajectory))
     values |= with_accelerations(bound, values)
     sums, places = call_named(bound, "load_balance", values)
     return call_named(bound, "contact_forces", values), sums, places[0]
 
 
-def _modes_of_free_rollers(trajectory: Trajectory) -> np.ndarray:
+def modes_of_free_rollers(trajectory: Trajectory) -> np.ndarray:
     """(T, N, n-1) the signs of the free rollers' spins in the phases that start with the rows, 0 where they rest.
 
     A roller that has broken away at a row has a spin in the next one.
