@@ -155,9 +155,7 @@ class Fit:
         return "\n".join([*lines, *self.undetermined, *self.doubts, *how])
 
     def _place(self, name: str) -> int:
-        if name not in self.names:
-            raise InvalidValueError("name", name, f"must be one of {', '.join(self.names)}")
-        return self.names.index(name)
+        return self.names.index(validation.choice("name", name, self.names))
 
 
 def _doubts(place: str, left: np.ndarray, is_estimated: bool) -> list[str]:
