@@ -41,11 +41,16 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         none[k] = lanes_of(0);
+#if SET_LOADS
+#define OF_NO_FORCE none, none      /* pushes and factors: the slips do not depend on them                     */
+#else
+#define OF_NO_FORCE none
+#endif
 #ifdef SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, none, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
 #else
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), OF_NO_FORCE, slip, aside);
 #endif
     (void)aside;
 }
@@ -53,8 +58,17 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
 /* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
 NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
+#if SET_LOADS
+    at->loads->knows_response = 0;
+#endif
     core_rates(wheels, at, nu_dot);
 }
+#if SET_LOADS
+NEVER_INLINE void rates_under_loads_there(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    rates_under_loads(wheels, at, nu_dot);
+}
+#endif
 
 /* Where nothing is solved for, at the nodes: speeds of contacts that stick follow from nu. */
 NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
@@ -98,8 +112,12 @@ NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3], before[2];
-        const point_t point = point_at(s, wheels, b, &at);
+        point_t point = point_at(s, wheels, b, &at);
         const double push = s->friction_force;
+#if SET_LOADS
+        *s->loads_aside = s->loads_at[b];
+        point.loads = s->loads_aside;
+#endif
         core_rates_there(wheels, &point, nu_dot);
         memcpy(before, at.slip_dot + 2*i, sizeof before);
         for (int k = 0; k < 2; k++) {
@@ -256,7 +274,12 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
 {
     for (int i = 0; i < wheels; i++) {
         const lanes_t *const force = at->ground_force + 2*i;
+#if SET_LOADS
+        const lanes_t load = s->loads_at[b].compression[i]*s->per_load[i];
+        lanes_t taken = -load*load;
+#else
         lanes_t taken = lanes_of(-1);
+#endif
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
             const lanes_t part = force[k]*s->per_reach[2*i + k];
             taken += part*part;

@@ -124,6 +124,9 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 }
 #endif
 
+#if SET_LOADS                      /* carrying.c */
+static double length_to_load(step_t *s, const int wheels, double length);
+#endif
 #if SET_GRIPS                      /* contact_events.c */
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
@@ -153,6 +156,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #endif
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
+#endif
+#if SET_LOADS
+    length = length_to_load(s, wheels, length);
 #endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }

@@ -11,6 +11,8 @@
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
+ * loads.c        rates with loads that follow the motion
+ * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
  * distance.c     how far two runs are apart
@@ -31,6 +33,7 @@
 #if SET_HOLDS
 #include "complementarity.c"
 #endif
+#include "loads.c"
 #include "collocation.c"
 #if SET_IS_COUPLED
 #include "coupled.c"
@@ -44,6 +47,7 @@
 #if SET_GRIPS
 #include "cones.c"
 #endif
+#include "carrying.c"
 #include "grip.c"
 #include "transitions.c"
 #include "inputs.c"
@@ -78,6 +82,9 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_IS_COUPLED
     s->coupled = &work->coupled_speeds;
+#endif
+#if SET_LOADS
+    begin_loads(run, work, s, wheels);
 #endif
 #if SET_GRIPS
     begin_contacts(run, work, s, wheels);
@@ -169,6 +176,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     if (s->stiff)
         *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
 #endif
+#if SET_LOADS
+    loads_at_start(work, s, wheels);
+#endif
 #if SET_GRIPS
     contacts_at_start(run, work, s, wheels);
     *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
@@ -238,6 +248,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #endif
 #if SET_GRIPS
     turned = fmin(turned, turn_of_contacts(s, wheels));
+#endif
+#if SET_LOADS
+    turned = fmin(turned, turn_of_loads(s, wheels));
 #endif
 #if SET_HOLDS
     nodes_t force_rate[3];
@@ -498,6 +511,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_GRIPS
     contacts_have_moved(run, work, s);
 #endif
+#if SET_LOADS
+    loads_have_moved(run, s);
+#endif
     (void)work;
     put_row(run);
 }
@@ -532,6 +548,8 @@ static int first_row(omniroll_run_t *run, const work_t *work)
         if (!run->asks)
             renew_inputs(run);
         const int status = pass_events(run, work);
+        if (status == OMNIROLL_RUN_GROUND && run->row_count == 0)
+            put_row(run);
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
@@ -576,6 +594,9 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         for (int c = 0; c < work.core; c++)
             work.rise_core[c] = 0;
     }
+#endif
+#if SET_LOADS
+    balance_in_lanes(run, &work);
 #endif
 #if SET_GRIPS
     friction_in_lanes(run, &work);

@@ -29,6 +29,7 @@ from omniroll.effects import cones
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
 MOVES = 1e-10  # a contact begins to slip that gets more than this part of what the forces could give it
@@ -54,6 +55,10 @@ class Grip:
     static: np.ndarray
     law: str = "coulomb"
     balance: Mapping[str, Any] | None = None
+
+    def settles(self, vehicle: Vehicle) -> float:
+        """In m/s^2: a slip comes to rest that falls faster."""
+        return SETTLES * float((self.loads[:, None] * self.sliding).max()) / vehicle.mass
 
     @property
     def sticks(self) -> bool:
@@ -89,7 +94,7 @@ class Ground:
         self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
         vehicle = kernel.vehicle
-        self.settles = SETTLES * float((grip.loads[:, None] * grip.sliding).max()) / vehicle.mass
+        self.settles = grip.settles(vehicle)
         self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_radius])
 
     # What the state says
@@ -103,8 +108,10 @@ class Ground:
     def at_rest(self, state: State) -> State:
         """The state with the slip of resting contacts at zero. Contacts whose slip is rounding rest, too."""
         axial = state.contact_axial() if self.kernel.has_spins else None
-        given = (state.rates,) if axial is None else (state.rates, axial)
-        slip, _ = self.kernel.call("slip_forces", state.nu, state.chi, *given, np.zeros((self.kernel.wheels, 2)))
+        given = {"nu": state.nu, "chi": state.chi, "rates": state.rates, "contact_omega": axial}
+        given |= {"ground_push": np.zeros((self.kernel.wheels, 2)), "load_factor": np.ones(self.kernel.wheels)}
+        names = (argument.name for argument in self.kernel.signatures["slip_forces"].inputs)
+        slip, _ = self.kernel.call("slip_forces", *(given[name] for name in names))
         self.still = np.linalg.norm(slip, axis=1) <= self.roundings(state.nu, state.rates, axial)
         self.resting = (self.resting | self.still) & ~self.off
         if not self.resting.any():

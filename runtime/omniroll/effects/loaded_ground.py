@@ -49,6 +49,7 @@ class LoadedGround(Ground):
         self.loads = Loads(kernel.vehicle.places(), grip.loads)
         self.balance = LoadBalance(kernel, grip.balance, rates.buffers)
         self.factor = rates.buffers["load_factor"]
+        self.factor[:] = 1.0
 
     def moved(self) -> None:
         super().moved()

@@ -84,11 +84,6 @@ class Session:
         if self._task.kernel.rollers_stick:
             bound = "must be given: sessions run on the compiled engine, which has no modes of rollers"
             raise InvalidValueError("roller_speed", None, bound)
-        if "contact_loads" in self._task.kernel.effects:
-            bound = (
-                "must not hold a Contact whose loads are dynamic: sessions run on the compiled engine, which has none"
-            )
-            raise InvalidValueError("effects", options.get("effects"), bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
