@@ -188,15 +188,24 @@ static void try_leading_on(const omniroll_run_t *run, const work_t *work, const 
     }
 }
 
+/* The loads of the present set. */
+static void try_present_set(const omniroll_run_t *run, const work_t *work, carrying_t *set)
+{
+    int holds[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        set->carries[i] = run->grips[i].carries, holds[i] = run->grips[i].sticks;
+    try_sets(run, work, holds, set, 1);
+}
+
 /* Loads and motion do not go on together. */
 static void fail(omniroll_run_t *run, int failure, const carrying_t *found)
 {
     omniroll_ground_t *const ground = &run->ground;
     ground->failure = failure;
-    ground->failed_determinant = found ? found->determinant : 0;
+    ground->failed_determinant = found->determinant;
     for (int k = 0; k < 3; k++)
-        ground->failed_sums[k] = found ? found->sums[k] : ground->sums[k];
-    for (int i = 0; i < run->wheels && found; i++)
+        ground->failed_sums[k] = found->sums[k];
+    for (int i = 0; i < run->wheels; i++)
         run->grips[i].load = found->compression[i];
 }
 
@@ -211,34 +220,25 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     else
         try_leading_on(run, work, holds, &search);
     run->ground.failure_is_regular = search.regular;
+    if (!search.tried)                          /* the vehicle does not stand on those that are left       */
+        try_present_set(run, work, &search.first);
     if (!search.fits)
-        fail(run, OMNIROLL_LOADS_NONE, search.tried ? &search.first : 0);
+        fail(run, OMNIROLL_LOADS_NONE, &search.first);
     else if (search.several)
         fail(run, OMNIROLL_LOADS_SEVERAL, &search.other);
     else if (SET_FRICTION && !(search.least_determinant > DETERMINED))
         fail(run, OMNIROLL_LOADS_UNDETERMINED, &search.fit);
-    if (run->ground.failure)
-        return;
-    for (int i = 0; i < run->wheels; i++) {
+    for (int i = 0; i < run->wheels && !run->ground.failure; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->carries = search.nearest.carries[i];
         grip->load = grip->carries ? fmax(search.nearest.compression[i], LEAST_LOAD*run->ground.weight) : 0;
     }
-    memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
+    if (!run->ground.failure)
+        memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
     put_carrying(run);
 }
 
-#if SET_GRIPS
-/* The loads of the present set. */
-static void try_present_set(const omniroll_run_t *run, const work_t *work, carrying_t *set)
-{
-    int holds[MOST_WHEELS];
-    for (int i = 0; i < run->wheels; i++)
-        set->carries[i] = run->grips[i].carries, holds[i] = run->grips[i].sticks;
-    try_sets(run, work, holds, set, 1);
-}
-
-#else
+#if !SET_GRIPS
 /* Which contacts carry under a law with which nothing sticks. */
 static void decide_carrying(omniroll_run_t *run, const work_t *work)
 {
@@ -350,9 +350,13 @@ static double turn_of_loads(const step_t *s, const int wheels)
 /* A step has been taken. */
 static void loads_have_moved(omniroll_run_t *run, const step_t *s)
 {
-    const int wheels = run->wheels, last = LANES - 1;
-    for (int k = 0; k < 3; k++)
-        run->ground.sums[k] = s->loads_at[BLOCKS - 1].sums[k][last];
+    const int wheels = run->wheels;
+    for (int k = 0; k < 3; k++) {
+        nodes_t sums;
+        for (int b = 0; b < BLOCKS; b++)
+            sums.lanes[b] = s->loads_at[b].sums[k];
+        run->ground.sums[k] = weighted(&sums, &gauss_end);
+    }
     for (int k = 0; k <= wheels; k++) {
         double rate;
         const double value = load_at_end(s, k, &rate);
@@ -365,7 +369,7 @@ static void loads_have_moved(omniroll_run_t *run, const step_t *s)
         omniroll_grip_t *const grip = run->grips + k;
         grip->dropped = ends && grip->carries, grip->regained = ends && !grip->carries;
         if (grip->carries)
-            grip->load = fmax(s->compressed[k].node[NODES - 1]*s->weight_carried, LEAST_LOAD*run->ground.weight);
+            grip->load = fmax(weighted(&s->compressed[k], &gauss_end), LEAST_LOAD)*run->ground.weight;
     }
 }
 #endif

@@ -188,6 +188,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                          double reach)
 {
     double last = INFINITY, ratio = INFINITY;
+    int shifted = 0;                    /* whether the length has changed by much since the last sweep    */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
@@ -215,8 +216,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
-        if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5))
+        if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
+        shifted = SET_LOADS && fabs(moved) > reach*s->h;    /* loads are those of the sweep before          */
         last = change > 0 ? change : 1e-300;
         s->h = length;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
