@@ -6,6 +6,7 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
+#define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that                                           */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
@@ -188,7 +189,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                          double reach)
 {
     double last = INFINITY, ratio = INFINITY;
-    int shifted = 0;                    /* whether the length has changed by much since the last sweep    */
+    int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
@@ -218,7 +219,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
-        shifted = SET_LOADS && fabs(moved) > reach*s->h;    /* loads are those of the sweep before          */
+#if SET_LOADS
+        shifted = s->landing >= wheels + s->guards && fabs(moved) > reach*s->h && fabs(moved) < SHIFT*s->h;
+#endif
         last = change > 0 ? change : 1e-300;
         s->h = length;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)

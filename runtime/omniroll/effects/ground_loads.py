@@ -17,6 +17,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NoReturn
 
 import numpy as np
 
@@ -191,7 +192,7 @@ class Loads:
         found = tried[0][1] if tried else Carried(np.zeros(len(self.carries)), self.start, self.start, np.nan)
         self.refuse_as(NONE, found, determined)
 
-    def refuse_as(self, failure: str, found: Carried, is_regular: bool) -> None:
+    def refuse_as(self, failure: str, found: Carried, is_regular: bool) -> NoReturn:
         """Raises GroundFailsError for one of FAILURES.
 
         is_regular  whether the coupled matrix is as it must be, whichever contacts carry
@@ -201,7 +202,7 @@ class Loads:
         self.refuse(failure, found)
 
     def refuse_beyond_the_edge(self, sums: np.ndarray) -> None:
-        """Raises GroundFailsError where the vehicle tips: where loads with these sums (3,) act at its edge, or beyond."""
+        """Raises GroundFailsError where the vehicle tips: where loads with the sums (3,) act at its edge, or beyond."""
         point = sums[1:] / self.weight
         if self.polygon.margin(point) > AT_EDGE * self.arm:
             return
@@ -214,7 +215,7 @@ class Loads:
         )
         raise GroundFailsError(reason, min(edge))
 
-    def refuse(self, what: str, found: Carried) -> None:
+    def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""
         wheel = int(np.argmax(np.abs(found.compression)))
         reason = (

@@ -35,7 +35,7 @@ class SmoothGround:
         self.loads.moved()
 
     def switched(self, directions: np.ndarray) -> None:
-        """Wheels have passed to their next rollers, directions (N,); loads may change and contacts stay where they are."""
+        """Wheels have passed to their next rollers, directions (N,), which changes no contact at once."""
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Loads, (N,) bool, that have vanished, or that come back."""

@@ -107,7 +107,7 @@ class Contacts:
         return {argument.name: value for argument, value in zip(outputs, found, strict=True)}
 
     def _loads(self, dynamics: str, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Loads (..., N) that follow the motion, by the function of the accelerations; load_factor goes into `values`."""
+        """Loads (..., N) that follow the motion, by this function of the accelerations; `values` gets load_factor."""
         shape = self.rates.shape
         carries = np.broadcast_to(values["carries"] > 0.5, shape)
         springs = Springs(self.kernel.vehicle.places())
