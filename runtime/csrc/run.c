@@ -25,9 +25,10 @@
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define MOST_GUARDS (3*MOST_WHEELS)
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
-#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
+#define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
+#define SHRINKS 0.1                 /* of a step: to less an event that has not been found with its loads shortens no try */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 
 #if SET_HOLDS
@@ -360,7 +361,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(s->h, most)/(SET_IS_COUPLED ? 2 : 3);
+            most = fmin(fmax(s->h, SET_LOADS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }

@@ -37,16 +37,18 @@ FLAGS = [
 
 BEARINGS = omniroll.Bearings(wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3))
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
-CASES = {  # effects of the set, flags, and what acts: as in engine.c
-    "bare": ((), [], []),
-    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS]),
-    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND]),
+LOADED = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), loads="dynamic", height=0.05, wheel_rates=(5, -3, 2))
+CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
+    "bare": ((), [], [], 5.0),
+    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
+    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
+    "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
 }
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_engine_from_c_under_sanitizers(tmp_path, case):
-    effects, macro, acting = CASES[case]
+    effects, macro, acting, duration = CASES[case]
 
     compiler = shutil.which("gcc")
     if compiler is None:
@@ -76,11 +78,13 @@ def test_engine_from_c_under_sanitizers(tmp_path, case):
         pytest.skip("no sanitizer libraries")
     assert built.returncode == 0, built.stderr
     vehicle = omniroll.Vehicle.paper()
-    numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, 5.0]
+    numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, duration]
     ran = subprocess.run([program, *map(repr, map(float, numbers)), "0"], capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stderr
     status, switched, *state = ran.stdout.splitlines()[-1].split()
-    run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11, effects=acting)
+    run = omniroll.simulate(
+        vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=duration, accuracy=1e-11, effects=acting
+    )
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T
     np.testing.assert_allclose(nu, run.nu[-1], atol=1e-10)

@@ -22,7 +22,7 @@ def state(session):
 
 
 @pytest.mark.parametrize(
-    "name", ["viscous", "regularised", "coulomb", "loads, viscous, friction in rollers", "loads, coulomb"]
+    "name", ["viscous", "regularised", "coulomb", "loads, regularised, Coulomb's friction in rollers", "loads, coulomb"]
 )
 def test_a_session_is_the_run_and_goes_back_to_the_bit(name):
     vehicle, options = slipping_task(name, 0)
