@@ -14,7 +14,8 @@ from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping", "bearing_torque", "sticks")  # of the kernel: affine in time between two events
+# Inputs of the kernel: affine in time between two events.
+INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks")
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
@@ -35,11 +36,12 @@ OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces 
 OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
 ALIASES = {"coulomb_rates": "coulomb_momenta_dot"}  # outputs, and the inputs of other functions that they are
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
-# What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
-# torques are an input.
+# What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
+# are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
-BEARING_INPUT = "bearing_torque"
+STUCK = "stuck_accelerations"
+OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -83,8 +85,11 @@ class EngineSet:
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.holds = effects.function(HELD[self.spins]) is not None
-        plain = (*PLAIN, *(["mass_matrix"] if self.holds else []), *(ON_THE_GROUND if self.grips else []))
+        self.spins_stick = self.spins and effects.function(STUCK) is not None
+        self.held = STUCK if self.spins_stick else HELD[self.spins]
+        self.holds = effects.function(self.held) is not None
+        of_holding = ["mass_matrix"] * self.holds + ["spins_from_axial"] * self.spins_stick
+        plain = (*PLAIN, *of_holding, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property
@@ -135,10 +140,9 @@ class EngineSet:
         own = [f"const lanes_t *{a.name}" if a.shape else f"lanes_t {a.name}" for a in function.inputs]
         return ["const int wheels", "const vehicle_t *v", *own, *(f"lanes_t *{a.name}" for a in function.outputs)]
 
-    @property
-    def bearing_input(self) -> int:
-        """The place of the bearings' torques among the inputs."""
-        return self.inputs.index(BEARING_INPUT)
+    def place_of_input(self, name: str) -> int:
+        """The place of an input among the inputs, -1 where it is none."""
+        return self.inputs.index(name) if name in self.inputs else -1
 
     @property
     def modes_input(self) -> int:
@@ -168,7 +172,8 @@ class EngineSet:
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
-        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"} | {name: f"at->{name}" for name in OF_CONTACTS}
+        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
+        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_SPINS)}
         return self._calls(functions, targets | rates)
 
     def load_calls(self) -> list[Call]:
@@ -185,8 +190,8 @@ class EngineSet:
         return call
 
     def held_call(self) -> Call:
-        """The dynamics where axles stick."""
-        return self.core_calls(HELD[self.spins])[-1]
+        """The dynamics where bearings stick."""
+        return self.core_calls(self.held)[-1]
 
     def slope_calls(self) -> list[Call]:
         """What gives the slopes of the core's rates, each in its own number: by friction."""
@@ -237,7 +242,7 @@ class EngineSet:
     ) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
         so does what is `given` beside the point."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_SPINS)
         known = {name: f"at->{name}" for name in plain}
         known |= {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
@@ -261,11 +266,9 @@ class EngineSet:
 
 
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
-# A set in which rollers stick in their bearings has it; the engine has no modes of these.
-MODES = "contact_spin_rates"
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(MODES) is None
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

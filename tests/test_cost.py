@@ -136,6 +136,7 @@ def disassembly(file):
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("level", REGISTERS)
 def test_the_batch_kernel_is_vectorised(disassembled, level):
     text = "\n".join(code for name, code in disassembled("locked", level).items() if "forward_dynamics_batch" in name)

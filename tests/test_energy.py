@@ -21,6 +21,7 @@ def run(rng, wheels, rollers, model, law, accuracy, switches, engine="compiled")
     return vehicle, trajectory
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["compiled", "python"])
 @pytest.mark.parametrize("law", ["smooth", "impact"])
 @pytest.mark.parametrize("model", MODELS)

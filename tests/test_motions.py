@@ -30,6 +30,7 @@ def rows(folder):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.long
 def test_the_page_shows_every_picture_and_table(folder):
     text = (folder / "index.html").read_text(encoding="utf-8")
     shown = set(re.findall(r"(?:src|href)=['\"]([^'\"]+)['\"]", text))

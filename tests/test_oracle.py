@@ -294,6 +294,7 @@ def test_series_of_motion_satisfy_the_equations(model):
     check()
 
 
+@pytest.mark.long
 def test_references_do_not_depend_on_the_order():
     """The same motion with two orders and tolerances, switches included, to 17 digits."""
     vehicle = paper_vehicle()

@@ -81,6 +81,7 @@ def test_samples_between_rows(case):
         assert gap(case, found.pose[k], found.nu[k], wanted) <= accuracy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["compiled", "python"])
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-7, 1e-11])
 def test_accuracy_is_kept(accuracy, engine):
@@ -93,6 +94,7 @@ def test_accuracy_is_kept(accuracy, engine):
         assert gap(case, trajectory.pose[-1], trajectory.nu[-1], case["end"]) <= accuracy
 
 
+@pytest.mark.long
 def test_references_can_be_made_again():
     """One short case, computed anew with fewer digits, is what is kept."""
     case = next(

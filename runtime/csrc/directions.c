@@ -274,7 +274,7 @@ static void find_directions(step_t *s, const int wheels)
             s->at_slip[k].lanes[b] = slip[k];
     }
     for (int i = 0; i < wheels; i++)
-        if (s->slides[i])
+        if (s->slides[i] && !s->keeps[i])
             find_direction(s, wheels, i);
     forces_in_directions(s, wheels);
 }

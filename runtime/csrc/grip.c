@@ -6,6 +6,7 @@
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
 #define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
+#define STRAYS 2                    /* times that: it should have turned further                              */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
@@ -423,22 +424,58 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
 }
 
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
- * without end. Each step makes a part of the way, so that the slip falls geometrically. */
-static double longest_before_rest(const omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+ * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
+ * nothing left to turn, the slip keeps it up to rest. */
+static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    double longest = INFINITY;
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
-    const double left_over = TURNS_AWAY*run->tolerance*speed*run->ground.arms[0];
-    for (int i = 0; i < wheels && s->turning; i++) {
-        const double *const slip = s->slip_start + 2*i, left = sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
-        if (!s->slides[i] || !(left > s->slip_noise[i]))
+    s->rest_in = INFINITY;
+    for (int i = 0; i < wheels; i++) {
+        s->keeps[i] = 0;
+        if (!s->turning || !s->slides[i])
             continue;
+        const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
         const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
-        const double falls = -(rate[0]*slip[0] + rate[1]*slip[1])/left, across = rate[1]*slip[0] - rate[0]*slip[1];
-        if (falls > s->settles && fabs(across) > falls*left_over)
-            longest = fmin(longest, PART_OF_WAY*left/falls);
+        const double left = slip[0]*towards[0] + slip[1]*towards[1];
+        const double falls = -(rate[0]*towards[0] + rate[1]*towards[1]), across = rate[1]*towards[0] - rate[0]*towards[1];
+        s->left_over[i] = fmax(TURNS_AWAY*run->tolerance*speed*run->ground.arms[0], s->slip_noise[i]);
+        if (!(falls > s->settles && left > 0))
+            continue;
+        s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->left_over[i];
+        if (!s->keeps[i] && left > s->slip_noise[i])
+            s->rest_in = fmin(s->rest_in, left/falls);
     }
-    return longest;
+    return PART_OF_WAY*s->rest_in;
+}
+
+/* The length of the next try after a step towards a rest that missed times^NODES too much. The polynomials converge like
+ * those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
+static double farther_from_rest(const step_t *s, double times)
+{
+    const double place = fmax(2*s->rest_in/s->h - 1, 1);     /* of the rest, where the step is from -1 to 1          */
+    const double ellipse = (place + sqrt(place*place - 1))*times;
+    return s->h*fmin(fmax(2*s->rest_in/s->h/((ellipse + 1/ellipse)/2 + 1), 0.2), 0.9);
+}
+
+/* The length of steps is kept while slips come near rest, and stands again behind it. */
+static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm)
+{
+    if (s->landing >= s->wheels + s->guards) {
+        run->step = fmax(run->step, run->calm_step);
+        run->calm_step = 0;
+    } else if (PART_OF_WAY*s->rest_in < calm)
+        run->calm_step = fmax(run->calm_step, calm);
+}
+
+/* Whether a slip that has kept its direction should have turned. */
+static int has_strayed(const step_t *s, const int wheels)
+{
+    for (int i = 0; i < wheels; i++)
+        for (int m = 0; m < NODES && s->keeps[i]; m++)
+            if (fabs(s->toward[2*i].node[m]*s->at_slip[2*i + 1].node[m]
+                     - s->toward[2*i + 1].node[m]*s->at_slip[2*i].node[m]) > STRAYS*s->left_over[i])
+                return 1;
+    return 0;
 }
 #endif
 
@@ -450,10 +487,10 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
     return count;
 }
 
-/* Which axles stick and which contacts do from now on, where that must be decided anew. */
+/* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
-    settle_axles(run, work);
+    settle_bearings(run, work);
 #if SET_GRIPS
     if (run->ground.undecided)
         decide_contacts(run, work);

@@ -3,11 +3,14 @@
  * collocation.c  a step: the state at its nodes
  * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
  * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
+ * contact_rows.c  how rollers in contact turn with nu
  * events.c       where it ends
  * contact_events.c  and where contacts with the ground end it
  * rows.c         what the caller gets
  * instant.c      the rates at an instant
- * sticking.c     which axles stick
+ * spin_events.c  and where free rollers on their disks end it
+ * sticking.c     which bearings stick
+ * spins.c        and which of those of free rollers
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
@@ -23,13 +26,17 @@
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
-#define MOST_GUARDS (3*MOST_WHEELS)
+#define MOST_GUARDS (4*MOST_WHEELS)
+#define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
+#define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
+#define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 #define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define SHRINKS 0.1                 /* of a step: to less an event that has not been found with its loads shortens no try */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
+#define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
 #if SET_HOLDS
 #include "complementarity.c"
@@ -40,10 +47,13 @@
 #include "coupled.c"
 #endif
 #include "directions.c"
+#include "contact_rows.c"
 #include "events.c"
 #include "contact_events.c"
+#include "spin_events.c"
 #include "rows.c"
 #include "instant.c"
+#include "spins.c"
 #include "sticking.c"
 #if SET_GRIPS
 #include "cones.c"
@@ -89,9 +99,11 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_GRIPS
     begin_contacts(run, work, s, wheels);
+    s->strays = 0;
 #endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
+    begin_holding(run, work, s);
     for (int i = 0; i < wheels; i++)
         s->turns[i] = !sticks(run, i);
     for (int k = 0; k < 9; k++)
@@ -189,6 +201,10 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
 #endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        s->spins->late[k] = 0;
+#endif
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
@@ -254,11 +270,15 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     turned = fmin(turned, turn_of_loads(s, wheels));
 #endif
 #if SET_HOLDS
-    nodes_t force_rate[3];
-    for (int k = 0; s->facets && k < 3; k++)
-        force_rate[k] = times(gauss_slope, &s->force[k]);
+    holding_rates_t rates;
+    if (s->facets)
+        holding_rates(s, wheels, &rates);
     for (int f = 0; f < s->facets; f++)
-        turned = fmin(turned, turn_of_facet(s, force_rate, s->facet + f));
+        turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
+#endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        turned = fmin(turned, turn_of_spin(s, k));
 #endif
     return turned;
 }
@@ -293,11 +313,13 @@ static int hardest_part(const omniroll_run_t *run, const step_t *s)
 
 /* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
  * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
- * what the run may leave that it is of the duration. A run that pauses has no duration that is known. */
+ * what the run may leave that it is of the duration. Short steps get more than that, later ones less and less: all
+ * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
 ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 {
 #if SET_IS_ACTED_ON
-    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*(h/run->duration), FINEST_SWEEP);
+    const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
+    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
 #else
     (void)h;
     return run->sweep_tolerance;
@@ -308,6 +330,10 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
  * in whose middle they bend. */
 ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
 {
+#if SET_GRIPS
+    if (s->turning && s->rest_in < INFINITY)
+        return farther_from_rest(s, 0.9/factor);
+#endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
     if (found.left < 1) {
@@ -341,6 +367,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     const int after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
     if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
         most = fmin(most, SPIN_UP*run->first_step);
+#if SET_GRIPS
+    const double calm = most;       /* the length before slips that come to rest make it shorter             */
+#endif
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
     const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
@@ -383,6 +412,12 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             most = s->h*turned;
             continue;
         }
+#if SET_GRIPS
+        if (has_strayed(s, wheels)) {
+            s->strays = 1;
+            continue;
+        }
+#endif
 #if SET_ACCOUNTS
         accounts_at_nodes(s, wheels);
 #endif
@@ -399,6 +434,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
          * try that is too long costs more than a step that is too short. */
+#if SET_GRIPS
+        keep_calm_step(run, s, calm);
+#endif
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
         else if (run->pauses && s->h >= rest)
@@ -507,7 +545,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         damp(run, work, s, wheels);
 #endif
 #if SET_HOLDS
-    axles_have_moved(run, work);
+    bearings_have_moved(run, work);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);

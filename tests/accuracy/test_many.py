@@ -256,3 +256,13 @@ def test_bad_input_is_named(change, field):
         with pytest.raises(ValueError) as raised:
             simulate_many(task.pop("vehicles"), **task)
     assert raised.value.field == field
+
+
+def test_a_sweep_without_room_is_refused_before_it_is_made():
+    starts = np.broadcast_to(np.array(NU[0], float), (10**6, 1, 3))
+    with pytest.raises(omniroll.InvalidValueError, match=r"for 1000000000000 runs: \d.* PB; or make") as raised:
+        simulate_many(PAPER, nu=starts, chi=np.zeros((1, 10**6, 3)), duration=1)
+    assert raised.value.field == "memory"
+    with pytest.raises(omniroll.InvalidValueError, match="for 2 runs of 100000000 samples"):
+        simulate_many(PAPER, nu=NU[:2], duration=1, times=np.broadcast_to(0.5, 10**8))
+    assert not simulate_many(PAPER, nu=NU[:2], duration=0.1, memory=1e5).stopped.any()

@@ -39,6 +39,7 @@ def sensitivity(nu, duration, **options):
     return omniroll.simulate(PAPER, nu=nu, duration=duration, **options).stats["sensitivity"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["compiled", "python"])
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-9])
 def test_the_sensitivity_belongs_to_the_motion(engine, accuracy):

@@ -48,6 +48,7 @@ def answers(folder, problems):
     return [np.array(line.split(), float) for line in ran.stdout.splitlines()]
 
 
+@pytest.mark.long
 def test_the_problem_is_solved_as_in_python(tmp_path):
     problems = [problem(seed) for seed in SEEDS]
     for given, answer in zip(problems, answers(tmp_path, problems), strict=True):

@@ -36,14 +36,21 @@ FLAGS = [
 
 
 BEARINGS = omniroll.Bearings(wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3))
+ROLLERS = omniroll.Bearings(
+    wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3),
+    roller_coulomb=(3e-7, 4e-7, 5e-7), roller_break_away=(6e-7, 8e-7, 1e-6),
+)  # fmt: skip
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
 LOADED = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), loads="dynamic", height=0.05, wheel_rates=(5, -3, 2))
 CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
     "bare": ((), [], [], 5.0),
     "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
+    "axles and rollers that stick": (
+        ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
+    ),
     "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
     "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -65,6 +65,7 @@ def short_angles(real):
     return np.concatenate([positive, -positive])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number_type", TYPES)
 def test_short_angles_are_right_to_an_ulp(number_type, tmp_path):
     macros, real = TYPES[number_type]

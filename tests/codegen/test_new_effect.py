@@ -2,6 +2,7 @@
 
 import copy
 
+import pytest
 from toy import array, derivation
 
 from codegen.derivation import Derivation
@@ -30,6 +31,7 @@ def with_wind():
     return data
 
 
+@pytest.mark.long
 def test_what_a_new_effect_changes():
     before, after = render(Derivation(derivation())), render(Derivation(with_wind()))
     assert after.keys() - before.keys() == OWN

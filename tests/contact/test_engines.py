@@ -190,8 +190,8 @@ def test_engines_agree_about_loads_that_vanish(law, wheels, model):
         assert own.stats["engine"] == "compiled" and (why is None) == (reason is None)
         if why is not None:
             assert why[0] == pytest.approx(reason[0], abs=1e-10) and why[1:] == reason[1:]
-        modes = [run.ground_load[:-1] > 0 for run in (own, other)]
-        pairs = [modes] + ([[run.sticks[:-1] for run in (own, other)]] if law == "coulomb" else [])
+        modes = [run.drive[:, run.effects.drives().index("carries")] > 0.5 for run in (own, other)]
+        pairs = [modes] + ([[run.sticks for run in (own, other)]] if law == "coulomb" else [])
         for mine, theirs in pairs:
             for wheel in range(wheels):
                 (instants, found), (those, wanted) = changes(own, mine, wheel), changes(other, theirs, wheel)

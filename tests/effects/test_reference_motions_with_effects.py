@@ -45,6 +45,7 @@ def applied(rolling):
     return forces
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "roller_model, law, rolling",
     [

@@ -133,6 +133,7 @@ def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
         assert run.stats()["steps"] < 20_000
 
 
+@pytest.mark.long
 def test_a_vehicle_that_slows_down_may_run_for_long():
     """Switches take energy: the pace grows as the speed falls, and the whole takes few steps."""
     memory = 5e8

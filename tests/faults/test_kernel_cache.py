@@ -49,6 +49,7 @@ def asked_elsewhere():
     return done.stdout, done.stderr
 
 
+@pytest.mark.long
 def test_every_text_may_be_damaged(fresh_cache):
     """Cut off, empty, gone, or another's: it is made anew as it was."""
     place = sets.c_folder("locked", ("slope",))
@@ -77,6 +78,7 @@ def test_checksums_that_leave_a_text_out_are_none(fresh_cache):
         assert (sets.folder("locked", ("slope",)) / "functions.json").read_bytes() == whole
 
 
+@pytest.mark.long
 def test_a_foreign_library_and_a_damaged_bytecode_are_made_anew(fresh_cache, monkeypatch):
     monkeypatch.setattr(sys, "dont_write_bytecode", False)
     expected, _ = asked_elsewhere()
@@ -92,6 +94,7 @@ def test_a_foreign_library_and_a_damaged_bytecode_are_made_anew(fresh_cache, mon
     assert sloped("python").forward_dynamics(*state).tolist() == rates
 
 
+@pytest.mark.long
 def test_what_is_damaged_is_said(fresh_cache):
     sloped()
     (library,) = fresh_cache.rglob("double.so")
@@ -148,6 +151,7 @@ def test_the_digest_of_the_sources_knows_each_of_them(tmp_path):
     assert building.sources_digest(*folders) == found[-1]
 
 
+@pytest.mark.long
 def test_a_full_disk_gives_way_to_a_folder_of_the_process(fresh_cache, monkeypatch):
     write = Path.write_text
 
@@ -163,6 +167,7 @@ def test_a_full_disk_gives_way_to_a_folder_of_the_process(fresh_cache, monkeypat
     assert len(said) == 1 and not [path for path in fresh_cache.rglob("*") if path.suffix != ".lock"]
 
 
+@pytest.mark.long
 def test_builds_that_are_killed_leave_nothing_that_is_used(fresh_cache, tmp_path, monkeypatch):
     """A compiler that is slow enough to be killed with its caller, at three moments; then it is asked again."""
     script = tmp_path / "compiler"

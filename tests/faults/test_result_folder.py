@@ -105,6 +105,7 @@ def switch_rows(part):
     return np.repeat(after, [np.count_nonzero(part.contact[k] != part.contact[k - 1]) for k in after])
 
 
+@pytest.mark.long
 def test_a_run_that_is_killed_leaves_its_parts(long_scene, tmp_path, monkeypatch):
     monkeypatch.setattr(run_command, "PARTS", 0.0)
     out = tmp_path / "out"

@@ -151,6 +151,7 @@ def test_both_machines_give_the_same_bits(counted):
     assert np.array_equal(counted("M4F float").end, counted("M7 float").end)
 
 
+@pytest.mark.long
 def test_a_controller_on_the_machine_drives_as_on_this_one(tmp_path):
     """tests/c/controller.c in float on an M4F, in double here; the bound is that of tests/c/test_c.py."""
     joints = ("-DJOINTS=100",)

@@ -32,6 +32,7 @@ def shell(text, folder):
     run("sh", "-ec", text, cwd=folder, env=os.environ | {"PATH": path})
 
 
+@pytest.mark.long
 def test_the_commands_and_the_program_of_the_page(tmp_path):
     tool("cc")
     for block in blocks(PAGE, "sh"):
@@ -45,6 +46,7 @@ def test_the_commands_and_the_program_of_the_page(tmp_path):
         assert subprocess.run([made]).returncode == 0
 
 
+@pytest.mark.long
 def test_the_commands_of_the_readme(tmp_path):
     tool("cc")
     (block,) = (block for block in blocks(README, "sh") if "omniroll kernel" in block)
@@ -52,6 +54,7 @@ def test_the_commands_of_the_readme(tmp_path):
     assert (tmp_path / "out/firmware/omniroll.o").exists() and (tmp_path / "out/free/omniroll.h").exists()
 
 
+@pytest.mark.long
 def test_the_regulator_and_the_filter_of_the_page_on_derivatives(tmp_path):
     """The gain against SciPy's from omniroll.linearise; the filter against its readings and its own bounds."""
     (scene,) = blocks(LINEARISING, "toml")

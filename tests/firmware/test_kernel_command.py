@@ -72,6 +72,7 @@ def test_a_roller_model_gives_functions_of_the_pair_that_ships(model, tmp_path, 
     assert f"{(tmp_path / 'new/omniroll.c').stat().st_size} bytes" in out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", SCENES, ids=lambda path: path.stem)
 def test_a_scene_compiles_with_the_line_that_is_printed(scene, tmp_path, capsys):
     if tool("cc"):
@@ -99,6 +100,7 @@ def test_a_scene_gets_its_effects_and_no_others(tmp_path):
     assert made.set_name == "free_motor"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number_type", ["double", "float"])
 def test_constants_are_what_prepare_gives(number_type, tmp_path):
     """The same bits in double. In float each number is that of double, rounded once."""
@@ -139,6 +141,7 @@ def test_constants_are_what_prepare_gives(number_type, tmp_path):
         assert np.array_equal(found, np.array(wanted[-len(fields) :]).astype(np.float32))
 
 
+@pytest.mark.long
 def test_derivatives_are_written_when_they_are_asked_for(tmp_path):
     scene = str(ROOT / "scenes/driven.toml")
     kernel_command(scene, "--output", str(tmp_path / "with"), "--derivatives")

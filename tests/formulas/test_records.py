@@ -120,6 +120,7 @@ def test_one_entry(capsys):
     assert "misprint" in said and "1/Lambda^2 (I_S" in said and "counterexample" in said
 
 
+@pytest.mark.long
 def test_every_entry_prints(capsys):
     for name in BY_ID:
         assert main(["formulas", name]) == 0

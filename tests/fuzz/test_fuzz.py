@@ -158,6 +158,7 @@ def test_any_command_line_ends_in_an_exit_code(first, others):
     assert "Traceback" not in silent.getvalue()
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(data=st.data())
 def test_any_csv_is_a_trajectory_or_refused(data, tmp_path_factory):

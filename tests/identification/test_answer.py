@@ -82,6 +82,7 @@ def test_a_prior_is_what_else_is_known(scene, columns, fit):
     assert bounded["wheel_viscous"] == pytest.approx(0.0025)
 
 
+@pytest.mark.long
 def test_a_number_that_comes_to_nothing(scene):
     """A fit that ends at 0, whose own size is 0 there."""
     given = omniroll.load_scene(scene)
@@ -107,6 +108,7 @@ def test_noise_that_nobody_knows_is_what_is_left_over(scene, columns):
     assert fit.noise[0]["gyro"] == pytest.approx(0.02, rel=0.2) and fit.estimated == ("wheel_rate", "gyro")
 
 
+@pytest.mark.long
 def test_outliers_do_little_to_a_robust_loss(scene, columns):
     spoilt = columns | {"wheel_rate": columns["wheel_rate"].copy()}
     spoilt["wheel_rate"][::20] += 5.0
@@ -191,6 +193,7 @@ def test_parquet_files_and_data_frames_are_logs(scene, tmp_path, capsys):
     assert "wrong.parquet: must be a Parquet file" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_command(scene, columns, tmp_path, capsys):
     path = tmp_path / "drive.csv"
     with path.open("w", newline="") as file:

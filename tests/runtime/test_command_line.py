@@ -63,6 +63,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     return done.stdout.split()
 
 
+@pytest.mark.long
 def test_bash_offers_commands_and_files(tmp_path):
     (tmp_path / "robot.toml").touch()
     assert set(MODULES) <= set(completed("omniroll", tmp_path))

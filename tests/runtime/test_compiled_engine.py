@@ -50,6 +50,7 @@ def test_both_engines_give_the_same_switches_and_motion(wheels, rollers, model, 
     assert difference(compiled, python) < 2e-11
 
 
+@pytest.mark.long
 def test_turning_back_near_the_joint():
     """Wheels that come to the joint and turn: no switch is missed or made up, wherever the turn is."""
     seen = set()

@@ -2,6 +2,10 @@
 
 Numbers of robots are published ones: the Robot Soccer Kit's model for MuJoCo, OpenBase, RoboMaster's standard robot,
 TIGERs Mannheim's, the youBot's and others' robot descriptions. What a source leaves out is estimated for these tests.
+
+Some published slips are no number of a vehicle here, or one that may be: two files that disagree by some per cent
+(Robot Soccer Kit, RoboJackets) each hold a possible robot, wheels of 35 degrees (ER-Force) as well, and so does a
+description with the density of its drawings (LeKiwi, 17 kg). The mass of a ball and a map of forces are not in a scene.
 """
 
 import math

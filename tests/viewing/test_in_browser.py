@@ -137,6 +137,7 @@ def test_play_advances_and_pause_holds(opened):
     page.locator("#play").click()
     page.wait_for_function("omniroll.page.transport.time > 0.02")
     page.locator("#play").click()
+    page.wait_for_function("!omniroll.page.transport.isPlaying")  # a slow machine is still drawing when click() returns
     held = page.evaluate("omniroll.page.transport.time")
     assert apart(page.evaluate(DRAWN), np.array(before)) > 1e-3
     page.wait_for_timeout(200)

@@ -3,6 +3,8 @@
 import hashlib
 import html
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -149,3 +151,32 @@ def test_licences_of_the_libraries_are_on_the_page():
 def test_nothing_names_a_host_of_packages():
     for path in [ROOT / "viewer/package.json", ROOT / "viewer/package-lock.json", ROOT / "viewer/.npmrc"]:
         assert "://" not in path.read_text(encoding="utf-8").replace("https://opencollective.com", "")
+
+
+NOTEBOOK = """
+import sys
+from types import ModuleType, SimpleNamespace
+
+class Formatter(dict):
+    def for_type_by_name(self, module, name, function):
+        self[module, name] = function
+
+html = Formatter()
+shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters={"text/html": html}))
+sys.modules["IPython"] = ModuleType("IPython")
+sys.modules["IPython"].get_ipython = lambda: shell
+import omniroll
+assert "numpy" not in sys.modules
+run = omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1)
+(show,) = html.values()
+assert (type(run).__module__, type(run).__name__) in html
+print(show(run)[:7], len(show(run)) > 1e5)
+from omniroll.viewer import notebook
+notebook.MOST_ROWS = len(run) - 1
+print(show(run))
+"""
+
+
+def test_a_notebook_shows_a_trajectory():
+    done = subprocess.run([sys.executable, "-c", NOTEBOOK], capture_output=True, text=True)
+    assert done.stdout == "<iframe True\nNone\n", done.stderr

@@ -28,6 +28,7 @@ from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import Controlled, controlled, made, sensitivity
+from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
@@ -45,6 +46,8 @@ ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
 SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
 COUNTS = ("switches", "steps", "evaluations")
 MOST_AXES = 32  # of nested lists: what a list that holds itself exceeds
+NUMBERS_BESIDE_WHEELS = 8  # of a sample: t, nu, pose, energy
+BYTES_OF_A_RUN = 4000  # its arguments and what is kept of it, measured
 NOT_RUN = "interrupted before it was run"
 
 Run = dict[str, Any]  # the arguments of simulate for one run
@@ -155,10 +158,12 @@ def simulate_many(
     nu, chi, spins, pose and duration may have leading axes (...), which broadcast with each other and with the shapes
     of `vehicles` and `effects`; the other arguments are the same for all runs.
 
+    `memory` is for the steps of each run, and for what is kept of all runs.
+
     Returns Many. Raises InvalidValueError before the first run starts where an array makes no sense, or the first
-    run. A run that stops or fails does not end the others: see Many.stopped. Raises SweepInterrupted, a
-    KeyboardInterrupt whose `many` has what was done until then. Warns once with AccuracyWarning where estimates stay
-    above the accuracy, and with UnstableControllerWarning.
+    run, or where what is kept of all runs does not fit into the memory. A run that stops or fails does not end the
+    others: see Many.stopped. Raises SweepInterrupted, a KeyboardInterrupt whose `many` has what was done until then.
+    Warns once with AccuracyWarning where estimates stay above the accuracy, and with UnstableControllerWarning.
     """
     common = {
         "start_time": start_time, "roller_model": roller_model, "switching": switching,
@@ -169,8 +174,9 @@ def simulate_many(
         raise InvalidValueError("executor", executor, "must be an executor of concurrent.futures, or None for threads")
     if progress is not None and not isinstance(progress, bool):
         validation.function("progress", progress, "done", "runs")
-    shape, runs = _all_runs(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
-    runs = [run | common for run in runs]
+    shape, arrays = _arrays(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
+    _check_memory(shape, arrays["vehicle"][0].flat[0], roller_model, 0 if times is None else np.size(times), memory)
+    runs = [run | common for run in _all_runs(shape, arrays)]
     checked_task(**runs[0])
     _warn_of_effects(runs)
     times = None if times is None else _times(times, runs)
@@ -188,7 +194,7 @@ def simulate_many(
 # The runs
 
 
-def _all_runs(
+def _arrays(
     vehicles: Any,
     effects: Any,
     nu: ArrayLike,
@@ -197,8 +203,8 @@ def _all_runs(
     pose: ArrayLike,
     duration: ArrayLike,
     roller_model: str,
-) -> tuple[tuple[int, ...], list[Run]]:
-    """The shape of the whole, and the arguments of each run in C order."""
+) -> tuple[tuple[int, ...], dict[str, tuple[np.ndarray, int]]]:
+    """The shape of the whole; of each argument that varies an array, and how many axes one run's value has."""
     vehicle_table, effect_table = _vehicles(vehicles), _effects(effects)
     first = vehicle_table.flat[0]
     wheels, places = first.wheels, first.rollers_per_wheel - 1
@@ -226,11 +232,28 @@ def _all_runs(
             raise InvalidValueError(
                 name, f"array of shape {array.shape}", f"leading axes do not broadcast with {shape}"
             ) from None
+    return shape, arrays
+
+
+def _all_runs(shape: tuple[int, ...], arrays: dict[str, tuple[np.ndarray, int]]) -> list[Run]:
+    """The arguments of each run in C order."""
     spread = {
         name: np.broadcast_to(array, shape + array.shape[array.ndim - axes :]) for name, (array, axes) in arrays.items()
     }
     runs = [{name: array[index] for name, array in spread.items()} for index in np.ndindex(shape)]
-    return shape, [run | {"duration": float(run["duration"])} for run in runs]
+    return [run | {"duration": float(run["duration"])} for run in runs]
+
+
+def _check_memory(shape: tuple[int, ...], vehicle: Vehicle, roller_model: str, times: int, memory: float) -> None:
+    """Refuse a sweep whose runs and samples would not have room, before anything is made of it."""
+    memory, runs = by_name(RUN)["memory"].checked(memory), math.prod(shape)
+    free = vehicle.wheels * (vehicle.rollers_per_wheel + 1) if roller_model == "free" else 0
+    state = 8 * (NUMBERS_BESIDE_WHEELS + 2 * vehicle.wheels + free)
+    least = runs * (BYTES_OF_A_RUN + (1 + times) * state)
+    if least > memory:
+        kept = f"{runs} runs" + (f" of {times} samples" if times else "")
+        bound = f"must be at least {least:.3g} for {kept}: {shown_bytes(least)}; or make several sweeps"
+        raise InvalidValueError("memory", memory, bound)
 
 
 def _vehicles(vehicles: Any) -> np.ndarray:

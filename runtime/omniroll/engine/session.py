@@ -81,9 +81,6 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if self._task.kernel.rollers_stick:
-            bound = "must be given: sessions run on the compiled engine, which has no modes of rollers"
-            raise InvalidValueError("roller_speed", None, bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
