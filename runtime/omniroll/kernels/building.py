@@ -75,8 +75,8 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
 
     Where an effect changes what another one integrates, a set without it comes first; then one of every effect that has
     neutral values, changes the motion and excludes no other effect, which leaves out axles that stick; then the same
-    with wheels that may slip, if they may with these rollers, under all laws that have neutral values and leave the
-    state as it is: all but those that stick.
+    with wheels that may slip, if they may with these rollers, under all laws that have neutral values, need nothing
+    else and leave the state as it is: all but those that stick, and loads that follow the motion.
     """
     names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
     may_slip = any(e["name"] == SLIPPING and base not in e["excludes"] for e in registry)
@@ -87,7 +87,7 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
         if state["kind"] == "core" and base in state["models"]
         for term in state["case"]
     ]
-    laws = [e["name"] for e in registry if e["neutral"] and SLIPPING in e["needs"] and f"-{e['name']}" not in cases]
+    laws = [e["name"] for e in registry if e["neutral"] and e["needs"] == [SLIPPING] and f"-{e['name']}" not in cases]
     slipping = [SLIPPING, *laws]
     changing = [name for name in names if f"-{name}" in cases]
     smaller = [tuple(name for name in names if name not in changing)] if changing else []
