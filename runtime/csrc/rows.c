@@ -149,9 +149,10 @@ ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *run, int input)
 {
     const int kind = input/run->wheels, wheel = input%run->wheels;
-    if (run->bearing_count && kind == SET_BEARING_INPUT)
+    if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    return run->bearing_count && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
+    const int contacts = run->bearing_count - run->spin_count > run->axle_count;
+    return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 
 #if SET_INPUTS

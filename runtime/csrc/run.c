@@ -634,6 +634,10 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             work.rise_core[c] = 0;
     }
 #endif
+#if SET_HOLDS
+    if (!run->started)
+        clear_bearings(run, &work);
+#endif
 #if SET_LOADS
     balance_in_lanes(run, &work);
 #endif
