@@ -76,7 +76,8 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
     Where effects change what others integrate, a set without them comes first; then one of every effect that has
     neutral values, changes the motion and excludes no other effect, with bearings that stick, which are laws beside
     others at the neutral value of their torques; then the same without these and with wheels that may slip, if they may
-    with these rollers, under all laws that have neutral values and leave the state as it is: all but those that stick.
+    with these rollers, under all laws that have neutral values, need nothing else and leave the state as it is: all but
+    those that stick, and loads that follow the motion.
     """
     sticking = [e["name"] for e in registry if e["excludes"] and e["inputs"] and not (e["constants"] or e["needs"])]
     movers = [e for e in registry if e["neutral"] and (e["states"] or e["constants"])]
@@ -89,7 +90,7 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
         if state["kind"] == "core" and base in state["models"]
         for term in state["case"]
     ]
-    laws = [e["name"] for e in registry if e["neutral"] and SLIPPING in e["needs"] and f"-{e['name']}" not in cases]
+    laws = [e["name"] for e in registry if e["neutral"] and e["needs"] == [SLIPPING] and f"-{e['name']}" not in cases]
     slipping = [SLIPPING, *laws]
     changing = [name for name in names if f"-{name}" in cases]
     smaller = [tuple(name for name in names if name not in changing)] if changing else []
