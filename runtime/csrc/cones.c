@@ -87,34 +87,6 @@ static double go_round(discs_t *d)
     return largest;
 }
 
-/* Gauss's elimination with the largest pivots; the solution stands in `right` then. */
-static void solve_rows(double *m, int size, double *right)
-{
-    for (int k = 0; k < size; k++) {
-        int pivot = k;
-        for (int j = k + 1; j < size; j++)
-            if (fabs(m[j*size + k]) > fabs(m[pivot*size + k]))
-                pivot = j;
-        for (int l = 0; l < size && pivot != k; l++) {
-            const double kept = m[k*size + l];
-            m[k*size + l] = m[pivot*size + l], m[pivot*size + l] = kept;
-        }
-        const double kept = right[k];
-        right[k] = right[pivot], right[pivot] = kept;
-        for (int j = k + 1; j < size; j++) {
-            const double factor = m[j*size + k]/m[k*size + k];
-            for (int l = k + 1; l < size && factor != 0; l++)
-                m[j*size + l] -= factor*m[k*size + l];
-            right[j] -= factor*right[k];
-        }
-    }
-    for (int k = size - 1; k >= 0; k--) {
-        for (int l = k + 1; l < size; l++)
-            right[k] -= m[k*size + l]*right[l];
-        right[k] /= m[k*size + k];
-    }
-}
-
 /* How strongly a disc's force is pulled against its rate. */
 static double pull_of(const discs_t *d, int i)
 {

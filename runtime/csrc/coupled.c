@@ -12,23 +12,21 @@
 #define MOST_RENEWALS 2             /* of the slopes in a try                                               */
 #define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
 
-/* The parts in `memory`, lanes; `core` numbers beside nu. Returns how many lanes they are. */
-static long long lay_out_coupled(coupled_t *c, lanes_t *memory, int size, long long core)
+/* Its parts; `core` numbers beside nu. */
+static void lay_out_coupled(coupled_t *c, parts_t *parts, int size, long long core)
 {
     const long long square = (long long)size*size, vectors = WAYS/LANES;
-    lanes_t *next = memory;
     c->size = size;
-    c->missing = (nodes_t *)next, next += BLOCKS*(core + 3);
-    c->real = (ways_t *)next, next += square*vectors;
-    c->imaginary = (ways_t *)next, next += square*vectors;
-    c->found_real = (ways_t *)next, next += size*vectors;
-    c->found_imaginary = (ways_t *)next, next += size*vectors;
-    double *const numbers = (double *)next;
-    c->slope = numbers, c->small = numbers + square, c->own = numbers + 2*square + size;
-    c->reach = c->own + core;
-    next += (2*square + 2*size + core + LANES - 1)/LANES;
-    c->filled = (unsigned char *)next, next += square/(long long)sizeof(lanes_t) + 1;
-    return next - memory;
+    c->missing = lanes_part(parts, BLOCKS*(core + 3));
+    c->real = lanes_part(parts, square*vectors);
+    c->imaginary = lanes_part(parts, square*vectors);
+    c->found_real = lanes_part(parts, size*vectors);
+    c->found_imaginary = lanes_part(parts, size*vectors);
+    c->slope = numbers_part(parts, square);
+    c->small = numbers_part(parts, square + size);
+    c->own = numbers_part(parts, core);
+    c->reach = numbers_part(parts, size);
+    c->filled = lanes_part(parts, square/(long long)sizeof(lanes_t) + 1);
 }
 
 ALWAYS_INLINE double weight_of(const step_t *s, int speed)
@@ -155,20 +153,7 @@ static void after(const coupled_t *c, double time, double *rates)
     for (int j = 0; j < size; j++)
         for (int k = 0; k < size; k++)
             m[j*size + k] = (j == k) - time*c->slope[j*size + k];
-    for (int k = 0; k < size; k++)
-        for (int j = k + 1; j < size; j++) {
-            const double factor = m[j*size + k]/m[k*size + k];
-            if (factor == 0)
-                continue;
-            for (int l = k + 1; l < size; l++)
-                m[j*size + l] -= factor*m[k*size + l];
-            rates[j] -= factor*rates[k];
-        }
-    for (int k = size - 1; k >= 0; k--) {
-        for (int l = k + 1; l < size; l++)
-            rates[k] -= m[k*size + l]*rates[l];
-        rates[k] /= m[k*size + k];
-    }
+    solve_rows(m, size, rates);
 }
 
 /* Complex numbers in lanes. */

@@ -37,62 +37,62 @@ typedef struct {
 #endif
 } work_t;
 
-/* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. */
+/* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. No memory: they are
+ * counted. */
 static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 {
-    lanes_t *next = memory + LANES_MODEL_SIZE((long long)wheels, (long long)rollers);
+    parts_t parts = {memory, LANES_MODEL_SIZE((long long)wheels, (long long)rollers)};
     const long long axial = (long long)wheels*(rollers - 1), core = core_size(wheels, rollers);
     work->core = (int)core;
-    work->momenta = next, next += 2*wheels;
-    work->axial = next, next += axial;
+    work->momenta = lanes_part(&parts, 2*wheels);
+    work->axial = lanes_part(&parts, axial);
 #if SET_CORE_PARTS
-    work->later = next, next += axial;
-    work->rate_core = (nodes_t *)next, next += BLOCKS*core;
-    work->at_core = (nodes_t *)next, next += BLOCKS*core;
-    work->found_core = (nodes_t *)next, next += BLOCKS*core;
-    work->slope_core = (nodes_t *)next, next += BLOCKS*core;
-    work->core_in_nu = (nodes_t *)next, next += 3*BLOCKS*core;
-    work->core_here = next, next += core;
-    work->core_dot = next, next += core;
-    work->core_slope = next, next += core;
-    work->core_chord = next, next += core;
-    double *numbers = (double *)next;
-    work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
-    next += (3*core + LANES - 1)/LANES;
+    work->later = lanes_part(&parts, axial);
+    work->rate_core = lanes_part(&parts, BLOCKS*core);
+    work->at_core = lanes_part(&parts, BLOCKS*core);
+    work->found_core = lanes_part(&parts, BLOCKS*core);
+    work->slope_core = lanes_part(&parts, BLOCKS*core);
+    work->core_in_nu = lanes_part(&parts, 3*BLOCKS*core);
+    work->core_here = lanes_part(&parts, core);
+    work->core_dot = lanes_part(&parts, core);
+    work->core_slope = lanes_part(&parts, core);
+    work->core_chord = lanes_part(&parts, core);
+    work->end_core = numbers_part(&parts, core);
+    work->weight = numbers_part(&parts, core);
+    work->rise_core = numbers_part(&parts, core);
 #endif
 #if SET_LOADS
-    work->balance_numbers = next, next += 2 + wheels;
-    work->loads = (loads_t *)next, next += LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t));
+    work->balance_numbers = lanes_part(&parts, 2 + wheels);
+    work->loads = lanes_part(&parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
 #endif
 #if SET_GRIPS
-    work->load = next, next += wheels;
-    work->friction = next, next += 2*wheels;
-    work->ground_force = next, next += 2*wheels;
-    work->slip_dot = next, next += 2*wheels;
-    work->response = (double *)next, next += (4*wheels*wheels + LANES - 1)/LANES;
+    work->load = lanes_part(&parts, wheels);
+    work->friction = lanes_part(&parts, 2*wheels);
+    work->ground_force = lanes_part(&parts, 2*wheels);
+    work->slip_dot = lanes_part(&parts, 2*wheels);
+    work->response = numbers_part(&parts, 4*(long long)wheels*wheels);
 #endif
 #if SET_IS_COUPLED
-    next += lay_out_coupled(&work->coupled_speeds, next, coupled_size(wheels) + 3, core);
+    lay_out_coupled(&work->coupled_speeds, &parts, coupled_size(wheels) + 3, core);
 #endif
 #if SET_HOLDS
-    work->held_force = next, next += 3;
-    work->facets = (facet_t *)next;
-    const long long facets = most_facets(SET_BEARINGS*wheels)*(long long)(sizeof(facet_t)/sizeof(double));
-    next += (facets + LANES - 1)/LANES;
-    work->sticking = (bearings_t *)next;
-    next += ((long long)(sizeof(bearings_t)/sizeof(double)) + LANES)/LANES;
+    work->held_force = lanes_part(&parts, 3);
+    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+    work->facets = numbers_part(&parts, most_facets(SET_BEARINGS*wheels)*facet);
+    work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
 #endif
 #if SET_SPINS_STICK
-    work->spins.sticks = next, next += axial;
-    work->spins.torque = next, next += axial;
-    work->spins.holding = next, next += axial;
-    work->spins.held = (nodes_t *)next, next += BLOCKS*axial;
-    double *of_spins = (double *)next;
-    work->spins.late = of_spins, work->per_yaw = of_spins + axial, work->given = of_spins + 2*axial;
-    work->bounds = of_spins + 3*axial, work->carried = of_spins + 4*axial;
-    next += (5*axial + LANES - 1)/LANES;
+    work->spins.sticks = lanes_part(&parts, axial);
+    work->spins.torque = lanes_part(&parts, axial);
+    work->spins.holding = lanes_part(&parts, axial);
+    work->spins.held = lanes_part(&parts, BLOCKS*axial);
+    work->spins.late = numbers_part(&parts, axial);
+    work->per_yaw = numbers_part(&parts, axial);
+    work->given = numbers_part(&parts, axial);
+    work->bounds = numbers_part(&parts, axial);
+    work->carried = numbers_part(&parts, axial);
 #endif
-    return next - memory;
+    return parts.used;
 }
 
 /* Whether the axle of a wheel is at rest, and whether it sticks in this phase. */

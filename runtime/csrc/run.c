@@ -38,6 +38,10 @@
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
+#include "parts.c"
+#if SET_IS_COUPLED || SET_GRIPS
+#include "linear.c"
+#endif
 #if SET_HOLDS
 #include "complementarity.c"
 #endif
