@@ -75,7 +75,8 @@ class EngineSet:
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
         self.holds = effects.function(HELD[self.spins]) is not None
-        plain = (*PLAIN, *(["mass_matrix"] if self.holds else []), *(ON_THE_GROUND if self.grips else []))
+        inertia = ["mass_matrix"] if self.acted and not self.slips else []
+        plain = (*PLAIN, *inertia, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property

@@ -127,10 +127,12 @@ typedef struct {
     int stiff_sweeps;                           /* how many such sweeps this try has had         */
     int nu_is_stiff;                            /* whether slopes of nu' in nu are needed for it */
     int by_newton;                              /* it has been in the last try                   */
+    int by_axles;                               /* whether axles' friction alone makes its slopes */
     double steepest;                            /* the largest h times slope in the last stiff sweep */
     nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
     newton_t newton;                            /* of nu', where it is stiff                     */
     double rest;                                /* what further sweeps would change              */
+    double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;
     double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
     double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
@@ -426,6 +428,122 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
     }
 }
 
+#if SET_SLIPS
+#define AXLES 0                                 /* for how many wheels axles' friction tells the slopes of nu' */
+#else
+#define AXLES 3
+#define OF_AXLES 0.2                            /* h times what it leaves of a slope, at most                 */
+
+/* Slopes of nu' that axles' friction makes, which depends on the rate of its own wheel alone: each adds row row' times the
+ * slope of its torque, over the mass matrix. So the change of nu' where all wheels become faster by 1 tells all slopes. */
+typedef struct {
+    double row[9], all[3];                      /* of the wheels' rates in nu; nu where all rates are 1       */
+    double inverse[9];                          /* of the rows                                                */
+    int known;
+} axles_t;
+
+/* The inverse of a 3 x 3 matrix by rows, times the determinant, which is returned. */
+#define ADJUGATE(m, out) do { \
+        for (int k_ = 0; k_ < 3; k_++) \
+            for (int l_ = 0; l_ < 3; l_++) { \
+                const int a_ = (l_ + 1)%3, b_ = (l_ + 2)%3, c_ = (k_ + 1)%3, d_ = (k_ + 2)%3; \
+                (out)[3*k_ + l_] = (m)[3*a_ + c_]*(m)[3*b_ + d_] - (m)[3*a_ + d_]*(m)[3*b_ + c_]; \
+            } \
+    } while (0)
+
+ALWAYS_INLINE void find_axles(const step_t *s, const int wheels, axles_t *axles)
+{
+    double size = 0;
+    axles->known = 0;
+    if (wheels != AXLES)
+        return;
+    for (int l = 0; l < 3; l++) {
+        lanes_t nu[3] = {lanes_of(l == 0), lanes_of(l == 1), lanes_of(l == 2)}, rate[MOST_WHEELS];
+        set_wheel_speeds(wheels, s->vehicle, nu, rate);
+        for (int i = 0; i < AXLES; i++)
+            axles->row[3*i + l] = rate[i][0];
+    }
+    ADJUGATE(axles->row, axles->inverse);
+    const double determinant = axles->row[0]*axles->inverse[0] + axles->row[1]*axles->inverse[3]
+        + axles->row[2]*axles->inverse[6];
+    for (int k = 0; k < 9; k++)
+        size = fmax(size, fabs(axles->row[k]));
+    axles->known = fabs(determinant) > 1e-3*size*size*size;
+    for (int k = 0; k < 9; k++)
+        axles->inverse[k] /= determinant;
+    for (int l = 0; l < 3; l++)
+        axles->all[l] = axles->inverse[3*l] + axles->inverse[3*l + 1] + axles->inverse[3*l + 2];
+}
+
+/* The slopes of nu' at vector b of the nodes from the change of nu' where all wheels become faster by 1. */
+ALWAYS_INLINE void slopes_of_axles(const step_t *s, const int wheels, int b, const axles_t *axles, const lanes_t *change,
+                                   lanes_t *slope)
+{
+    lanes_t chi[MOST_WHEELS], mass[9], inverse[9], force[3], torque[AXLES];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    set_mass_matrix(wheels, s->vehicle, chi, mass);
+    ADJUGATE(mass, inverse);
+    const lanes_t determinant = mass[0]*inverse[0] + mass[1]*inverse[3] + mass[2]*inverse[6];
+    for (int k = 0; k < 3; k++)
+        force[k] = mass[3*k]*change[0] + mass[3*k + 1]*change[1] + mass[3*k + 2]*change[2];
+    for (int i = 0; i < AXLES; i++)
+        torque[i] = (axles->inverse[i]*force[0] + axles->inverse[3 + i]*force[1] + axles->inverse[6 + i]*force[2])
+            /determinant;
+    for (int k = 0; k < 3; k++)
+        for (int l = 0; l < 3; l++) {
+            slope[3*k + l] = lanes_of(0);
+            for (int i = 0; i < AXLES; i++)
+                slope[3*k + l] += (inverse[3*k]*axles->row[3*i] + inverse[3*k + 1]*axles->row[3*i + 1]
+                                   + inverse[3*k + 2]*axles->row[3*i + 2])*torque[i]*axles->row[3*i + l];
+        }
+}
+
+/* The same by one difference at a point in vector b of the nodes. */
+ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at,
+                                   const axles_t *axles)
+{
+    const double by = FINE_DIFFERENCE*s->size/fmax(largest3(axles->all), 1e-300);
+    lanes_t here[3], nu_dot[3], change[3], slope[9];
+    for (int l = 0; l < 3; l++) {
+        here[l] = at->nu[l];
+        at->nu[l] = here[l] + by*axles->all[l];
+#if CORE_FOLLOWS
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] += (at->nu[l] - here[l])*followed(s, c, l, b);
+#endif
+    }
+    core_rates(wheels, point, nu_dot);
+    for (int k = 0; k < 3; k++) {
+        change[k] = (nu_dot[k] - s->found_nu[k].lanes[b])/by;
+        at->nu[k] = here[k];
+    }
+#if CORE_FOLLOWS
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = s->at_core[c].lanes[b];
+#endif
+    slopes_of_axles(s, wheels, b, axles, change, slope);
+    for (int k = 0; k < 9; k++)
+        s->slope_nu[k].lanes[b] = slope[k];
+}
+
+/* Whether axles' friction alone makes the slopes that differences have told. */
+static int axles_make_slopes(const step_t *s, const int wheels, const axles_t *axles)
+{
+    double left = 0;
+    for (int b = 0; b < BLOCKS && axles->known; b++) {
+        lanes_t change[3], slope[9];
+        for (int k = 0; k < 3; k++)
+            change[k] = s->slope_nu[3*k].lanes[b]*axles->all[0] + s->slope_nu[3*k + 1].lanes[b]*axles->all[1]
+                + s->slope_nu[3*k + 2].lanes[b]*axles->all[2];
+        slopes_of_axles(s, wheels, b, axles, change, slope);
+        for (int k = 0; k < 9; k++)
+            left = fmax(left, s->h*lanes_largest(slope[k] - s->slope_nu[k].lanes[b]));
+    }
+    return axles->known && left < OF_AXLES;
+}
+#endif
+
 #if SET_HAS_SLOPES
 /* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
  * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
@@ -570,6 +688,14 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     nodes_t missing[3];
     s->steepest = 0;
     states_at_nodes(s, wheels);
+#if AXLES
+    axles_t axles;
+    const int by_axles = renew && s->by_axles;
+    if (renew)
+        find_axles(s, wheels, &axles);
+#else
+    const int by_axles = 0;
+#endif
 #if SET_GRIPS
     find_directions(s, wheels);
 #endif
@@ -589,19 +715,27 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
         arrays_t at;
         const point_t point = point_at(s, wheels, b, &at);
         find_rates(s, wheels, b, &point, &at);
-        if (renew)
+#if AXLES
+        if (by_axles)
+            slopes_by_axles(s, wheels, b, &point, &at, &axles);
+#endif
+        if (renew && !by_axles)
             slopes_of_nu(s, wheels, b, &point, &at);
 #if SET_HAS_SLOPES
         slopes_of_core(s, wheels, b, &point);
 #endif
     }
+#if AXLES
+    if (renew && !by_axles)
+        s->by_axles = axles_make_slopes(s, wheels, &axles);
+#endif
     change = correct_nu(s, renew, missing, change);
 #if CORE_FOLLOWS
     change = follow_nu(s, missing, change);
 #elif SET_CORE_PARTS
     change = correct_core(s, change);
 #endif
-    s->sweeps += renew ? 4 : 1;
+    s->sweeps += by_axles ? 2 : renew ? 4 : 1;
     s->stiff_sweeps++;
     return lanes_largest(change)*s->h;
 }
@@ -708,14 +842,18 @@ ALWAYS_INLINE int jump_of(const nodes_t *rate, int before)
  * before it, right: one beyond; both 1 where nothing bends. */
 typedef struct {
     double left, right;
+    int wheel;                                  /* whose rate passes zero there, or -1                     */
 } bend_t;
 
 /* A wheel whose rate passes zero there tells the place better than the nodes do: by a line and by a parabola through
  * the nodes before it, which differ by the error of the line. */
-ALWAYS_INLINE bend_t zero_between(const nodes_t *rate, int place, bend_t found)
+ALWAYS_INLINE bend_t zero_between(const step_t *s, int wheel, int place, bend_t found)
 {
-    const double *const x = gauss_node.node + place, *const y = rate->node + place;
-    if (place < 3 || (y[-1] < 0) == (y[0] < 0))
+    const double *const x = gauss_node.node + place, *const y = s->rate_chi[wheel].node + place;
+    if ((y[-1] < 0) == (y[0] < 0))
+        return found;
+    found.wheel = wheel;
+    if (place < 3)
         return found;
     const double slope = (y[-1] - y[-2])/(x[-1] - x[-2]), before = (y[-2] - y[-3])/(x[-2] - x[-3]);
     const double curve = (slope - before)/(x[-1] - x[-3]), line = -y[-1]/slope;
@@ -741,10 +879,10 @@ ALWAYS_INLINE bend_t bend(const step_t *s, const int wheels, double allowed)
             place = jump_of(&s->rate_core[c], place);
 #endif
     if (place == NODES)
-        return (bend_t){1, 1};
-    bend_t found = {gauss_node.node[place - 1], gauss_node.node[place]};
+        return (bend_t){1, 1, -1};
+    bend_t found = {gauss_node.node[place - 1], gauss_node.node[place], -1};
     for (int i = 0; i < wheels; i++)
-        found = zero_between(&s->rate_chi[i], place, found);
+        found = zero_between(s, i, place, found);
     return found;
 }
 #endif
