@@ -1,6 +1,7 @@
 /* The compiled engine: a run is phases, events and transitions, until its duration is over.
  *
  * collocation.c  a step: the state at its nodes
+ * axle_slopes.c  how axles' friction changes its rates
  * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
  * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
  * events.c       where it ends
@@ -30,7 +31,7 @@
 #define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
 #define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
 #define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
-#define ACROSS_BEND 3               /* times the way to a bend: a step that passes it                           */
+#define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
@@ -163,7 +164,8 @@ static double time_to_rest(const step_t *s, const int wheels, const point_t *sta
 #endif
 
 #if SET_IS_ACTED_ON && !SET_SLIPS
-/* The time until the first wheel comes to rest that turns too fast for a step to pass zero. */
+/* The length of a step from here after which no wheel has passed zero that turns too fast for that: friction with a small
+ * named speed bends the rates there. Each step makes a part of the way. */
 static double longest_before_bend(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot,
                                   const lanes_t *chi_dot)
 {
