@@ -13,7 +13,8 @@ from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
 
 CORE, ACCOUNT = "core", "account"
-INPUTS = ("torque", "damping", "bearing_torque", "sticks")  # of the kernel: affine in time between two events
+# Inputs of the kernel: affine in time between two events.
+INPUTS = ("torque", "damping", "bearing_torque", "contact_bearing", "sticks")
 # How rollers that spin freely are known: their axial speeds are constant in a phase, follow from two momenta of their
 # wheel, or are each a part of the core.
 CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
@@ -28,11 +29,12 @@ HEADING_INPUT = (
 )
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
-# What gives nu', with the spins' rates where these are in the core; and the same where axles stick, whose bearings'
-# torques are an input.
+# What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
+# are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
-BEARING_INPUT = "bearing_torque"
+STUCK = "stuck_accelerations"
+OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -74,9 +76,12 @@ class EngineSet:
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
-        self.holds = effects.function(HELD[self.spins]) is not None
-        inertia = ["mass_matrix"] if self.acted and not self.slips else []
-        plain = (*PLAIN, *inertia, *(ON_THE_GROUND if self.grips else []))
+        self.spins_stick = self.spins and effects.function(STUCK) is not None
+        self.held = STUCK if self.spins_stick else HELD[self.spins]
+        self.holds = effects.function(self.held) is not None
+        inertia = self.holds or (self.acted and not self.slips)
+        further = ["mass_matrix"] * inertia + ["spins_from_axial"] * self.spins_stick
+        plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property
@@ -127,10 +132,9 @@ class EngineSet:
         own = [f"const lanes_t *{a.name}" if a.shape else f"lanes_t {a.name}" for a in function.inputs]
         return ["const int wheels", "const vehicle_t *v", *own, *(f"lanes_t *{a.name}" for a in function.outputs)]
 
-    @property
-    def bearing_input(self) -> int:
-        """The place of the bearings' torques among the inputs."""
-        return self.inputs.index(BEARING_INPUT)
+    def place_of_input(self, name: str) -> int:
+        """The place of an input among the inputs, -1 where it is none."""
+        return self.inputs.index(name) if name in self.inputs else -1
 
     @property
     def modes_input(self) -> int:
@@ -145,12 +149,13 @@ class EngineSet:
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
-        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"} | {name: f"at->{name}" for name in OF_CONTACTS}
+        targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
+        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_SPINS)}
         return self._calls(functions, targets | rates)
 
     def held_call(self) -> Call:
-        """The dynamics where axles stick."""
-        return self.core_calls(HELD[self.spins])[-1]
+        """The dynamics where bearings stick."""
+        return self.core_calls(self.held)[-1]
 
     def slope_calls(self) -> list[Call]:
         """What gives the slopes of the core's rates, each in its own number: by friction."""
@@ -198,7 +203,7 @@ class EngineSet:
 
     def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_SPINS)
         known = {name: f"at->{name}" for name in plain}
         known |= {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
@@ -221,11 +226,9 @@ class EngineSet:
 
 
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
-# A set in which rollers stick in their bearings has it; the engine has no modes of these.
-MODES = "contact_spin_rates"
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(MODES) is None
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""

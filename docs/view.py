@@ -12,13 +12,22 @@ import omniroll
 
 ROOT = Path(__file__).resolve().parents[1]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-SIZE = "1180,640"
+WIDTH, HEIGHT = 1180, 640
 TIME = 7.3  # s
-GO_THERE = """<script>
+# Chromium takes its picture at a moment of its own, in a window that it has just made higher, and what WebGL drew may
+# be gone then. So the page has the picture's height from the start, and an image holds what was drawn.
+GO_THERE = """<style>html { height: %dpx }</style>
+<script>
 const waiting = setInterval(() => {
     if (!document.documentElement.hasAttribute("data-drawn")) return;
     clearInterval(waiting);
-    omniroll.page.transport.go(%g);
+    const { transport, stage } = omniroll.page, { canvas } = stage;
+    transport.go(%g);
+    stage.draw();
+    const held = new Image();
+    held.src = canvas.toDataURL();
+    held.style = "position: absolute; inset: 0; width: 100%%; height: 100%%";
+    canvas.replaceWith(held);
 }, 50);
 </script>"""
 
@@ -28,8 +37,8 @@ def draw(folder: Path) -> None:
     page = omniroll.view(run, reactions=omniroll.reactions(run, height=0.04), title="Robot Soccer Kit")
     with tempfile.TemporaryDirectory() as aside:
         file = Path(aside, "view.html")
-        file.write_text(page.html.replace("</body>", f"{GO_THERE % TIME}</body>"), encoding="utf-8")
+        file.write_text(page.html.replace("</body>", f"{GO_THERE % (HEIGHT, TIME)}</body>"), encoding="utf-8")
         options = ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--hide-scrollbars"]
-        options += [f"--user-data-dir={aside}/profile", f"--window-size={SIZE}", "--virtual-time-budget=8000"]
+        options += [f"--user-data-dir={aside}/profile", f"--window-size={WIDTH},{HEIGHT}", "--virtual-time-budget=8000"]
         options += [f"--screenshot={folder / 'view.png'}", file.as_uri()]
         subprocess.run([CHROMIUM, *options], check=True, capture_output=True, timeout=120)

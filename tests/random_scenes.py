@@ -1,5 +1,7 @@
 """Random scenes of every effect, for tests that hold whole runs to something."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable, Vehicle
@@ -56,6 +58,17 @@ def sticking_with_viscous(rng):
     return Bearings(wheel_coulomb=rng.uniform(1e-3, 8e-3, 3), wheel_viscous=5e-4, roller_viscous=1e-5)
 
 
+def sticking_rollers(rng):
+    """Free rollers break away where their disks take them along fast enough."""
+    sliding = rng.uniform(0, 2, 3) * 10 ** rng.uniform(-7, -4)
+    return Bearings(roller_coulomb=sliding, roller_break_away=sliding * rng.choice([1.0, 1.5]))
+
+
+def all_sticking(rng):
+    rollers, axles = sticking_rollers(rng), sticking(rng)
+    return replace(rollers, wheel_coulomb=axles.wheel_coulomb, wheel_break_away=axles.wheel_break_away)
+
+
 def slope(rng):
     return Slope(rng.uniform(0, 0.1), rng.uniform(-9, 9))
 
@@ -75,6 +88,8 @@ SCENES = {
     "all with Coulomb's friction": (held_table, limited_motors, controller, coulomb, slope),
     "axles that stick": (linear_table, sticking),
     "all with axles that stick": (limited_motors, voltage_controller, torques, sticking_with_viscous, slope),
+    "rollers that stick": (linear_table, sticking_rollers),
+    "all with axles and rollers that stick": (limited_motors, voltage_controller, torques, all_sticking, slope),
 }
 
 

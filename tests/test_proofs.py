@@ -27,6 +27,7 @@ CALLS = {
     "prove_system": 'prove_impacts("locked")',
     "prove_folded": 'prove_impacts("locked")',
     "prove_held_accelerations": 'prove_held_accelerations("free")',
+    "prove_stuck_accelerations": 'prove_stuck_accelerations("free")',
     "prove_accelerations": 'prove_accelerations("free")',
     "prove_sharp_functions": 'prove_sharp_functions("locked")',
     "prove_sharp_holding": 'prove_sharp_holding("locked")',

@@ -751,7 +751,7 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
     }
 }
 
-/* Quasi-accelerations where axles stick, and the force that holds them; bearing_torque is that of the
+/* Quasi-accelerations where bearings stick, and the force that holds them; the torques are those of the
  * others. Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia,
  * row_matrix, free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle,
  * wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);

@@ -805,7 +805,7 @@ def accelerations_sharp(model, nu, chi, spins, bearing_torque):
 
 
 def held_dynamics(model, nu, chi, momenta, bearing_torque, directions, absent):
-    """Quasi-accelerations where axles stick, and the force that holds them; bearing_torque is that of the others.
+    """Quasi-accelerations where bearings stick, and the force that holds them; the torques are those of the others.
 
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, free_couple, inertia, row_matrix,
     free_yaw_inertia, couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate,

@@ -1089,3 +1089,583 @@ def roller_losses(model, nu, chi, spins, contact_bearing, free_bearing):
             loss = loss + roller_loss_
     roller_loss = loss
     return roller_loss
+
+
+def stuck_accelerations(model, nu, chi, spins, contact_bearing, free_bearing, free_sticks, directions,
+                        absent):
+    """Accelerations, with those of spins, where bearings stick.
+
+    Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
+    couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
+    inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag,
+    no_stuck_sums, stuck_sums, stuck_rollers, stuck_inertia, stuck_spin (maxima/effects/roller_sticking.mac);
+    no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, free_spin_dot
+    (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
+    (maxima/forms/moments.mac); free_friction (maxima/effects/roller_friction.mac); held_system, held_motion
+    (maxima/effects/axle_sticking.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    contact_bearing[N] [N m]: torques of the bearings of the rollers in contact: against the spin where a
+    roller spins, what holds it where it rests on its disk.
+    free_bearing[N][n-1] [N m]: torques of the free rollers' bearings: against the spin where a roller spins,
+    what holds it where it rests on its disk.
+    free_sticks[N][n-1] [1]: 1 for a free roller that sticks, whose free_bearing is 0, else 0.
+    directions[9] [1]: directions of nu that axles which stick allow: columns of a matrix, by rows; 0 where
+    absent.
+    absent[3] [kg m^2]: 1 for each column of directions that is 0, else 0.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
+      held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
+      free_holding[N][n-1] [N m]: torques that hold the free rollers that stick, else 0.
+    Operations: once 64 add, 99 mul, 4 div; per wheel 30 add, 62 mul, 1 div, 4 sincos; per free roller 13 add,
+    24 mul. Intermediates: 104.
+    """
+    nu_dot = [None] * 3
+    spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    held_force = [None] * 3
+    free_holding = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    B = model.B
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    m0_11 = model.m0_11
+    m0_12 = model.m0_12
+    m0_13 = model.m0_13
+    m0_22 = model.m0_22
+    m0_23 = model.m0_23
+    m0_33 = model.m0_33
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    direction_11 = directions[0]
+    direction_12 = directions[1]
+    direction_13 = directions[2]
+    direction_21 = directions[3]
+    direction_22 = directions[4]
+    direction_23 = directions[5]
+    direction_31 = directions[6]
+    direction_32 = directions[7]
+    direction_33 = directions[8]
+    absent_1 = absent[0]
+    absent_2 = absent[1]
+    absent_3 = absent[2]
+    m11 = m0_11
+    m12 = m0_12
+    m13 = m0_13
+    m22 = m0_22
+    m23 = m0_23
+    m33 = m0_33
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t2 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    t3 = B*inverse_yaw_scale*inverse_yaw_scale
+    t4 = B*inverse_yaw_scale*yaw_rate
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        contact_bearing_i = contact_bearing[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t2*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        bearing_drag = 0
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            free_bearing_ij = free_bearing[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            bearing_drag = bearing_drag + -free_bearing_ij*free_sine
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
+        stuck_sines = 0
+        stuck_turning = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_sticks_ij = free_sticks[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            free_cosine = cosine*cos_kappa - sine*sin_kappa
+            stuck_sines = stuck_sines + free_sticks_ij*free_sine*free_sine
+            stuck_turning = stuck_turning + free_sticks_ij*free_sine*free_cosine
+        locked_yaw = t3*stuck_sines
+        f3 = f3 + -t4*wheel_rate*stuck_turning
+        m33 = m33 + locked_yaw
+        inertia_1 = B*row_1
+        inertia_2 = B*row_2
+        inertia_3 = B*sine_3
+        m11 = m11 + row_1*inertia_1
+        m12 = m12 + row_2*inertia_1
+        m13 = m13 + sine_3*inertia_1
+        m22 = m22 + row_2*inertia_2
+        m23 = m23 + sine_3*inertia_2
+        m33 = m33 + sine_3*inertia_3
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + (sin_alpha*couple_rate - drift*inertia_1)
+        f2 = f2 + (-cos_alpha*couple_rate - drift*inertia_2)
+        f3 = f3 + (-inverse_yaw_scale*momentum_rate - drift*inertia_3)
+        contact_friction = -contact_bearing_i
+        contact_push = -R_inverse_rho*contact_friction
+        f1 = f1 + cos_alpha*contact_push
+        f2 = f2 + sin_alpha*contact_push
+        f3 = f3 + inverse_yaw_scale*bearing_drag
+    whole_11 = m11
+    whole_12 = m12
+    whole_13 = m13
+    whole_22 = m22
+    whole_23 = m23
+    whole_33 = m33
+    asked_1 = f1
+    asked_2 = f2
+    asked_3 = f3
+    half_11 = direction_11*whole_11 + direction_21*whole_12 + direction_31*whole_13
+    half_12 = direction_12*whole_11 + direction_22*whole_12 + direction_32*whole_13
+    half_13 = direction_13*whole_11 + direction_23*whole_12 + direction_33*whole_13
+    half_21 = direction_11*whole_12 + direction_21*whole_22 + direction_31*whole_23
+    half_22 = direction_12*whole_12 + direction_22*whole_22 + direction_32*whole_23
+    half_23 = direction_13*whole_12 + direction_23*whole_22 + direction_33*whole_23
+    half_31 = direction_11*whole_13 + direction_21*whole_23 + direction_31*whole_33
+    half_32 = direction_12*whole_13 + direction_22*whole_23 + direction_32*whole_33
+    half_33 = direction_13*whole_13 + direction_23*whole_23 + direction_33*whole_33
+    m11 = direction_11*half_11 + direction_21*half_21 + direction_31*half_31 + absent_1
+    m12 = direction_11*half_12 + direction_21*half_22 + direction_31*half_32
+    m13 = direction_11*half_13 + direction_21*half_23 + direction_31*half_33
+    m22 = direction_12*half_12 + direction_22*half_22 + direction_32*half_32 + absent_2
+    m23 = direction_12*half_13 + direction_22*half_23 + direction_32*half_33
+    m33 = direction_13*half_13 + direction_23*half_23 + direction_33*half_33 + absent_3
+    f1 = direction_11*asked_1 + direction_21*asked_2 + direction_31*asked_3
+    f2 = direction_12*asked_1 + direction_22*asked_2 + direction_32*asked_3
+    f3 = direction_13*asked_1 + direction_23*asked_2 + direction_33*asked_3
+    pivot_1 = 1/m11
+    u12 = m12*pivot_1
+    u13 = m13*pivot_1
+    d22 = m22 - m12*u12
+    d23 = m23 - m12*u13
+    pivot_2 = 1/d22
+    u23 = d23*pivot_2
+    d33 = m33 - m13*u13 - d23*u23
+    z2 = f2 - f1*u12
+    z3 = f3 - f1*u13 - u23*z2
+    x_3 = z3/d33
+    x_2 = pivot_2*z2 - u23*x_3
+    x_1 = f1*pivot_1 - u12*x_2 - u13*x_3
+    nu_dot_1 = direction_11*x_1 + direction_12*x_2 + direction_13*x_3
+    nu_dot_2 = direction_21*x_1 + direction_22*x_2 + direction_23*x_3
+    nu_dot_3 = direction_31*x_1 + direction_32*x_2 + direction_33*x_3
+    held_1 = whole_11*nu_dot_1 + whole_12*nu_dot_2 + whole_13*nu_dot_3 - asked_1
+    held_2 = whole_12*nu_dot_1 + whole_22*nu_dot_2 + whole_23*nu_dot_3 - asked_2
+    held_3 = whole_13*nu_dot_1 + whole_23*nu_dot_2 + whole_33*nu_dot_3 - asked_3
+    nu_dot[0] = nu_dot_1
+    nu_dot[1] = nu_dot_2
+    nu_dot[2] = nu_dot_3
+    held_force[0] = held_1
+    held_force[1] = held_2
+    held_force[2] = held_3
+    t6 = inverse_yaw_scale*nu_dot_3
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        spin_response = model.spin_response[i]
+        chi_i = chi[i]
+        t5 = chi_i/2
+        half_sine = sin(t5)
+        half_cosine = cos(t5)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_bearing_ij = free_bearing[i][j]
+            free_sticks_ij = free_sticks[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            free_cosine = cosine*cos_kappa - sine*sin_kappa
+            free_spin_dot = -t6*free_sine - yaw_rate_wheel_rate*free_cosine
+            turns_alone = 1 - free_sticks_ij
+            holding_rate = -free_spin_dot
+            spins_dot[i][j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot)
+            free_holding[i][j] = B*free_sticks_ij*holding_rate
+    return nu_dot, spins_dot, held_force, free_holding
+
+
+def stuck_accelerations_sharp(model, nu, chi, spins, contact_bearing, free_bearing, free_sticks, directions,
+                              absent):
+    """The same as stuck_accelerations, for sharp tips.
+
+    Equations: (3.1), (3.4). Steps: held_start, held_fold_locked, held_target, along, held_fold, held_couples,
+    held_solution (maxima/effects/axle_sticking.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho,
+    contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, couple_rates
+    (maxima/forms/system.mac); no_bearing_drag, bearing_drag, no_stuck_sums, stuck_sums, stuck_rollers,
+    stuck_spin (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
+    spin_sums, spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); couple, folded_solution
+    (maxima/forms/sharp_tips.mac); contact_friction (maxima/programs/vehicle.mac); free_friction
+    (maxima/effects/roller_friction.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    contact_bearing[N] [N m]: torques of the bearings of the rollers in contact: against the spin where a
+    roller spins, what holds it where it rests on its disk.
+    free_bearing[N][n-1] [N m]: torques of the free rollers' bearings: against the spin where a roller spins,
+    what holds it where it rests on its disk.
+    free_sticks[N][n-1] [1]: 1 for a free roller that sticks, whose free_bearing is 0, else 0.
+    directions[9] [1]: directions of nu that axles which stick allow: columns of a matrix, by rows; 0 where
+    absent.
+    absent[3] [kg m^2]: 1 for each column of directions that is 0, else 0.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
+      held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
+      free_holding[N][n-1] [N m]: torques that hold the free rollers that stick, else 0.
+    Operations: once 79 add, 116 mul, 10 div; per wheel 92 add, 192 mul, 7 div, 4 sincos; per free roller 13
+    add, 24 mul. Intermediates: 194.
+    """
+    nu_dot = [None] * 3
+    spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    held_force = [None] * 3
+    free_holding = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
+    B = model.B
+    start_d1 = model.start_d1
+    start_d2 = model.start_d2
+    start_d3 = model.start_d3
+    start_u12 = model.start_u12
+    start_u13 = model.start_u13
+    start_u23 = model.start_u23
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    coriolis = model.coriolis
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    direction_11 = directions[0]
+    direction_12 = directions[1]
+    direction_13 = directions[2]
+    direction_21 = directions[3]
+    direction_22 = directions[4]
+    direction_23 = directions[5]
+    direction_31 = directions[6]
+    direction_32 = directions[7]
+    direction_33 = directions[8]
+    absent_1 = absent[0]
+    absent_2 = absent[1]
+    absent_3 = absent[2]
+    turned_11 = start_u12*direction_21 + start_u13*direction_31 + direction_11
+    turned_12 = start_u12*direction_22 + start_u13*direction_32 + direction_12
+    turned_13 = start_u12*direction_23 + start_u13*direction_33 + direction_13
+    turned_21 = start_u23*direction_31 + direction_21
+    turned_22 = start_u23*direction_32 + direction_22
+    turned_23 = start_u23*direction_33 + direction_23
+    weighted_11 = start_d1*turned_11
+    weighted_12 = start_d1*turned_12
+    weighted_13 = start_d1*turned_13
+    weighted_21 = start_d2*turned_21
+    weighted_22 = start_d2*turned_22
+    weighted_23 = start_d2*turned_23
+    weighted_31 = start_d3*direction_31
+    weighted_32 = start_d3*direction_32
+    weighted_33 = start_d3*direction_33
+    constant_21 = start_u12*weighted_11 + weighted_21
+    constant_22 = start_u12*weighted_12 + weighted_22
+    constant_23 = start_u12*weighted_13 + weighted_23
+    constant_31 = start_u13*weighted_11 + start_u23*weighted_21 + weighted_31
+    constant_32 = start_u13*weighted_12 + start_u23*weighted_22 + weighted_32
+    constant_33 = start_u13*weighted_13 + start_u23*weighted_23 + weighted_33
+    h11 = direction_31*weighted_31 + absent_1 + turned_11*weighted_11 + turned_21*weighted_21
+    h12 = direction_31*weighted_32 + turned_11*weighted_12 + turned_21*weighted_22
+    h13 = direction_31*weighted_33 + turned_11*weighted_13 + turned_21*weighted_23
+    h22 = direction_32*weighted_32 + absent_2 + turned_12*weighted_12 + turned_22*weighted_22
+    h23 = direction_32*weighted_33 + turned_12*weighted_13 + turned_22*weighted_23
+    h33 = direction_33*weighted_33 + absent_3 + turned_13*weighted_13 + turned_23*weighted_23
+    d1 = h11
+    start_over_1 = 1/d1
+    u12 = h12*start_over_1
+    u13 = h13*start_over_1
+    d2 = h22 - h12*u12
+    start_over_2 = 1/d2
+    across_23 = h23 - h12*u13
+    u23 = start_over_2*across_23
+    d3 = h33 - h13*u13 - across_23*u23
+    start_over_3 = 1/d3
+    v11 = weighted_11*start_over_1
+    v21 = start_over_2*(weighted_12 - h12*v11)
+    v31 = start_over_3*(weighted_13 - h13*v11 - across_23*v21)
+    v12 = constant_21*start_over_1
+    v22 = start_over_2*(constant_22 - h12*v12)
+    v32 = start_over_3*(constant_23 - h13*v12 - across_23*v22)
+    v13 = constant_31*start_over_1
+    v23 = start_over_2*(constant_32 - h12*v13)
+    v33 = start_over_3*(constant_33 - h13*v13 - across_23*v23)
+    t1 = 0
+    t2 = 0
+    t3 = 0
+    left_1 = 0
+    left_2 = 0
+    left_3 = 0
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    t5 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    t6 = B*inverse_yaw_scale*inverse_yaw_scale
+    t7 = B*inverse_yaw_scale*yaw_rate
+    direction_31_sq = direction_31*direction_31
+    inv_B = 1/B
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        contact_bearing_i = contact_bearing[i]
+        t4 = chi_i/2
+        half_sine = sin(t4)
+        half_cosine = cos(t4)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t5*width
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        inverse_rho = 1/rho
+        rolling = along*inverse_rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        stretch = l*sine*wheel_rate*inverse_rho*rolling
+        turning = yaw_rate*cosine*wheel_rate
+        drift = stretch + turning
+        bearing_drag = 0
+        spin_cos = 0
+        spin_sin = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            free_bearing_ij = free_bearing[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            bearing_drag = bearing_drag + -free_bearing_ij*free_sine
+            spin_cos = spin_cos + cos_kappa*free_spin
+            spin_sin = spin_sin + sin_kappa*free_spin
+        couple = B*(cosine*(rolling + spin_cos) - sine*spin_sin)
+        stuck_sines = 0
+        stuck_turning = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_sticks_ij = free_sticks[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            free_cosine = cosine*cos_kappa - sine*sin_kappa
+            stuck_sines = stuck_sines + free_sticks_ij*free_sine*free_sine
+            stuck_turning = stuck_turning + free_sticks_ij*free_sine*free_cosine
+        locked_yaw = t6*stuck_sines
+        f3 = f3 + -t7*wheel_rate*stuck_turning
+        fold_d1_yaw = direction_31_sq*locked_yaw + d1
+        inv_fold_d1_yaw = 1/fold_d1_yaw
+        kept_1_yaw = d1*inv_fold_d1_yaw
+        gain_1_yaw = direction_31*locked_yaw*inv_fold_d1_yaw
+        fold_weight_2_yaw = locked_yaw*kept_1_yaw
+        fold_2_yaw = direction_32 - direction_31*u12
+        fold_3_yaw = direction_33 - direction_31*u13
+        fold_target_2_yaw = -direction_31*t1
+        d1 = fold_d1_yaw
+        u12 = direction_32*gain_1_yaw + u12*kept_1_yaw
+        u13 = direction_33*gain_1_yaw + u13*kept_1_yaw
+        t1 = t1*kept_1_yaw
+        fold_d2_yaw = d2 + fold_weight_2_yaw*fold_2_yaw*fold_2_yaw
+        inv_fold_d2_yaw = 1/fold_d2_yaw
+        kept_2_yaw = d2*inv_fold_d2_yaw
+        gain_2_yaw = fold_weight_2_yaw*fold_2_yaw*inv_fold_d2_yaw
+        fold_weight_3_yaw = fold_weight_2_yaw*kept_2_yaw
+        fold_33_yaw = fold_3_yaw - u23*fold_2_yaw
+        fold_target_3_yaw = fold_target_2_yaw - t2*fold_2_yaw
+        d2 = fold_d2_yaw
+        u23 = u23*kept_2_yaw + fold_3_yaw*gain_2_yaw
+        t2 = t2*kept_2_yaw + fold_target_2_yaw*gain_2_yaw
+        fold_d3_yaw = d3 + fold_weight_3_yaw*fold_33_yaw*fold_33_yaw
+        inv_fold_d3_yaw = 1/fold_d3_yaw
+        kept_3_yaw = d3*inv_fold_d3_yaw
+        gain_3_yaw = fold_weight_3_yaw*fold_33_yaw*inv_fold_d3_yaw
+        d3 = fold_d3_yaw
+        t3 = t3*kept_3_yaw + fold_target_3_yaw*gain_3_yaw
+        beyond_11_yaw = -direction_31*v11
+        v11 = v11*kept_1_yaw
+        beyond_21_yaw = beyond_11_yaw - v21*fold_2_yaw
+        v21 = v21*kept_2_yaw + gain_2_yaw*beyond_11_yaw
+        beyond_31_yaw = beyond_21_yaw - v31*fold_33_yaw
+        v31 = v31*kept_3_yaw + gain_3_yaw*beyond_21_yaw
+        beyond_12_yaw = -direction_31*v12
+        v12 = v12*kept_1_yaw
+        beyond_22_yaw = beyond_12_yaw - v22*fold_2_yaw
+        v22 = v22*kept_2_yaw + gain_2_yaw*beyond_12_yaw
+        beyond_32_yaw = beyond_22_yaw - v32*fold_33_yaw
+        v32 = v32*kept_3_yaw + gain_3_yaw*beyond_22_yaw
+        beyond_13_yaw = 1 - direction_31*v13
+        v13 = v13*kept_1_yaw + gain_1_yaw
+        beyond_23_yaw = beyond_13_yaw - v23*fold_2_yaw
+        v23 = v23*kept_2_yaw + gain_2_yaw*beyond_13_yaw
+        beyond_33_yaw = beyond_23_yaw - v33*fold_33_yaw
+        v33 = v33*kept_3_yaw + gain_3_yaw*beyond_23_yaw
+        left_weight_yaw = fold_weight_3_yaw*kept_3_yaw
+        left_target_yaw = fold_target_3_yaw - t3*fold_33_yaw
+        left_force_yaw = left_weight_yaw*left_target_yaw
+        left_1 = left_1 + beyond_31_yaw*left_force_yaw
+        left_2 = left_2 + beyond_32_yaw*left_force_yaw
+        left_3 = left_3 + beyond_33_yaw*left_force_yaw
+        couple_rate = R_over_l_yaw_rate*couple
+        momentum_rate = roll*couple
+        f1 = f1 + sin_alpha*couple_rate
+        f2 = f2 + -cos_alpha*couple_rate
+        f3 = f3 + -inverse_yaw_scale*momentum_rate
+        contact_friction = -contact_bearing_i
+        rubbing = inv_B*contact_friction
+        target = -drift - rubbing
+        f3 = f3 + sine_3*contact_friction
+        f3 = f3 + inverse_yaw_scale*bearing_drag
+        along_1 = direction_11*row_1 + direction_21*row_2 + direction_31*sine_3
+        along_2 = direction_12*row_1 + direction_22*row_2 + direction_32*sine_3
+        along_3 = direction_13*row_1 + direction_23*row_2 + direction_33*sine_3
+        fold_d1 = B*along_1*along_1 + d1
+        inv_fold_d1 = 1/fold_d1
+        kept_1 = d1*inv_fold_d1
+        gain_1 = B*along_1*inv_fold_d1
+        fold_weight_2 = B*kept_1
+        fold_2 = along_2 - u12*along_1
+        fold_3 = along_3 - u13*along_1
+        fold_target_2 = target - t1*along_1
+        d1 = fold_d1
+        u12 = u12*kept_1 + along_2*gain_1
+        u13 = u13*kept_1 + along_3*gain_1
+        t1 = t1*kept_1 + target*gain_1
+        fold_d2 = d2 + fold_weight_2*fold_2*fold_2
+        inv_fold_d2 = 1/fold_d2
+        kept_2 = d2*inv_fold_d2
+        gain_2 = fold_weight_2*fold_2*inv_fold_d2
+        fold_weight_3 = fold_weight_2*kept_2
+        fold_33 = fold_3 - u23*fold_2
+        fold_target_3 = fold_target_2 - t2*fold_2
+        d2 = fold_d2
+        u23 = u23*kept_2 + fold_3*gain_2
+        t2 = t2*kept_2 + fold_target_2*gain_2
+        fold_d3 = d3 + fold_weight_3*fold_33*fold_33
+        inv_fold_d3 = 1/fold_d3
+        kept_3 = d3*inv_fold_d3
+        gain_3 = fold_weight_3*fold_33*inv_fold_d3
+        d3 = fold_d3
+        t3 = t3*kept_3 + fold_target_3*gain_3
+        beyond_11 = row_1 - v11*along_1
+        v11 = v11*kept_1 + row_1*gain_1
+        beyond_21 = beyond_11 - v21*fold_2
+        v21 = v21*kept_2 + gain_2*beyond_11
+        beyond_31 = beyond_21 - v31*fold_33
+        v31 = v31*kept_3 + gain_3*beyond_21
+        beyond_12 = row_2 - v12*along_1
+        v12 = v12*kept_1 + row_2*gain_1
+        beyond_22 = beyond_12 - v22*fold_2
+        v22 = v22*kept_2 + gain_2*beyond_12
+        beyond_32 = beyond_22 - v32*fold_33
+        v32 = v32*kept_3 + gain_3*beyond_22
+        beyond_13 = sine_3 - v13*along_1
+        v13 = v13*kept_1 + sine_3*gain_1
+        beyond_23 = beyond_13 - v23*fold_2
+        v23 = v23*kept_2 + gain_2*beyond_13
+        beyond_33 = beyond_23 - v33*fold_33
+        v33 = v33*kept_3 + gain_3*beyond_23
+        left_weight = fold_weight_3*kept_3
+        left_target = fold_target_3 - t3*fold_33
+        left_force = left_weight*left_target
+        left_1 = left_1 + beyond_31*left_force
+        left_2 = left_2 + beyond_32*left_force
+        left_3 = left_3 + beyond_33*left_force
+    asked_1 = f1
+    asked_2 = f2
+    asked_3 = f3
+    f1 = direction_11*asked_1 + direction_21*asked_2 + direction_31*asked_3
+    f2 = direction_12*asked_1 + direction_22*asked_2 + direction_32*asked_3
+    f3 = direction_13*asked_1 + direction_23*asked_2 + direction_33*asked_3
+    z2 = f2 - u12*f1
+    z3 = f3 - u13*f1 - u23*z2
+    x_3 = t3 + z3/d3
+    own_2 = t2 + z2/d2
+    own_1 = t1 + f1/d1
+    x_2 = own_2 - u23*x_3
+    x_1 = own_1 - u12*x_2 - u13*x_3
+    nu_dot_1 = direction_11*x_1 + direction_12*x_2 + direction_13*x_3
+    nu_dot_2 = direction_21*x_1 + direction_22*x_2 + direction_23*x_3
+    nu_dot_3 = direction_31*x_1 + direction_32*x_2 + direction_33*x_3
+    held_1 = v11*f1 + v21*z2 + v31*z3 - left_1 - asked_1
+    held_2 = v12*f1 + v22*z2 + v32*z3 - left_2 - asked_2
+    held_3 = v13*f1 + v23*z2 + v33*z3 - left_3 - asked_3
+    nu_dot[0] = nu_dot_1
+    nu_dot[1] = nu_dot_2
+    nu_dot[2] = nu_dot_3
+    held_force[0] = held_1
+    held_force[1] = held_2
+    held_force[2] = held_3
+    t9 = inverse_yaw_scale*nu_dot_3
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        spin_response = model.spin_response[i]
+        chi_i = chi[i]
+        t8 = chi_i/2
+        half_sine = sin(t8)
+        half_cosine = cos(t8)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
+        wheel_rate = roll - R_over_l_yaw_rate
+        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_bearing_ij = free_bearing[i][j]
+            free_sticks_ij = free_sticks[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            free_cosine = cosine*cos_kappa - sine*sin_kappa
+            free_spin_dot = -t9*free_sine - yaw_rate_wheel_rate*free_cosine
+            turns_alone = 1 - free_sticks_ij
+            holding_rate = -free_spin_dot
+            spins_dot[i][j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot)
+            free_holding[i][j] = B*free_sticks_ij*holding_rate
+    return nu_dot, spins_dot, held_force, free_holding

@@ -52,6 +52,21 @@ typedef struct {
 } coupled_t;
 #endif
 
+#if SET_SPINS_STICK
+/* Free rollers that stick or turn in their bearings, N (n-1) of each; in the core their spins stand together. */
+typedef struct {
+    lanes_t *sticks, *torque;                   /* 1 or 0; the torque of one that turns, else 0  */
+    lanes_t *holding;                           /* out: what holds                               */
+    nodes_t *held;                              /* that at the nodes                             */
+    double *late;                               /* what its polynomials lack at the step's end   */
+} spins_t;
+
+ALWAYS_INLINE void put_spins(const spins_t *spins, point_t *point)
+{
+    point->free_sticks = spins->sticks, point->free_bearing = spins->torque, point->free_holding = spins->holding;
+}
+#endif
+
 /* What a step works on. */
 typedef struct {
     int wheels;
@@ -113,13 +128,25 @@ typedef struct {
     nodes_t rate_account[MOST_ACCOUNTS];
 #endif
 #if SET_HOLDS
-    int held, facets;                           /* axles that stick; the facets of what they can take   */
+    int held, facets;                           /* bearings that stick; the facets of what they can take */
     const facet_t *facet;
+    const bearings_t *sticking;                 /* those whose rates follow from nu                */
     double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
     lanes_t directions[9], absent[3];           /* of nu                                         */
     nodes_t force[3];                           /* that holds, at the nodes                      */
     double force_start[3], force_size[3], per_force[3];
     double force_late[3];                       /* what its polynomials lack at the step's end   */
+#endif
+#if SET_ROLLERS_STICK
+    int first_contact;                          /* place among `sticking` where rollers in contact begin */
+    int contact_wheel[MOST_WHEELS];             /* the wheels of these                           */
+    const omniroll_bearing_t *contact;          /* the bearings of all rollers in contact        */
+    double nearer_start[MOST_BEARINGS], nearer_end[MOST_BEARINGS], nearer_rate[MOST_BEARINGS];
+#endif
+#if SET_SPINS_STICK
+    int spin_count;
+    const omniroll_bearing_t *spin;             /* bearings of the free rollers                  */
+    const spins_t *spins;
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
@@ -291,6 +318,9 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.absent = s->absent;
     point.held_force = at->held_force;
 #endif
+#if SET_SPINS_STICK
+    put_spins(s->spins, &point);
+#endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = s->push[k].lanes[b];
@@ -308,6 +338,10 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
 #if SET_HOLDS
     for (int k = 0; s->held && k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
+#endif
+#if SET_SPINS_STICK
+    for (int k = 0; s->held && k < s->spin_count; k++)
+        s->spins->held[k].lanes[b] = s->spins->holding[k];
 #endif
     (void)s, (void)wheels, (void)b, (void)at;
 }

@@ -2,16 +2,17 @@
  *
  * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
  * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
+#define MOST_BEARINGS (SET_BEARINGS*MOST_WHEELS)
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
 #define TIE 1e-12                   /* of the largest rates: those that come to rest together               */
 
 typedef double vector3_t[3];
 
-/* Bearings at rest: how they turn with nu, and the largest torques that they take. */
+/* Bearings at rest whose rates follow from nu, and the largest torques that they take. */
 typedef struct {
     int count;
-    vector3_t rows[MOST_WHEELS];
-    double bounds[MOST_WHEELS];
+    vector3_t rows[MOST_BEARINGS];
+    double bounds[MOST_BEARINGS];
 } bearings_t;
 
 /* A motion in which as many bearings rest as can, and the power that the others can take in it. */
@@ -170,15 +171,25 @@ static int facets_of(const bearings_t *bearings, facet_t *facets)
     return count;
 }
 
-/* How much more power than the bearings can give a holding force asks for; and the rounding of that, where the sizes of
- * the force's terms add up to `size`. */
-ALWAYS_INLINE double excess(const facet_t *facet, const double *force, const double *size, double *rounding)
+/* How much more power than the bearings can give, `reach`, a holding force asks for; and the rounding of that, where the
+ * sizes of the force's terms add up to `size`. */
+ALWAYS_INLINE double excess(const facet_t *facet, double reach, const double *force, const double *size,
+                            double *rounding)
 {
-    double sizes = facet->reach;
+    double sizes = reach;
     for (int k = 0; k < 3; k++)
         sizes += fabs(facet->normal[k])*(fabs(force[k]) + size[k]);
     *rounding = EPS*sizes;
-    return dot3(facet->normal, force) - facet->reach;
+    return dot3(facet->normal, force) - reach;
+}
+
+/* The same reach where the rows are `nearer` times those that the facet has been made of. */
+ALWAYS_INLINE double reach_with(const facet_t *facet, const bearings_t *bearings, const double *nearer)
+{
+    double reach = 0;
+    for (int i = 0; i < bearings->count; i++)
+        reach += fabs(moved_by(bearings->rows[i], facet->normal))*bearings->bounds[i]*nearer[i];
+    return reach;
 }
 
 /* The sign of the rate with which a bearing breaks away where a facet is passed. */
@@ -194,7 +205,7 @@ static void least_norm(const bearings_t *bearings, const double *force, double *
 {
     vector3_t basis[3];
     const int rank = span_of(bearings, basis), count = bearings->count;
-    double q[3][MOST_WHEELS], r[3][3] = {{0}}, y[3], x[3];
+    double q[3][MOST_BEARINGS], r[3][3] = {{0}}, y[3], x[3];
     for (int c = 0; c < rank; c++) {
         for (int i = 0; i < count; i++)
             q[c][i] = dot3(bearings->rows[i], basis[c]);
@@ -298,8 +309,8 @@ static void find_z(const bearings_t *bearings, const double *force, double *z)
 {
     bearings_t free;
     vector3_t basis[3], rest, line;
-    double torques[MOST_WHEELS];
-    int places[MOST_WHEELS];
+    double torques[MOST_BEARINGS];
+    int places[MOST_BEARINGS];
     memset(z, 0, sizeof(vector3_t));
     for (int trial = 0; trial < 20*(1 + bearings->count); trial++) {
         const double rounding = 8*EPS*cut_off(bearings, force, z, 1, torques, &free, places, rest);
@@ -330,8 +341,8 @@ static void least_torques(const bearings_t *bearings, const double *force, doubl
         return;
     bearings_t free;
     vector3_t z, rest;
-    int places[MOST_WHEELS];
-    double found[MOST_WHEELS];
+    int places[MOST_BEARINGS];
+    double found[MOST_BEARINGS];
     find_z(bearings, force, z);
     cut_off(bearings, force, z, 0, torques, &free, places, rest);
     least_norm(&free, rest, found, 0);          /* the free ones once more, without z in their digits         */
@@ -346,7 +357,7 @@ static const facet_t *passed_facet(const facet_t *facets, int count, const doubl
     double most = PASSED;
     for (int k = 0; k < count; k++) {
         double rounding;
-        const double value = excess(facets + k, force, size, &rounding);
+        const double value = excess(facets + k, facets[k].reach, force, size, &rounding);
         if (rounding > 0 && value/rounding > most) {
             most = value/rounding;
             found = facets + k;
@@ -403,8 +414,8 @@ static void nearest_force(const vector3_t *mass, const double *force, const bear
                           double *nu_dot, double *torques)
 {
     const int count = bearings->count;
-    int signs[MOST_WHEELS] = {0}, places[MOST_WHEELS];
-    double held[MOST_WHEELS];
+    int signs[MOST_BEARINGS] = {0}, places[MOST_BEARINGS];
+    double held[MOST_BEARINGS];
     bearings_t resting = {.count = 0};
     vector3_t there, given, size, asked = {0, 0, 0};
     memset(nu_dot, 0, sizeof(vector3_t));
@@ -434,3 +445,65 @@ static void nearest_force(const vector3_t *mass, const double *force, const bear
     for (int k = 0; k < resting.count; k++)
         torques[places[k]] = held[k];
 }
+
+#if SET_SPINS_STICK
+#define MOST_TRIALS 200             /* for a number that is found exactly, as a rule after a few             */
+
+/* Free rollers at rest on their disks: their accelerations are torque/inertia - (per_yaw nu_3' + given). */
+typedef struct {
+    int count;
+    double inertia;
+    const double *per_yaw, *given, *bounds;
+} spinning_t;
+
+/* The torque of a roller's bearing where nu_3' is this: what takes it along, up to its bound; whether that is more. */
+ALWAYS_INLINE double torque_of_spin(const spinning_t *spins, int k, double yaw, int *turns)
+{
+    const double asked = spins->inertia*(spins->per_yaw[k]*yaw + spins->given[k]);
+    *turns = fabs(asked) > spins->bounds[k];
+    return clipped(asked, spins->bounds[k]);
+}
+
+/* What these torques take of f_3: affine in nu_3', offset + inertia nu_3', as long as the same rollers stick. Returns its
+ * value there; size: of its terms. */
+static double drag_of_spins(const spinning_t *spins, double yaw, double *offset, double *inertia, double *size)
+{
+    double value = 0;
+    *offset = *inertia = *size = 0;
+    for (int k = 0; k < spins->count; k++) {
+        int turns;
+        const double per_yaw = spins->per_yaw[k], torque = torque_of_spin(spins, k, yaw, &turns);
+        value += per_yaw*torque;
+        *size += fabs(per_yaw*torque) + fabs(per_yaw*spins->inertia*spins->given[k]);
+        *inertia += turns ? 0 : spins->inertia*per_yaw*per_yaw;
+        *offset += turns ? per_yaw*torque : spins->inertia*per_yaw*spins->given[k];
+    }
+    return value;
+}
+
+/* The same nu' beside free rollers at rest. These take a force of f_3 that grows with nu_3', piecewise linearly, and
+ * nu_3' falls as that force grows: there is one nu_3' at which both agree. Newton's rule finds it, within bounds that
+ * each trial narrows; of as many pieces as there are the right one is met. */
+static void nearest_beside_spins(const vector3_t *mass, const double *force, const bearings_t *bearings,
+                                 const spinning_t *spins, facet_t *facets, double *nu_dot, double *torques)
+{
+    double low = -INFINITY, high = INFINITY, yaw = 0;
+    for (int trial = 0; trial < MOST_TRIALS; trial++) {
+        vector3_t heavier[3], rest = {force[0], force[1], force[2]};
+        double offset, inertia, size, none;
+        drag_of_spins(spins, yaw, &offset, &inertia, &size);
+        memcpy(heavier, mass, sizeof heavier);
+        heavier[2][2] += inertia;
+        rest[2] -= offset;
+        nearest_force((const vector3_t *)heavier, rest, bearings, facets, nu_dot, torques);
+        const double meant = offset + inertia*nu_dot[2], there = drag_of_spins(spins, nu_dot[2], &none, &none, &size);
+        if (fabs(there - meant) <= 4*EPS*size || nu_dot[2] == yaw)
+            return;
+        if (nu_dot[2] > yaw)
+            low = yaw;
+        else
+            high = yaw;
+        yaw = nu_dot[2] > low && nu_dot[2] < high ? nu_dot[2] : low + (high - low)/2;
+    }
+}
+#endif

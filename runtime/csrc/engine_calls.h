@@ -43,20 +43,24 @@ typedef struct {
     long long *modes;                   /* N                                                            */
 } omniroll_modal_t;
 
-/* An axle whose friction is the set-valued law. */
+/* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller, whose rate is
+ * a number of the core. */
 typedef struct {
-    double row[3];              /* its rate for each of nu                                              */
-    double sliding, holding;    /* its bearing's torque while it turns, and the largest at rest         */
+    double row[3];              /* its rate for each of nu, of a roller in contact where chi is 0; not of a free one */
+    double sliding, holding;    /* its torque while it turns, and the largest at rest                   */
+    double nearer;              /* times its row: its rate for each of nu at this instant               */
+    double size;                /* of a free roller that turns: what its rate is rounded against        */
     int resting;                /* whether its rate is zero                                             */
     int mode;                   /* 0 where it sticks, else the sign of its rate                         */
     int released;               /* the sign with which it has been let go at this instant, else 0       */
-    double torque;              /* of its bearing at this instant; out                                  */
-} omniroll_axle_t;
+    int broken;                 /* whether it has broken away in the rounds of this instant             */
+    double torque;              /* at this instant; out                                                 */
+} omniroll_bearing_t;
 
 /* What sticks in a phase. */
 typedef struct {
     int undecided;              /* whether it must be decided anew                                      */
-    int count, free;            /* axles that stick, and directions of nu that they allow               */
+    int count, free;            /* bearings that stick, and directions of nu that they allow            */
     int facet_count, guard_count;
     double directions[9], absent[3];    /* these directions, by columns; 0 and 1 where there is none    */
     double force[3], size[3];   /* what holds, and the sizes of the terms that it is made of            */
@@ -126,8 +130,10 @@ typedef struct {
     omniroll_table_t *tables;
     omniroll_sampler_t *samplers;
     omniroll_modal_t *modal;    /* one or none                                                          */
-    int axle_count;             /* axles that may stick: N or none                                      */
-    omniroll_axle_t *axles;
+    int bearing_count;          /* bearings that may stick: first those of axles, N or none, then of the */
+    int axle_count, spin_count; /* rollers in contact, N or none, last of free rollers, N (n-1) or none  */
+    omniroll_bearing_t *bearings;
+    double roller_inertia, yaw_of_speed;    /* of these rollers; theta' per nu_3                         */
     omniroll_hold_t hold;
     int grip_count;             /* contacts that may stick: N or none                                   */
     omniroll_grip_t *grips;

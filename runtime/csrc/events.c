@@ -46,15 +46,46 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 #define FACET_RISES 1e5             /* of these its slope at the end of a step is known                      */
 #define FACET_NOISE 4096            /* roundings of a facet inside a step                                   */
 
+#if SET_ROLLERS_STICK
+/* How much larger than where chi is 0 the rates of the rollers in contact that stick are at the step's end. */
+ALWAYS_INLINE void nearer_at_end(step_t *s, const int wheels)
+{
+    double nearer[MOST_WHEELS], per_chi[MOST_WHEELS], chi[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = fmax(-s->joint, fmin(s->joint, s->end_chi[i]));
+    nearer_at(wheels, s->vehicle, s->contact, s->joint, chi, nearer, per_chi);
+    for (int k = s->first_contact; k < s->sticking->count; k++) {
+        const int wheel = s->contact_wheel[k - s->first_contact];
+        s->nearer_end[k] = nearer[wheel];
+        s->nearer_rate[k] = per_chi[wheel]*s->end_rate[wheel];
+    }
+}
+#endif
+
+/* The power that the bearings can take in a facet's motion: at the step's start and at its end, and its rate there. */
+ALWAYS_INLINE void reach_in_step(const step_t *s, const facet_t *facet, double *start, double *end, double *rate)
+{
+    *start = *end = facet->reach, *rate = 0;
+#if SET_ROLLERS_STICK
+    if (s->sticking->count > s->first_contact) {
+        *start = reach_with(facet, s->sticking, s->nearer_start);
+        *end = reach_with(facet, s->sticking, s->nearer_end);
+        *rate = reach_with(facet, s->sticking, s->nearer_rate);
+    }
+#endif
+    (void)s;
+}
+
 /* The value of a facet at the step's end, less what counts as its rounding, and its rate there. The polynomial's slope
  * is rounded more than a thousand times; where the facet hardly rises its rate over the whole step is better. */
 ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const double *force, const double *slope,
                                   double *rate)
 {
-    double rounding, at_start;
-    const double value = excess(facet, force, s->force_size, &rounding);
-    const double start = excess(facet, s->force_start, s->force_size, &at_start);
-    *rate = dot3(facet->normal, slope);
+    double rounding, at_start, reach_start, reach_end, reach_rate;
+    reach_in_step(s, facet, &reach_start, &reach_end, &reach_rate);
+    const double value = excess(facet, reach_end, force, s->force_size, &rounding);
+    const double start = excess(facet, reach_start, s->force_start, s->force_size, &at_start);
+    *rate = dot3(facet->normal, slope) - reach_rate;
     if (fabs(*rate)*s->h < FACET_RISES*rounding)
         *rate = (value - start)/s->h;
     if (fabs(*rate)*s->h < 0.5*FACET_PASSED*rounding)       /* it is as it was                            */
@@ -66,6 +97,10 @@ ALWAYS_INLINE double facet_at_end(const step_t *s, const facet_t *facet, const d
 ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 {
     double force[3], slope[3];
+#if SET_ROLLERS_STICK
+    if (s->facets && s->sticking->count > s->first_contact)
+        nearer_at_end(s, wheels);
+#endif
     for (int k = 0; s->held && k < 3; k++) {
         force[k] = weighted(&s->force[k], &gauss_end) + s->force_late[k];
         slope[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
@@ -106,6 +141,10 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     core_rates(wheels, &point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        s->spins->late[k] = s->spins->holding[k][0] - weighted(s->spins->held + k, &gauss_end);
+#endif
 }
 #endif
 
@@ -126,6 +165,11 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
     }
     return length;
 }
+#endif
+
+#if SET_SPINS_STICK                /* spin_events.c */
+#define SPIN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
+static double length_to_spin(step_t *s, const int wheels, double length);
 #endif
 
 #if SET_GRIPS                      /* contact_events.c */
@@ -155,6 +199,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_HOLDS
     length = length_to_facet(s, wheels, length);
 #endif
+#if SET_SPINS_STICK
+    length = length_to_spin(s, wheels, length);
+#endif
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
 #endif
@@ -170,7 +217,7 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     end_of_step(s, wheels);
     end_of_core(s);
 #if SET_HOLDS
-    if (s->landing >= wheels + s->guards)
+    if (s->held && s->landing >= wheels + s->guards)
         measure_force_at_end(s, wheels);
 #endif
 #if SET_GRIPS
@@ -292,15 +339,48 @@ static double turn_of_guard(const step_t *s, int guard)
 #endif
 
 #if SET_HOLDS
-/* A facet that is passed inside the step and not at its end: where it is farthest beyond, or 1. */
-static double turn_of_facet(const step_t *s, const nodes_t *force_rate, const facet_t *facet)
+/* Rates of what holds, in lengths of the step: of the force and, as its reach changes, of the rollers in contact. */
+typedef struct {
+    nodes_t force[3];
+#if SET_ROLLERS_STICK
+    nodes_t nearer[MOST_WHEELS];
+#endif
+} holding_rates_t;
+
+static void holding_rates(const step_t *s, const int wheels, holding_rates_t *rates)
 {
-    double rounding;
+    for (int k = 0; k < 3; k++)
+        rates->force[k] = times(gauss_slope, &s->force[k]);
+#if SET_ROLLERS_STICK
+    nodes_t nearer[MOST_WHEELS];
+    if (s->sticking->count == s->first_contact)
+        return;
+    for (int b = 0; b < BLOCKS; b++)
+        nearer_at_nodes(s, wheels, s->contact, b, nearer);
+    for (int i = 0; i < wheels; i++)
+        rates->nearer[i] = times(gauss_slope, &nearer[i]);
+#endif
+    (void)wheels;
+}
+
+/* A facet that is passed inside the step and not at its end: where it is farthest beyond, or 1. */
+static double turn_of_facet(const step_t *s, const holding_rates_t *rates, const facet_t *facet)
+{
+    double rounding, reach_start, reach_end, reach_rate;
     nodes_t rate;
-    const double start = excess(facet, s->force_start, s->force_size, &rounding);
+    const nodes_t *const force_rate = rates->force;
+    reach_in_step(s, facet, &reach_start, &reach_end, &reach_rate);
+    const double start = excess(facet, reach_start, s->force_start, s->force_size, &rounding);
     for (int b = 0; b < BLOCKS; b++)
         rate.lanes[b] = facet->normal[0]*force_rate[0].lanes[b] + facet->normal[1]*force_rate[1].lanes[b]
             + facet->normal[2]*force_rate[2].lanes[b];
+#if SET_ROLLERS_STICK
+    for (int k = s->first_contact; k < s->sticking->count; k++) {
+        const double per_nearer = fabs(moved_by(s->sticking->rows[k], facet->normal))*s->sticking->bounds[k];
+        for (int b = 0; b < BLOCKS; b++)
+            rate.lanes[b] -= per_nearer*rates->nearer[s->contact_wheel[k - s->first_contact]].lanes[b];
+    }
+#endif
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, FACET_NOISE*rounding);
 }
 #endif

@@ -396,10 +396,10 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
 }
 #endif
 
-/* Which axles stick and which contacts do from now on, where that must be decided anew. */
+/* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
-    settle_axles(run, work);
+    settle_bearings(run, work);
 #if SET_GRIPS
     if (run->ground.undecided)
         decide_contacts(run, work);

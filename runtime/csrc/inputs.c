@@ -164,16 +164,17 @@ static void pass_guards(omniroll_run_t *run)
             run->modal->modes[run->leads_to[2*k + 1]] = run->leads_to[2*k];
 }
 
-/* What happens at this instant beside switches: times that have come, guards that are passed, axles that stop or break
- * away. Returns a status. */
+/* What happens at this instant beside switches: times that have come, guards that are passed, bearings that stop or
+ * break away. Returns a status. */
 static int pass_events(omniroll_run_t *run, const work_t *work)
 {
     for (;;) {
         settle_modes(run, work);
         const int is_time = run->elapsed >= run->next_time;
-        const int guards = is_time ? 0 : guards_passed(run, work), axles = is_time ? 0 : pass_axles(run, work);
+        const int guards = is_time ? 0 : guards_passed(run, work);
+        const int bearings = is_time ? 0 : pass_bearings(run, work);
         const int contacts = is_time ? 0 : pass_contacts(run);
-        if (!is_time && !guards && !axles && !contacts) {
+        if (!is_time && !guards && !bearings && !contacts) {
             run->at_event = 0;
             return OMNIROLL_RUN_DONE;
         }

@@ -55,6 +55,9 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.absent = now->absent;
     now->point.held_force = work->held_force;
 #endif
+#if SET_SPINS_STICK
+    put_spins(&work->spins, &now->point);
+#endif
 #if SET_GRIPS
     forces_now(run, work, now->arrays.ground_push);
     now->point.ground_push = now->arrays.ground_push;

@@ -19,7 +19,13 @@ typedef struct {
     double *end_core, *weight, *rise_core;
 #if SET_HOLDS
     lanes_t *held_force;
-    facet_t *facets;                /* of what the axles that stick can take                                 */
+    facet_t *facets;                /* of what the bearings that stick can take                              */
+    bearings_t *sticking;           /* these, where chi is 0                                                 */
+#endif
+#if SET_SPINS_STICK
+    spins_t spins;
+    double *carried;                /* accelerations that nothing gives the free rollers                     */
+    double *per_yaw, *given, *bounds;   /* of those at rest: scratch                                         */
 #endif
 } work_t;
 
@@ -59,8 +65,20 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_HOLDS
     work->held_force = next, next += 3;
     work->facets = (facet_t *)next;
-    const long long facets = most_facets(wheels)*(long long)(sizeof(facet_t)/sizeof(double));
+    const long long facets = most_facets(SET_BEARINGS*wheels)*(long long)(sizeof(facet_t)/sizeof(double));
     next += (facets + LANES - 1)/LANES;
+    work->sticking = (bearings_t *)next;
+    next += ((long long)(sizeof(bearings_t)/sizeof(double)) + LANES)/LANES;
+#endif
+#if SET_SPINS_STICK
+    work->spins.sticks = next, next += axial;
+    work->spins.torque = next, next += axial;
+    work->spins.holding = next, next += axial;
+    work->spins.held = (nodes_t *)next, next += BLOCKS*axial;
+    double *of_spins = (double *)next;
+    work->spins.late = of_spins, work->per_yaw = of_spins + axial, work->given = of_spins + 2*axial;
+    work->bounds = of_spins + 3*axial, work->carried = of_spins + 4*axial;
+    next += (5*axial + LANES - 1)/LANES;
 #endif
     return next - memory;
 }
@@ -68,12 +86,12 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 /* Whether the axle of a wheel is at rest, and whether it sticks in this phase. */
 ALWAYS_INLINE int rests(const omniroll_run_t *run, int wheel)
 {
-    return SET_HOLDS && run->axle_count && run->axles[wheel].resting;
+    return SET_HOLDS && run->axle_count && run->bearings[wheel].resting;
 }
 
 ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
 {
-    return SET_HOLDS && run->axle_count && run->axles[wheel].mode == 0;
+    return SET_HOLDS && run->axle_count && run->bearings[wheel].mode == 0;
 }
 
 /* Whether a contact slips on the ground: one without load is off. */
@@ -82,7 +100,7 @@ ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
     return !run->grips[contact].sticks && run->grips[contact].load > 0;
 }
 
-/* Guards of the effects, then of turning axles. */
+/* Guards of the effects, then of turning bearings whose rates follow from nu. */
 ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 {
     return run->guard_count + (SET_HOLDS ? run->hold.guard_count : 0);
@@ -115,15 +133,21 @@ ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 }
 #endif
 
+/* The bearing whose torque an input is, or null. */
+ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *run, int input)
+{
+    const int kind = input/run->wheels, wheel = input%run->wheels;
+    if (run->bearing_count && kind == SET_BEARING_INPUT)
+        return run->bearings + wheel;
+    return run->bearing_count && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
+}
+
 #if SET_INPUTS
 /* The same as rows show it: of bearings the torque that they take now, also where they hold. */
 ALWAYS_INLINE double input_shown(const omniroll_run_t *run, int input)
 {
-#if SET_HOLDS
-    if (run->axle_count && input/run->wheels == SET_BEARING_INPUT)
-        return run->axles[input%run->wheels].torque;
-#endif
-    return input_now(run, input);
+    const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
+    return bearing ? bearing->torque : input_now(run, input);
 }
 #endif
 

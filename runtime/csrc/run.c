@@ -4,11 +4,14 @@
  * axle_slopes.c  how axles' friction changes its rates
  * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
  * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
+ * contact_rows.c  how rollers in contact turn with nu
  * events.c       where it ends
  * contact_events.c  and where contacts with the ground end it
  * rows.c         what the caller gets
  * instant.c      the rates at an instant
- * sticking.c     which axles stick
+ * spin_events.c  and where free rollers on their disks end it
+ * sticking.c     which bearings stick
+ * spins.c        and which of those of free rollers
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
@@ -23,7 +26,10 @@
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
-#define MOST_GUARDS (3*MOST_WHEELS)
+#define MOST_GUARDS (4*MOST_WHEELS)
+#define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
+#define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
+#define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
 #define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
@@ -43,10 +49,13 @@
 #include "coupled.c"
 #endif
 #include "directions.c"
+#include "contact_rows.c"
 #include "events.c"
 #include "contact_events.c"
+#include "spin_events.c"
 #include "rows.c"
 #include "instant.c"
+#include "spins.c"
 #include "sticking.c"
 #if SET_GRIPS
 #include "cones.c"
@@ -92,6 +101,7 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_HOLDS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
+    begin_holding(run, work, s);
     for (int i = 0; i < wheels; i++)
         s->turns[i] = !sticks(run, i);
     for (int k = 0; k < 9; k++)
@@ -213,6 +223,10 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
 #endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        s->spins->late[k] = 0;
+#endif
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
         /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
@@ -275,11 +289,15 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     turned = fmin(turned, turn_of_contacts(s, wheels));
 #endif
 #if SET_HOLDS
-    nodes_t force_rate[3];
-    for (int k = 0; s->facets && k < 3; k++)
-        force_rate[k] = times(gauss_slope, &s->force[k]);
+    holding_rates_t rates;
+    if (s->facets)
+        holding_rates(s, wheels, &rates);
     for (int f = 0; f < s->facets; f++)
-        turned = fmin(turned, turn_of_facet(s, force_rate, s->facet + f));
+        turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
+#endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        turned = fmin(turned, turn_of_spin(s, k));
 #endif
     return turned;
 }
@@ -554,7 +572,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         damp(run, work, s, wheels);
 #endif
 #if SET_HOLDS
-    axles_have_moved(run, work);
+    bearings_have_moved(run, work);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);

@@ -97,7 +97,7 @@ static void apply_switch(omniroll_run_t *run, const work_t *work, const int *dir
 #endif
 #if SET_HOLDS
     const double nu_before[3] = {nu[0][0], nu[1][0], nu[2][0]};
-    axles_have_jumped(run, nu_before);
+    bearings_have_jumped(run, nu_before);
 #endif
 }
 

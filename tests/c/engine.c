@@ -1,5 +1,5 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
- * axles stick, with SLIPPING its wheels slip on a viscous ground. It prints a line for each switch, time and directions, and one for the end. */
+ * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground. It prints a line for each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -8,8 +8,10 @@
 #include <stdlib.h>
 
 enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
-#ifdef STICKING
-enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS };
+#ifdef ROLLERS_STICK
+enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARINGS = WHEELS*(2 + PLACES) };
+#elif defined STICKING
+enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #else
@@ -61,17 +63,35 @@ int main(int count, char **arguments)
     double accounts[ACCOUNTS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, signals[3*(INPUTS + 1)*WHEELS] = {0}, guards[6*GUARDS];
     double wheel_rates[WHEELS];
     long long passed[GUARDS], leads_to[2*GUARDS];
-    omniroll_axle_t axles[WHEELS];
-    for (int i = 0; i < WHEELS; i++)
-        axles[i] = (omniroll_axle_t){.sliding = 1e-3*(3 + i), .holding = 1.2e-3*(3 + i)};
+    omniroll_bearing_t bearings[BEARINGS];
+    for (int k = 0; k < BEARINGS; k++)
+        bearings[k] = (omniroll_bearing_t){
+            .sliding = (k < WHEELS ? 1e-3 : 1e-7)*(3 + k%WHEELS), .holding = (k < WHEELS ? 1.2e-3 : 2e-7)*(3 + k%WHEELS),
+            .nearer = 1};
     for (int k = 0; k < 3; k++) {
         const double along[3] = {k == 0, k == 1, k == 2};
         omniroll_wheel_speeds(&model, along, wheel_rates);
         for (int i = 0; i < WHEELS; i++)
-            axles[i].row[k] = wheel_rates[i];
+            bearings[i].row[k] = wheel_rates[i];
+#ifdef ROLLERS_STICK
+        const double level[WHEELS] = {0};
+        double contact_spins[WHEELS];
+        omniroll_wheel_rates(&model, along, level, wheel_rates, contact_spins);
+        for (int i = 0; i < WHEELS; i++)
+            bearings[WHEELS + i].row[k] = contact_spins[i];
+#endif
     }
+    run.bearing_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
+#ifdef ROLLERS_STICK
+    double core[CORE], core_before[CORE];
+    const double part_sizes[] = {1, 1, 1};
+    for (int k = 2*WHEELS; k < BEARINGS; k++)           /* counted by wheel, then by place                       */
+        bearings[k].sliding = 1e-7*(3 + (k - 2*WHEELS)/PLACES), bearings[k].holding = 2*bearings[k].sliding;
+    run.spin_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.yaw_of_speed = 1/vehicle.yaw_scale;
+    run.core = core, run.core_before = core_before, run.part_sizes = part_sizes;
+#endif
     run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
-    run.passed = passed, run.leads_to = leads_to, run.axle_count = WHEELS, run.axles = axles, run.hold.undecided = 1;
+    run.passed = passed, run.leads_to = leads_to, run.hold.undecided = 1;
 #endif
 #ifdef SLIPPING
     double signals[3*WHEELS] = {0};

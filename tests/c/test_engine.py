@@ -36,12 +36,19 @@ FLAGS = [
 
 
 BEARINGS = omniroll.Bearings(wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3))
+ROLLERS = omniroll.Bearings(
+    wheel_coulomb=(3e-3, 4e-3, 5e-3), wheel_break_away=(3.6e-3, 4.8e-3, 6e-3),
+    roller_coulomb=(3e-7, 4e-7, 5e-7), roller_break_away=(6e-7, 8e-7, 1e-6),
+)  # fmt: skip
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
 CASES = {  # effects of the set, flags, and what acts: as in engine.c
     "bare": ((), [], []),
     "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS]),
+    "axles and rollers that stick": (
+        ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS],
+    ),
     "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND]),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", CASES)

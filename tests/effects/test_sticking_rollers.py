@@ -1,4 +1,7 @@
-"""Rollers that stick in their bearings: against Moreau's scheme on bodies, the regularised law, the law itself."""
+"""Rollers that stick in their bearings: against Moreau's scheme on bodies, the regularised law, the law itself.
+
+tests/runtime holds the compiled engine to the Python engine over random scenes, and sessions to runs.
+"""
 
 import numpy as np
 import pytest
@@ -7,13 +10,13 @@ from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    Session,
     Slope,
     Torque,
     Vehicle,
     linearise,
     reactions,
     simulate,
+    simulate_many,
 )
 from omniroll.commands.run import text
 from omniroll.engine.simulate import checked_task
@@ -22,7 +25,9 @@ from omniroll.scenes.explanation import runs_on
 from omniroll.scenes.outcome import run_scene
 
 PAPER = Vehicle.paper()
-TASK = {"accuracy": 1e-9, "control": False, "engine": "python"}
+TASK = {"accuracy": 1e-9, "control": False}
+ENGINES = ("compiled", "python")
+on_both_engines = pytest.mark.parametrize("engine", ENGINES)
 
 
 class Bodies:
@@ -118,16 +123,16 @@ def begun(vehicle, nu, chi):
     return np.array(chi), w
 
 
+@on_both_engines
 @pytest.mark.parametrize("axles", [0.0, 4e-3])
-def test_bodies_under_moreaus_scheme_move_so(axles):
+def test_bodies_under_moreaus_scheme_move_so(axles, engine):
     """Rollers and axles stop one by one, some stick while the vehicle goes on; errors fall with the step."""
     nu, chi, duration, torque = (0.1, 0.02, 0.25), (-0.3, 0.1, 0.2), 0.5, 2e-5
     errors = []
     friction = {"wheel_coulomb": axles} if axles else {}
-    run = simulate(
-        PAPER, nu=nu, chi=chi, duration=duration, effects=[Bearings(roller_coulomb=torque, **friction)], **TASK
-    )
-    assert not len(run.switches) and run.stats["engine"] == "python"
+    acting = [Bearings(roller_coulomb=torque, **friction)]
+    run = simulate(PAPER, nu=nu, chi=chi, duration=duration, effects=acting, engine=engine, **TASK)
+    assert not len(run.switches) and run.stats["engine"] == engine
     for steps in (250, 1000):
         w = moreau(PAPER, begun(PAPER, nu, chi), steps, duration, torque, axles)
         spins = w[3 + PAPER.wheels :].reshape(PAPER.wheels, -1)[:, 1:]
@@ -143,12 +148,12 @@ def spinning(vehicle, nu_3):
     return yaw, rate, (vehicle.yaw_inertia * yaw**2 + vehicle.wheels * vehicle.wheel_inertia * rate**2) / 2
 
 
+@on_both_engines
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
-def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching):
+def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching, engine):
     """On the spot the wheels' centres do not move along their axles: no roller spins, and no switch takes energy."""
-    run = simulate(
-        PAPER, nu=(0, 0, 3.0), duration=5, effects=[Bearings(roller_coulomb=1.0)], switching=switching, **TASK
-    )
+    law = {"switching": switching, "engine": engine, **TASK}
+    run = simulate(PAPER, nu=(0, 0, 3.0), duration=5, effects=[Bearings(roller_coulomb=1.0)], **law)
     _, rate, energy = spinning(PAPER, 3.0)
     assert len(run.switches) >= 3 * int(abs(rate) * 5 / (2 * np.pi / PAPER.rollers_per_wheel) - 0.5) > 3
     np.testing.assert_allclose(run.nu, np.tile([0, 0, 3.0], (len(run), 1)), rtol=0, atol=1e-12)
@@ -156,12 +161,14 @@ def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(sw
     assert np.abs(run.spins).max() < 1e-12 and run.quantity("roller_loss")[-1] == pytest.approx(0, abs=1e-15)
 
 
-def test_a_free_roller_breaks_away_where_its_disk_asks_for_more():
+@on_both_engines
+def test_a_free_roller_breaks_away_where_its_disk_asks_for_more(engine):
     """Its disk takes it along: B theta' chi' cos(psi) with constant rates. The first one is near the top."""
     yaw, rate, _ = spinning(PAPER, 1.0)
     beside = 0.3  # rad from the top
     torque = PAPER.roller_inertia * yaw * abs(rate) * np.cos(beside)
-    run = simulate(PAPER, nu=(0, 0, 1.0), duration=0.7, effects=[Bearings(roller_coulomb=torque)], **TASK)
+    acting = [Bearings(roller_coulomb=torque)]
+    run = simulate(PAPER, nu=(0, 0, 1.0), duration=0.7, effects=acting, engine=engine, **TASK)
     instant = (np.pi / PAPER.rollers_per_wheel - beside) / abs(rate)
     assert np.isclose(run.t, instant, rtol=1e-9).any()
     resting = run.t <= instant * (1 + 1e-9)
@@ -178,8 +185,9 @@ def test_the_regularised_law_tends_to_it():
     assert errors[1].max() < 0.3 * errors[0].max() < 1e-3
 
 
+@on_both_engines
 @pytest.mark.parametrize("seed", range(8))
-def test_any_vehicle_keeps_the_law_and_the_account(seed):
+def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
     rng = np.random.default_rng(seed)
     vehicle = Vehicle.paper(int(rng.choice([2, 3, 4])), int(rng.integers(4, 7)))
     sliding = rng.uniform(0, 2e-4, vehicle.wheels)
@@ -187,13 +195,26 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed):
     effects = [Bearings(roller_coulomb=sliding, roller_break_away=holding), Slope(0.02, 1.0), Torque(1e-3)]
     run = simulate(
         vehicle, nu=rng.normal(size=3) * rng.choice([0.0, 0.3]), duration=0.3, effects=effects,
-        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False, engine="python",
+        roller_model=str(rng.choice(["massless", "locked", "free"])), accuracy=1e-8, control=False, engine=engine,
     )  # fmt: skip
     torques = run.drive[:, run.effects.drives().index("contact_bearing")]
     assert (np.abs(torques) <= holding * (1 + 1e-12)).all()
     turns = np.abs(run.contact_spin) > 1e-8
     np.testing.assert_allclose((torques * np.sign(run.contact_spin) + sliding)[turns], 0, atol=1e-15)
     assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked"])
+def test_reactions_have_what_the_bearings_of_rollers_in_contact_take(model):
+    """Those of the regularised law tend to them; without the friction they would be far from them."""
+    start = {"nu": (0.5, 0.1, 0.5), "chi": (0.1, 0.2, -0.1), "duration": 0.3, "roller_model": model, **TASK}
+
+    def forces(*acting):
+        return reactions(simulate(PAPER, **start, effects=acting), height=0.1, friction=5.0).contact_force[-1]
+
+    limit, free = forces(Bearings(roller_coulomb=3e-3)), forces()
+    near = [np.abs(forces(Bearings(roller_coulomb=3e-3, roller_speed=w)) - limit).max() for w in (1e-2, 1e-3)]
+    assert near[1] < 0.3 * near[0] and near[0] < 0.01 * np.abs(free - limit).max()
 
 
 def test_what_does_not_fit_is_refused():
@@ -203,6 +224,7 @@ def test_what_does_not_fit_is_refused():
         "roller_speed": lambda: Bearings(roller_viscous=1.0, roller_speed=0.1),
         "roller_coulomb": lambda: linearise(PAPER, effects=(stick,)),
         "trajectory": lambda: reactions(simulate(PAPER, nu=(1, 0, 0), duration=1e-3, effects=[stick]), height=0.1),
+        "sensitivities": lambda: simulate(PAPER, nu=(1, 0, 0), duration=1e-3, effects=[stick], sensitivities=["mass"]),
     }
     for field, make in makers.items():
         with pytest.raises(InvalidValueError) as refused:
@@ -210,7 +232,6 @@ def test_what_does_not_fit_is_refused():
         assert refused.value.field == field
     for make in (
         lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Contact(1.0), stick]),
-        lambda: Session(PAPER, nu=(0, 0, 0), effects=[stick]),
         lambda: simulate(
             PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)]
         ),
@@ -219,12 +240,21 @@ def test_what_does_not_fit_is_refused():
             make()
 
 
-def test_explain_and_run_say_that_the_python_engine_runs(tmp_path):
+def test_explain_and_run_say_that_the_compiled_engine_runs(tmp_path):
     path = tmp_path / "scene.toml"
     tables = ('[vehicle]\npreset = "paper"', "[start]\nnu = [0.0, 0.0, 0.5]", "[run]\nduration = 0.01\nstep = 0.01")
     path.write_text("\n\n".join((*tables, "[bearings]\nroller_coulomb = 1e-4\n")))
     scene = load_scene(path)
-    said = runs_on(checked_task(scene.vehicle, **scene.options))
-    assert said.startswith("Python engine") and said.endswith("the compiled engine has no modes of rollers that stick")
+    assert runs_on(checked_task(scene.vehicle, **scene.options)) == "compiled engine, compiled kernel"
     outcome = run_scene(scene)
-    assert outcome.trajectory.stats["engine"] == "python" and "on the Python engine\n" in text(outcome)
+    assert outcome.trajectory.stats["engine"] == "compiled" and "Python engine" not in text(outcome)
+
+
+def test_sweeps_run_in_c_and_give_what_single_runs_do():
+    starts = ((0.3, 0.1, 0.2), (0.0, 0.0, 1.0))
+    effects = [[Bearings(roller_coulomb=torque, roller_break_away=4e-5)] for torque in (1e-6, 3e-5)]
+    many = simulate_many(PAPER, nu=starts, duration=0.4, effects=effects, accuracy=1e-9)
+    for end, start, acting in zip(many.end.nu, starts, effects, strict=True):
+        run = simulate(PAPER, nu=start, duration=0.4, effects=acting, accuracy=1e-9)
+        assert run.stats["engine"] == "compiled"
+        np.testing.assert_array_equal(end, run.nu[-1])

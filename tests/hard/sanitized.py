@@ -56,8 +56,11 @@ def flags(compiler: str) -> str:
 
 
 def watched(compiler: str, *command: object, **changes: str) -> subprocess.CompletedProcess:
-    """A Python program with the sanitizers' library preloaded."""
-    environment = os.environ | QUIET | {"LD_PRELOAD": str(preloaded(compiler))} | changes
+    """A Python program with the sanitizers' library preloaded, and with that of C++: a sanitizer that does not find it
+    at the start ends the program at the first exception of another package's extension."""
+    of_cpp = subprocess.run([compiler, "-print-file-name=libstdc++.so.6"], capture_output=True, text=True, check=True)
+    preload = f"{preloaded(compiler)} {of_cpp.stdout.strip()}"
+    environment = os.environ | QUIET | {"LD_PRELOAD": preload} | changes
     return subprocess.run(
         [sys.executable, *map(str, command)], capture_output=True, text=True, env=environment, cwd=ROOT / "tests"
     )
@@ -99,7 +102,7 @@ def clean(scale: Scale) -> list[Measurement]:
                     done = watched(
                         compiler, "-m", "hard.sanitized", place, what, count, OMNIROLL_CACHE=scratch, CC="false"
                     )
-                    print(done.stdout[-2000:], done.stderr[-6000:] if done.returncode else "", file=sys.stderr)
+                    print(done.stdout[-2000:], done.stderr[:6000] if done.returncode else "", file=sys.stderr)
                     text = f"a sanitizer's complaint, or a broken promise, in {count} {what}"
                     found.append(Measurement(text, "package's libraries", "double", compiler, done.returncode != 0, 0))
     return found

@@ -3,9 +3,13 @@
 Between switches SciPy's DOP853 integrates what oracle.lagrange finds, rigid bodies with multipliers; at a switch the
 oracle's impact gives the new speeds. The axles have viscous friction, and the torques are given over time. One state is
 held to reactions.newton_euler, the equations of every body, by a test beside this file.
+
+`python -m identification.oracle_motion`, from tests/, writes the motions into tests/data/oracle-motions/ (20 s): what
+the wheels' rates are without noise. A test makes the start of each again.
 """
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from oracle import lagrange
@@ -40,6 +44,8 @@ def torques(force, yaw, direction):
     return -force[:, None] * np.sin(np.array(MACHINE.axle_angles) - direction[:, None]) - yaw[:, None]
 
 
+STEP = 0.01  # s, between two rows of a motion
+FILES = Path(__file__).parent.parent / "data" / "oracle-motions"
 SCHEDULES = {
     "turning while driving": torques(FORCE, YAW, DIRECTION),
     "straight": torques(FORCE, 0 * YAW, np.full(11, MACHINE.axle_angles[0])),
@@ -90,10 +96,22 @@ def joint_of(wheel):
     return reached
 
 
+ROWS = {"turning while driving": 1001, "straight": 301, "on the spot": 301}
+
+
+def file_of(name):
+    return FILES / f"{name.replace(' ', '-')}.csv"
+
+
 @cache
-def motion(name, count=1001, step=0.01):
-    """(T, N) the wheels' rates at T = count times from 0 on, from rest; the times are apart by step, in s."""
-    times, schedule = step * np.arange(count), SCHEDULES[name]
+def recorded(name):
+    """(T, N) the wheels' rates of a motion, from its file."""
+    return np.loadtxt(file_of(name), delimiter=",", skiprows=1)[:, 1:]
+
+
+def motion(name, count):
+    """(T, N) the wheels' rates at T = count times from 0 on, from rest; the times are apart by STEP."""
+    times, schedule = STEP * np.arange(count), SCHEDULES[name]
     y, now, found = np.zeros(3 + WHEELS * ROLLERS), 0.0, np.empty((0, WHEELS))
     while now < times[-1]:
         end = min(float(KNOTS[np.searchsorted(KNOTS, now, side="right")]), float(times[-1]))
@@ -110,3 +128,12 @@ def motion(name, count=1001, step=0.01):
     found = np.concatenate([found, [wheel_rates(y[:3], y[CHI])]])
     assert len(found) == count
     return found
+
+
+if __name__ == "__main__":
+    FILES.mkdir(parents=True, exist_ok=True)
+    for name, count in ROWS.items():
+        rates_over_time = motion(name, count)
+        rows = np.column_stack([STEP * np.arange(count), rates_over_time])
+        header = ",".join(["t", *(f"wheel_rate_{i + 1}" for i in range(WHEELS))])
+        np.savetxt(file_of(name), rows, fmt="%.17g", delimiter=",", header=header, comments="")

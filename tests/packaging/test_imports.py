@@ -24,7 +24,8 @@ OPTIONAL = {  # what the extras of pyproject.toml bring
     "control", "dask", "distributed", "flint", "gymnasium", "heyoka", "matplotlib", "mujoco", "pandas", "pyarrow",
     "tqdm", "xarray",
 }  # fmt: skip
-LARGE = ("numpy", "scipy", "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))
+ROOMS_OF_SCIPY = tuple(f"scipy.{room}" for room in ("integrate", "interpolate", "linalg", "optimize", "special"))
+LARGE = ("numpy", "scipy", *ROOMS_OF_SCIPY, "cffi", "jinja2", "json", "shtab", *sorted(OPTIONAL))
 
 
 def name_of(path: Path) -> str:
@@ -109,6 +110,12 @@ def test_importing_the_package_imports_nothing_else():
 def test_a_vehicle_needs_no_compiled_code_and_no_scipy():
     large = loaded_after("import omniroll; omniroll.Vehicle.paper()") & set(LARGE)
     assert large == {"numpy", "json"}  # json reads the derivation's bounds
+
+
+def test_a_run_of_the_compiled_engine_imports_no_room_of_scipy():
+    """They take longer than all that this package imports."""
+    large = loaded_after("import omniroll; omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0, 1), duration=1)")
+    assert "omniroll.engine.compiled_engine" in large and not large & set(ROOMS_OF_SCIPY)
 
 
 def test_the_names_of_the_package():

@@ -50,7 +50,7 @@ def test_both_engines_agree(name, model, seed):
 def test_the_kernel_of_all_effects_runs_each_scene(name, model, seed):
     """What runs where the kernel of a scene is not compiled; seed 1 gives the vehicle another layout.
 
-    That kernel has no axles that stick, since their law excludes the regularised one.
+    That kernel has no bearings that stick, since their law excludes the regularised one.
     """
     vehicle, options = scene(name, model, seed)
     task = checked_task(vehicle, **options)

@@ -77,6 +77,15 @@ SCENES = {
     "motors with axles that stick": {
         "effects": [LIMITED, Controller((1.5, 0, -1), 1.0, 0.07, 0.5, "voltage"), Bearings(wheel_coulomb=3e-3)]
     },
+    "rollers that stick": {
+        "effects": [Bearings(roller_coulomb=1e-6, roller_break_away=3e-6), Torque((0.01, 0, -0.02))]
+    },
+    "motors with axles and rollers that stick": {
+        "effects": [
+            LIMITED, Controller((1.5, 0, -1), 1.0, 0.07, 0.5, "voltage"),
+            Bearings(wheel_coulomb=3e-3, roller_coulomb=3e-5),
+        ]
+    },
     "a function": {"effects": [FunctionController(ToAPlace, 0.05, "voltage"), LIMITED]},
 }  # fmt: skip
 START = {"nu": (1.0, 0.2, 0.8), "chi": (0.1, -0.3, 0.2), "start_time": 0.05}

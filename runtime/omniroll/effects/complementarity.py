@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import lsq_linear
+import scipy  # which imports scipy.optimize when it is first used: most scenes do without
 
 PARALLEL = 1e-12  # sine of the angle below which rows are parallel, and a row lies in the span of others
 HEAVY = 1e6  # weight of an equation beside what is made small under it
@@ -100,7 +100,7 @@ def bounded_fit(columns: np.ndarray, wanted: np.ndarray, bounds: np.ndarray) -> 
     if taking.any() and size > 0:
         scaled = columns[:, taking] * (bounds[taking] / size)
         iterations = ITERATIONS * (1 + len(bounds))
-        found = lsq_linear(scaled, wanted / size, (-1, 1), method="bvls", tol=0.0, max_iter=iterations).x
+        found = scipy.optimize.lsq_linear(scaled, wanted / size, (-1, 1), method="bvls", tol=0.0, max_iter=iterations).x
         x[taking] = np.clip(found, -1, 1)  # the library keeps its bounds within rounding
     return x * bounds
 

@@ -46,7 +46,7 @@ MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
 CALLS = 8  # that fill the memory of a run at least
 ALIGNMENT = 128  # bytes
-MOST_GUARDS = 3 * MOST_WHEELS  # run.c
+MOST_GUARDS = 4 * MOST_WHEELS  # run.c
 GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
@@ -65,8 +65,6 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def lacking(kernel: Kernel) -> str:
     """What such a vehicle needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
-    if kernel.rollers_stick:
-        return "modes of rollers that stick"
     if "contact_loads" in kernel.effects:
         return "loads that follow the motion"
     return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from omniroll.engine.compiled_engine import CompiledRun, can_run
-from omniroll.engine.python_engine import Run
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
 from omniroll.errors import AccuracyWarning, SimulationStopped
@@ -42,6 +41,8 @@ class ReferenceRun:
     """A run of the Python engine with the methods of CompiledRun."""
 
     def __init__(self, task: Task, tolerance: float):
+        from omniroll.engine.python_engine import Run  # which imports SciPy's integrators
+
         self.task, self.tolerance, self.engine = task, tolerance, Run(task, tolerance)
 
     def advance(self) -> "ReferenceRun":

@@ -7,9 +7,9 @@ import numpy as np
 
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
 from omniroll.engine.variations import Deviations, Variations
-from omniroll.kernels.tangent_kernel import TangentKernel
+from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
-from omniroll.vehicles.state import by_roller
+from omniroll.vehicles.state import by_place, by_roller
 
 
 class Motion:
@@ -59,6 +59,40 @@ class Motion:
         """(K + 1,) the rows at which the phases between switches start."""
         return np.append(0, self.switched)
 
+    def whole(self, moved: np.ndarray) -> np.ndarray:
+        """(..., size) deviations (..., m) at their places in y."""
+        whole = np.zeros((*moved.shape[:-1], self.vector.size))
+        whole[..., self.deviations.state] = moved
+        return whole
+
+    def later_spins(
+        self,
+        bound: TangentKernel,
+        y: np.ndarray,
+        row: np.ndarray,
+        times: np.ndarray,
+        start: np.ndarray,
+        axial: np.ndarray,
+        time: float | np.ndarray = 0.0,
+    ) -> np.ndarray:
+        """(..., N, n-1) the free rollers' spins in later states y (..., size) of phases, carrying tangents as y does.
+
+        row, times  (...) the row at or before each state, and its time
+        start       (..., m) tangents where the phase of each state starts
+        axial       (..., N, n) those of the axial speeds there, by physical roller
+        time        (...) those of the times
+        """
+        trajectory = self.trajectory
+        first = self.phases[np.searchsorted(self.phases, row, side="right") - 1]
+        speeds = with_tangent(self.axial[first], axial)
+        contact = np.broadcast_to(trajectory.contact[first], speeds.shape[:-1])
+        speeds = by_place(speeds, contact)[..., 1:]
+        before = self.vector.views(with_tangent(self.y[first], self.whole(start)))
+        elapsed = np.where(trajectory.t[row] < times, times - trajectory.start_time, trajectory.elapsed[row])
+        since = with_tangent(elapsed - trajectory.elapsed[first], time)
+        later = trajectory.effects.axial_later(bound, speeds, before, self.vector.views(y), since)
+        return bound.spins_from_axial(self.vector.view(y, "nu"), self.vector.view(y, "chi"), later)
+
     def rates_in(self, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(..., m) the rates of what deviates in states (..., size)."""
         return self.deviations.rates_of(self.plain, y, inputs)
@@ -70,9 +104,13 @@ class Motion:
 
 
 class Columns:
-    """The columns of a run: what each of its numbers moves; before them `others`, in which no number deviates."""
+    """The columns of a run: what each of its numbers moves; before them `others`, in which no number deviates.
 
-    def __init__(self, trajectory: Trajectory, names: tuple[str, ...], others: int = 0):
+    nodes  inside each step where deviations are computed; None: as many as the run's polynomials ask for
+    """
+
+    def __init__(self, trajectory: Trajectory, names: tuple[str, ...], others: int = 0, nodes: int | None = None):
+        self.nodes = nodes
         self.effects = trajectory.effects.effects
         self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
         self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
@@ -123,4 +161,6 @@ class Columns:
 
     def variations(self, motion: Motion) -> Variations:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
-        return Variations(motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs)
+        return Variations(
+            motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes
+        )

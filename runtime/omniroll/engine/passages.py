@@ -59,7 +59,7 @@ class Passage:
     """The passing of switches, for W deviations with which the constants of `kernel` go."""
 
     def __init__(self, motion: Motion, kernel: TangentKernel):
-        self.kernel, self.deviations, self.vector = kernel, motion.deviations, motion.vector
+        self.kernel, self.motion, self.deviations, self.vector = kernel, motion, motion.deviations, motion.vector
         self.effects = motion.trajectory.effects
         self.model = SwitchingModel(kernel, motion.trajectory.switching)
 
@@ -88,9 +88,7 @@ class Passage:
 
     def carrying(self, y: np.ndarray, moved: np.ndarray) -> np.ndarray:
         """(..., W, size) y (..., 1, size) with deviations (..., W, m)."""
-        whole = np.zeros((*moved.shape[:-1], self.vector.size))
-        whole[..., self.deviations.state] = moved
-        return with_tangent(y, whole)
+        return with_tangent(y, self.motion.whole(moved))
 
     def deviation(self, y: np.ndarray) -> np.ndarray:
         """The inverse of `carrying`."""

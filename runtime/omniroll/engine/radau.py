@@ -19,21 +19,10 @@ from scipy.linalg import lu_factor, lu_solve
 
 from omniroll.engine import directed
 from omniroll.engine.compensated_sum import compensated_sum
+from omniroll.engine.differences import slopes
 from omniroll.engine.nodes import AT_REST, CONTRACTS, ITERATIONS, NODES, RENEWALS, ROUNDED, STAGES, WEIGHTS, RadauStep
 
 MOVED = 1e-7  # of a component, for the slopes by differences
-
-
-def slopes(
-    flow: Callable[[float, np.ndarray], np.ndarray], time: float, y: np.ndarray, rates: np.ndarray, steps: np.ndarray
-) -> np.ndarray:
-    """The slopes (d, d) of the rates in y, by differences of these steps (d,); `rates` are those at y."""
-    matrix = np.empty((len(y), len(y)))
-    for k, value in enumerate(y):
-        moved = y.copy()
-        moved[k] += steps[k]
-        matrix[:, k] = (flow(time, moved) - rates) / (moved[k] - value)
-    return matrix
 
 
 @dataclass

@@ -25,20 +25,23 @@ from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
+from omniroll.engine.variations import Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
-from omniroll.vehicles.state import State, by_place, by_roller
+from omniroll.vehicles.state import State, by_roller
 
 TOGETHER = 1e-9  # of the larger one: deviations that differ by less are the same
 
 
-def with_sensitivities(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
+def with_sensitivities(trajectory: Trajectory, names: Sequence[str], nodes: int | None = None) -> Trajectory:
     """The same trajectory, which now has the derivatives of its motion by the numbers of these names.
+
+    nodes  inside each step: fewer are faster and less exact; None: as many as the run's polynomials ask for
 
     Raises InvalidValueError for names that have none, and NoDerivativeError where the motion has none.
     """
-    followed = Followed.along(trajectory, tuple(names))
+    followed = Followed.along(trajectory, tuple(names), nodes)
     object.__setattr__(trajectory, "followed", followed)  # its other fields stay frozen
     return trajectory
 
@@ -72,6 +75,8 @@ class Followed:
     inputs  (S, F, P) of what drives the steps: inputs, how fast these change, and numbers
     phases  (K,) the row at which each phase between two switches starts
     axial   (K, P, N, n) deviations of the rollers' axial speeds there, by physical roller; None but for free rollers
+    nodes   inside each step, or None
+    look, variations   what was computed last, for whoever asks again
     """
 
     names: tuple[str, ...]
@@ -79,33 +84,41 @@ class Followed:
     inputs: np.ndarray
     phases: np.ndarray
     axial: np.ndarray | None
+    nodes: int | None = None
     look: "Look | None" = None
+    variations: Variations | None = None
 
     @classmethod
-    def along(cls, trajectory: Trajectory, names: tuple[str, ...]) -> "Followed":
-        sweep = Sweep(Motion(trajectory), Columns(trajectory, names))
+    def along(cls, trajectory: Trajectory, names: tuple[str, ...], nodes: int | None = None) -> "Followed":
+        sweep = Sweep(Motion(trajectory), Columns(trajectory, names, nodes=nodes))
         sweep.run()
         return sweep.followed()
 
     def at(self, trajectory: Trajectory, name: str, t: ArrayLike | None) -> Sensitivity:
         """The derivatives by one of the numbers, in the rows or at times within the run."""
         column = self.names.index(validation.choice("name", name, self.names))
-        look = self._look(trajectory, t)
-        motion, y = look.motion, look.y
-        whole = np.zeros(y.shape)
-        whole[..., motion.deviations.state] = look.moved[..., column]
-        carrying = with_tangent(y, whole)
+        look = self.look_at(trajectory, t)
+        motion, moved, phase = look.motion, look.moved[..., column], self.phase_of(look.row)
+        whole = motion.whole(moved)
         parts = {name: motion.vector.view(whole, name) for name in ("nu", "chi", "pose")}
-        spins = self._spins(motion, look.columns.single(column), column, carrying, look.row, look.times)
+        spins = None
+        if self.axial is not None:
+            start, axial = self.rows[self.phases[phase]][..., column], self.axial[phase, column]
+            bound, y = look.columns.single(column), with_tangent(look.y, whole)
+            spins = tangent_of(motion.later_spins(bound, y, look.row, look.times, start, axial))
         return Sensitivity(name, look.times, **parts, spins=spins)
 
-    def _look(self, trajectory: Trajectory, t: ArrayLike | None) -> "Look":
+    def phase_of(self, row: np.ndarray) -> np.ndarray:
+        """The phases between two switches to which rows belong."""
+        return np.searchsorted(self.phases, row, side="right") - 1
+
+    def look_at(self, trajectory: Trajectory, t: ArrayLike | None) -> "Look":
         """All deviations in the rows or at times within the run. The last look is kept: many names ask for one."""
         times = trajectory.t if t is None else validation.real_array("t", t)
         look = self.look
         if look is not None and look.rows == (t is None) and np.array_equal(look.times, times):
             return look
-        motion, columns = Motion(trajectory), Columns(trajectory, self.names)
+        motion, columns = Motion(trajectory), Columns(trajectory, self.names, nodes=self.nodes)
         y, row = (motion.y, np.arange(len(trajectory))) if t is None else trajectory.state_and_row(times)
         moved = np.array(self.rows[row])  # a copy: at one time alone it would be a view
         between = trajectory.t[row] < times
@@ -115,31 +128,11 @@ class Followed:
         return self.look
 
     def __getstate__(self) -> dict:
-        return vars(self) | {"look": None}
-
-    def _spins(
-        self, motion: "Motion", bound: TangentKernel, column: int, y: np.ndarray, row: np.ndarray, times: np.ndarray
-    ) -> np.ndarray | None:
-        """(..., N, n-1) the derivatives of the free rollers' spins in states y (..., size) that carry their own."""
-        if self.axial is None:
-            return None
-        trajectory = motion.trajectory
-        phase = np.searchsorted(self.phases, row, side="right") - 1
-        first = self.phases[phase]
-        axial = by_place(with_tangent(motion.axial[first], self.axial[phase, column]), trajectory.contact[first])
-        start = np.zeros(y.shape)
-        start[..., motion.deviations.state] = self.rows[first][..., column]
-        before = motion.vector.views(with_tangent(motion.y[first], start))
-        elapsed = np.where(trajectory.t[row] < times, times - trajectory.start_time, trajectory.elapsed[row])
-        later = trajectory.effects.axial_later(
-            bound, axial[..., 1:], before, motion.vector.views(y), elapsed - trajectory.elapsed[first]
-        )
-        nu, chi = motion.vector.view(y, "nu"), motion.vector.view(y, "chi")
-        return tangent_of(bound.spins_from_axial(nu, chi, later))
+        return vars(self) | {"look": None, "variations": None}
 
     def since_row(self, motion: "Motion", columns: "Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
         """(k, m, P) what the deviations have come to since the rows (k,)."""
-        trajectory, variations = motion.trajectory, columns.variations(motion)
+        trajectory, variations = motion.trajectory, self.variations or columns.variations(motion)
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
@@ -162,10 +155,14 @@ class Sweep:
         self.inputs = np.zeros((len(self.trajectory.step_rows), given + len(numbers), len(columns)))
         self.inputs[:, given:] = numbers
         self.axial: list[np.ndarray] = []
+        self.variations: Variations | None = None
 
     def followed(self) -> Followed:
         axial = np.array(self.axial) if self.motion.plain.has_spins else None
-        return Followed(self.columns.names, self.rows, self.inputs, self.motion.phases, axial)
+        return Followed(
+            self.columns.names, self.rows, self.inputs, self.motion.phases, axial, self.columns.nodes,
+            variations=self.variations,
+        )  # fmt: skip
 
     def run(self) -> None:
         motion, trajectory = self.motion, self.trajectory
@@ -196,7 +193,8 @@ class Sweep:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        return self.columns.variations(self.motion).maps()
+        self.variations = self.columns.variations(self.motion)
+        return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
         """(m, P) the deviations with which a phase starts; `axial` (A, P) are those of the axial speeds."""

@@ -81,9 +81,6 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if self._task.kernel.rollers_stick:
-            bound = "must be given: sessions run on the compiled engine, which has no modes of rollers"
-            raise InvalidValueError("roller_speed", None, bound)
         if "contact_loads" in self._task.kernel.effects:
             bound = (
                 "must not hold a Contact whose loads are dynamic: sessions run on the compiled engine, which has none"

@@ -155,8 +155,9 @@ class SteppedRun(CompiledRun):
 
     def _modes(self) -> dict[str, np.ndarray]:
         """(N,) the torques of bearings that may stick, and the modes of contacts that may."""
-        count = self.run.axle_count
-        bearings = {"bearing_torque": np.array([self.run.axles[k].torque for k in range(count)])} if count else {}
+        torques = np.array([self.run.bearings[k].torque for k in range(self.run.bearing_count)])
+        ends = {"bearing_torque": self.run.axle_count, "contact_bearing": len(torques) - self.run.spin_count}
+        bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in self.columns.inputs}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
         return bearings | {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
 

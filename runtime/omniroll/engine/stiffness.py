@@ -12,7 +12,7 @@ import numpy as np
 
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.radau import slopes
+from omniroll.engine.differences import slopes
 from omniroll.engine.runs import STATE, Task, flow_at_start
 from omniroll.errors import OmnirollError
 from omniroll.vehicles.checks import joint_angle

@@ -24,6 +24,7 @@ from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
+KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
 
@@ -164,6 +165,7 @@ class Variations:
     tangents    of the arguments of `prepare`, (Q, ...) by name, for Q numbers that deviate
     numbers     Q
     inputs      (T, U) what each row's phase was given
+    nodes       inside a step; None: as many as the polynomials ask for
     """
 
     def __init__(
@@ -174,15 +176,16 @@ class Variations:
         numbers: int,
         deviations: Deviations,
         inputs: np.ndarray,
+        nodes: int | None = None,
     ):
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
         self.slopes = Slopes(deviations, trajectory, plain)
         of_numbers = {name: tangent[:, None] for name, tangent in tangents.items()}
         self.of_numbers = TangentKernel(plain, of_numbers, (numbers, 1)) if numbers else None
-        inside = max(LEAST_NODES, trajectory.dense.shape[1] - 1)
-        self.inside = gauss(inside)
+        self.inside = gauss(nodes or max(LEAST_NODES, trajectory.dense.shape[1] - 1))
         self.starts = trajectory.elapsed[trajectory.step_rows]
         self.lengths = trajectory.elapsed[trajectory.step_rows + 1] - self.starts
+        self.kept: np.ndarray | None = None  # (S, s, m, m + F) what `rates_at_nodes` gives of all steps
 
     @property
     def width(self) -> tuple[int, int]:
@@ -215,12 +218,16 @@ class Variations:
             G[..., given + moving :] = np.moveaxis(found.reshape(self.numbers, count, s, size), 0, -1)
         return slopes[..., :size], G
 
-    def rates_at_nodes(self, steps: np.ndarray, gauss: Gauss) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def rates_at_nodes(self, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Some of the steps (k,), one group after the other, and (l, s, m, m + F) the rates of the deviation at their
         nodes by what it depends on."""
-        A, G = self.coefficients(steps, gauss)
-        for part in np.array_split(np.arange(len(steps)), max(1, -(-len(steps) // SOLVED_AT_ONCE))):
-            to_nodes = gauss.to_nodes * self.lengths[steps[part]][:, None, None]
+        parts = np.array_split(np.arange(len(steps)), max(1, -(-len(steps) // SOLVED_AT_ONCE)))
+        if self.kept is not None:
+            yield from ((steps[part], self.kept[steps[part]]) for part in parts)
+            return
+        A, G = self.coefficients(steps, self.inside)
+        for part in parts:
+            to_nodes = self.inside.to_nodes * self.lengths[steps[part]][:, None, None]
             yield steps[part], self._solved(A[part], G[part], to_nodes)
 
     def _solved(self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray) -> np.ndarray:
@@ -257,11 +264,16 @@ class Variations:
         """(S, m, m + F) what the deviation at the end of each step is, by that at its start and by what is given."""
         state, given = self.width
         found = np.zeros((len(self.starts), state, state + given))
+        shape = (len(self.starts), len(self.inside.nodes), state, state + given)
+        kept = np.empty(shape) if prod(shape) <= KEPT else None
         for steps in self.chunks():
-            for some, rates in self.rates_at_nodes(steps, self.inside):
+            for some, rates in self.rates_at_nodes(steps):
+                if kept is not None:
+                    kept[some] = rates
                 means = self.inside.weights @ rates.reshape(*rates.shape[:2], -1)
                 found[some] = means.reshape(found[some].shape) * self.lengths[some][:, None, None]
         found[:, range(state), range(state)] += 1.0
+        self.kept = kept
         return found
 
     def come_to(self, steps: np.ndarray, x: np.ndarray, deviation: np.ndarray, given: np.ndarray) -> np.ndarray:
@@ -273,7 +285,7 @@ class Variations:
         found = np.empty((len(steps), *deviation.shape[1:]))
         done = 0
         for part in self.chunks(len(wanted)):
-            for own, rates in self.rates_at_nodes(wanted[part], self.inside):
+            for own, rates in self.rates_at_nodes(wanted[part]):
                 rates = rates @ np.concatenate([deviation[own], given[own]], axis=1)[:, None]
                 (here,) = np.nonzero((back >= done) & (back < done + len(own)))
                 weights = self.inside.integrals(x[here]) * self.lengths[steps[here]][:, None]

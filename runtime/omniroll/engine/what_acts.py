@@ -1,4 +1,4 @@
-"""What acts in a run, as the compiled engine takes it: C structs with the axles that may stick, and with the tables,
+"""What acts in a run, as the compiled engine takes it: C structs with the bearings that may stick, and with the tables,
 controllers and drives of a plan where the engine does these by itself.
 
 What no run changes stands in memory once, for all runs of a plan; a run copies the structs and has its own numbers
@@ -25,15 +25,28 @@ class WhatActs:
     def __init__(self, ffi: Any, plan: Plan, inputs: tuple[str, ...], wheels: int):
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
         self.kept: list[np.ndarray] = []  # what the structs point to
-        entries = {"axle": self._axles(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
+        entries = {"bearing": self._bearings(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
-    def _axles(self) -> list[dict[str, Any]]:
-        axles = self.plan.acting.axles
-        if axles is None:
+    def _bearings(self) -> list[dict[str, Any]]:
+        """Those of axles, of rollers in contact, of free rollers; these have no row."""
+        found = self.plan.acting.axles or self.plan.acting.bearings
+        if found is None:
             return []
-        numbers = zip(axles.rows.tolist(), axles.sliding, axles.holding, strict=True)
-        return [{"row": row, "sliding": sliding, "holding": holding} for row, sliding, holding in numbers]
+        rows = [*found.rows.tolist(), *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(found.rows))]
+        names = ("row", "sliding", "holding", "nearer")
+        numbers = zip(rows, found.sliding, found.holding, np.ones(len(rows)), strict=True)
+        return [dict(zip(names, own, strict=True)) for own in numbers]
+
+    def _count_bearings(self, run: Any) -> None:
+        """How many of the bearings are of axles and of free rollers, and what the engine must know of these."""
+        vehicle, bearings = self.plan.acting.kernel.vehicle, self.plan.acting.bearings
+        run.hold.undecided = int("bearing" in self.patterns)
+        if self.plan.acting.axles is not None:
+            run.axle_count = self.wheels
+        if bearings is not None:
+            run.axle_count, run.spin_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
+            run.roller_inertia, run.yaw_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
 
     def _grips(self) -> list[dict[str, Any]]:
         ground = self.plan.acting.ground
@@ -81,7 +94,7 @@ class WhatActs:
     def put_into(self, run: Any, modes: list[np.ndarray]) -> tuple[list[Any], np.ndarray]:
         """Have a run's struct point to structs of its own: these, and the sums and outputs (S, 2, N) of its samplers.
 
-        Where axles or contacts may stick, it is to be decided which do.
+        Where bearings or contacts may stick, it is to be decided which do.
 
         modes  (N,) of each drive with modes, which the engine changes
 
@@ -94,7 +107,7 @@ class WhatActs:
             setattr(run, name if name == "modal" else f"{name}s", own)
             setattr(run, f"{name}_count", len(own))
             kept.append(own)
-        run.hold.undecided = int("axle" in self.patterns)
+        self._count_bearings(run)
         if "grip" in self.patterns:
             run.ground = self._ground()
         sampled = np.zeros((run.sampler_count, 2, self.wheels))

@@ -27,6 +27,7 @@ class MujocoRun:
     t        (K,) in s, on the clock of the run
     pose     (K, 3) x, y in m, the heading in rad
     nu       (K, 3) in 1/s
+    wheel_rates  (K, N) in rad/s
     seconds  that it took
     model    the MJCF text
     """
@@ -35,6 +36,7 @@ class MujocoRun:
     t: np.ndarray
     pose: np.ndarray
     nu: np.ndarray
+    wheel_rates: np.ndarray
     seconds: float
     model: str
 
@@ -67,7 +69,7 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     began = time.perf_counter()
     for k in range(steps + 1):
         if k == kept[len(rows)]:
-            rows.append([*data.qpos[:7], *data.qvel[:6]])
+            rows.append([*data.qpos[:7], *data.qvel[:6], *data.qvel[dofs]])
             if k == kept[-1]:
                 break
         data.ctrl[:] = given[k] - lost[k] * data.qvel[dofs]
@@ -75,8 +77,9 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     seconds = time.perf_counter() - began
     if any(data.warning[int(getattr(mujoco.mjtWarning, name))].number for name in UNSTABLE):
         raise InvalidValueError("step", step, "must be smaller: MuJoCo's simulation became unstable")
-    pose, nu = _motion(np.array(rows), trajectory)
-    return MujocoRun(step, np.minimum(begin + step * kept, end), pose, nu, seconds, text)
+    found = np.array(rows)
+    pose, nu = _motion(found, trajectory)
+    return MujocoRun(step, np.minimum(begin + step * kept, end), pose, nu, found[:, 13:], seconds, text)
 
 
 def left_out(trajectory: Trajectory) -> list[str]:

@@ -39,6 +39,7 @@ class Fit:
     residuals   for each log what was read less what the fitted model reads, by name
     noise       for each log the standard deviation of each reading's noise
     estimated   names of the readings whose noise is what the fit left over
+    differenced names of the numbers by which the Jacobian has differences of runs; its other columns are exact
     """
 
     what: Scene | Vehicle
@@ -51,6 +52,7 @@ class Fit:
     residuals: tuple[Readings, ...]
     noise: tuple[dict[str, float], ...]
     estimated: tuple[str, ...]
+    differenced: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> float:
         """The value of a number by its name."""
@@ -149,7 +151,8 @@ class Fit:
         for name, value in zip(self.names, self.values, strict=True):
             low, high = self.interval(name)
             lines.append(f"{name:<{width}}  {value:.6g}  95 %: {low:.6g} ... {high:.6g}")
-        return "\n".join([*lines, *self.undetermined, *self.doubts])
+        how = [f"{', '.join(self.differenced)}: derivatives by differences of runs"] if self.differenced else []
+        return "\n".join([*lines, *self.undetermined, *self.doubts, *how])
 
     def _place(self, name: str) -> int:
         if name not in self.names:

@@ -13,7 +13,7 @@ from omniroll.effects.torque import Drive, Torque, TorqueTable
 from omniroll.errors import InvalidValueError
 from omniroll.identification.determination import LOOSE, undetermined
 from omniroll.identification.log import Log
-from omniroll.identification.prediction import slopes
+from omniroll.identification.prediction import Prediction
 from omniroll.kernels.kernel import kernel
 
 UP_AND_DOWN = np.array([0, 1, 1, -1, -1, 1, -1, 0.5, -0.5, 0.25, 0])  # over the time of an experiment, as its knots
@@ -60,7 +60,8 @@ def experiments(
         times = start + step * np.arange(1, int(duration / step) + 1)
         first = fit.logs[0]
         empty = {name: np.zeros((len(times), *first.data[name].shape[1:])) for name in first.fitted}
-        (columns,) = zip(*slopes(model, fit.names, fit.sizes.tolist(), [Log({"t": times} | empty)]), strict=True)
+        predicted = Prediction(model, [Log({"t": times} | empty)]).slopes(fit.names, fit.sizes.tolist())
+        (columns,) = zip(*predicted.by_number, strict=True)
         weighted = [np.concatenate([(c[n] / fit.noise[0][n]).ravel() for n in first.fitted]) for c in columns]
         jacobian = np.stack(weighted, axis=1) * fit.sizes
         together = own + jacobian.T @ jacobian

@@ -13,7 +13,7 @@ from omniroll.identification.determination import LOOSE
 from omniroll.identification.first_guess import first_guess
 from omniroll.identification.log import ENTRIES, Log, suspected_unit
 from omniroll.identification.model import NEUTRAL, OF_INSTRUMENT, START, Free, Model, Number, checked_numbers
-from omniroll.identification.prediction import Readings, slopes, sweep
+from omniroll.identification.prediction import Prediction, Readings
 from omniroll.results.measurements import Instruments
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
@@ -23,7 +23,10 @@ HALF_STEP = 12**-0.5  # standard deviation of what rounding to whole steps leave
 ROUNDS = 3  # of fits, each with the noise that the one before it has left over
 NEAR = 1e-3  # relative change of the sum of squares after which full steps go on
 CONVERGED = 1e-6  # the same of a robust loss, where nothing goes on
-MOST_STEPS = 4
+MOST_STEPS = 20
+PARTS = (1 / 16, 1 / 4)  # of the logs' time, to which numbers are fitted before all of it
+LEAST_ROWS = 50  # of such a part
+HELD = 1.0  # sizes of a number that it may leave its start for nothing there
 SETTLED = 0.3  # length of a step in deviations; the jumps make the last ones some 0.2 long
 REFUSED = 1e8  # residual of numbers that no vehicle can have
 
@@ -65,26 +68,29 @@ def fit(
     model = Model(model.vehicle, model.options, model.instruments, neutral)
     model = model.with_values({number.name: number.start for number in numbers})
     _check_starts(numbers, logs)
-    read = _first_readings(model, logs)
+    found = _compared(model, logs)
     noise = [_known_noise(log, model.instruments) for log in logs]
     estimated = [name for log, known in zip(logs, noise, strict=True) for name in log.fitted if name not in known]
     noise = [
         {name: known.get(name) or _rough(log.data[name] - values[name]) for name in log.fitted}
-        for log, known, values in zip(logs, noise, read, strict=True)
+        for log, known, values in zip(logs, noise, found.readings, strict=True)
     ]
-    model = _better(model, numbers, logs, noise)
+    found = _in_parts(_better(found, numbers, noise), numbers, noise, loss)
     for _ in range(ROUNDS if estimated else 1):
-        problem = _Problem(model, numbers, logs, noise)
-        model = problem.solved(loss)
-        for log, sizes, read in zip(logs, noise, sweep([model], logs)[0], strict=True):
+        found = _Problem(found, numbers, noise).solved(loss)
+        for log, sizes, read in zip(logs, noise, found.readings, strict=True):
             for name in set(estimated) & set(log.fitted):
-                sizes[name] = _rough(log.data[name] - read.values[name])
-    problem = _Problem(model, numbers, logs, noise)
-    jacobian, read = problem.linear()
-    left = [{k: log.data[k] - value for k, value in of_log.items()} for log, of_log in zip(logs, read, strict=True)]
-    values, names = problem.values, tuple(problem.names)
-    noise, estimated = tuple(map(dict, noise)), tuple(dict.fromkeys(estimated))
-    return Fit(what, model, names, values, problem.sizes, jacobian, logs, tuple(left), noise, estimated)
+                sizes[name] = _rough(log.data[name] - read[name])
+    problem = _Problem(found, numbers, noise)
+    jacobian = problem.jacobian(np.zeros(len(numbers)))
+    left = [
+        {name: log.data[name] - value for name, value in read.items()}
+        for log, read in zip(logs, found.readings, strict=True)
+    ]
+    return Fit(
+        what, found.model, tuple(problem.names), problem.values, problem.sizes, jacobian, logs, tuple(left),
+        tuple(map(dict, noise)), tuple(dict.fromkeys(estimated)), problem.differenced,
+    )  # fmt: skip
 
 
 def _model(what: Scene | Vehicle, instruments: Instruments | None, options: Mapping[str, Any]) -> Model:
@@ -115,7 +121,7 @@ def _check_starts(numbers: Sequence[Free], logs: Sequence[Log]) -> None:
             raise InvalidValueError("free", number.name, bound)
 
 
-def _first_readings(model: Model, logs: Sequence[Log]) -> list[Readings]:
+def _compared(model: Model, logs: Sequence[Log]) -> Prediction:
     """What the model as it is reads; columns and units of the logs are compared with it."""
     start = model.options.get("start_time", 0.0)
     for log in logs:
@@ -123,12 +129,11 @@ def _first_readings(model: Model, logs: Sequence[Log]) -> list[Readings]:
             raise LogError(
                 log.name, log.line(0), "t", float(log.t[0]), f"lies before the start of the run, {start:g} s"
             )
-    (found,) = sweep([model], logs)
-    read = [of_log.values for of_log in found]
-    for log, values in zip(logs, read, strict=True):
+    found = Prediction(model, logs)
+    for log, values in zip(logs, found.readings, strict=True):
         for name, wanted in values.items():
             _compare(log, name, wanted)
-    return read
+    return found
 
 
 def _compare(log: Log, name: str, wanted: np.ndarray) -> None:
@@ -155,29 +160,53 @@ def _rough(left: np.ndarray) -> float:
     return float(np.sqrt(np.mean(left**2))) or 1.0
 
 
-def _better(model: Model, numbers: Sequence[Free], logs: Sequence[Log], noise: Sequence[dict]) -> Model:
-    """The model with the first guess, where that reads better."""
-    guess = first_guess(model, numbers, logs)
+def _better(found: Prediction, numbers: Sequence[Free], noise: Sequence[dict]) -> Prediction:
+    """The prediction with the first guess, where that reads better."""
+    guess = first_guess(found.model, numbers, found.logs)
     if not guess:
-        return model
+        return found
     try:
-        guessed = model.with_values(guess)
-        costs = [
-            np.sum(_Problem(m, numbers, logs, noise).residuals(np.zeros(len(numbers))) ** 2) for m in (model, guessed)
-        ]
+        guessed = Prediction(found.model.with_values(guess), found.logs)
     except InvalidValueError:
-        return model
-    return guessed if costs[1] < costs[0] else model
+        return found
+    return _best((found, guessed), numbers, noise)
+
+
+def _best(predictions: Sequence[Prediction], numbers: Sequence[Free], noise: Sequence[dict]) -> Prediction:
+    """The one whose residuals are smallest."""
+    zero = np.zeros(len(numbers))
+    costs = [np.sum(_Problem(prediction, numbers, noise).residuals(zero) ** 2) for prediction in predictions]
+    return predictions[int(np.argmin(costs))]
+
+
+def _in_parts(found: Prediction, numbers: Sequence[Free], noise: Sequence[dict], loss: str) -> Prediction:
+    """The prediction with numbers that were fitted to the beginnings of the logs, where those read better.
+
+    A small error of a number grows along a motion: over a short time readings change nearly linearly with the numbers.
+    """
+    model = found.model
+    for part in PARTS:
+        logs = [log.beginning(max(LEAST_ROWS, int(part * len(log.t)))) for log in found.logs]
+        if all(len(short.t) < len(log.t) for short, log in zip(logs, found.logs, strict=True)):
+            model = _Problem(Prediction(model, logs), numbers, noise).solved(loss, HELD).model
+    return found if model is found.model else _best((found, Prediction(model, found.logs)), numbers, noise)
 
 
 class _Problem:
-    """Weighted residuals of numbers z, which count from the model's in their sizes."""
+    """Weighted residuals of numbers z, which count from the model's in their sizes.
 
-    def __init__(self, model: Model, numbers: Sequence[Free], logs: Sequence[Log], noise: Sequence[Mapping]):
-        self.model, self.numbers, self.logs, self.noise = model, numbers, logs, noise
+    start        Prediction of the model
+    last, place  Prediction that was used last, and its z: residuals and derivatives are asked for at the same places
+    differenced  the numbers by which the last derivatives were differences of runs
+    """
+
+    def __init__(self, start: Prediction, numbers: Sequence[Free], noise: Sequence[Mapping]):
+        self.model, self.logs, self.numbers, self.noise = start.model, start.logs, numbers, noise
+        self.last, self.place = start, np.zeros(len(numbers))
+        self.differenced: tuple[str, ...] = ()
         self.names = [number.name for number in numbers]
-        self.sizes = np.array([number.size_in(model) for number in numbers])
-        self.values = np.array([model.value(name) for name in self.names])
+        self.sizes = np.array([number.size_in(self.model) for number in numbers])
+        self.values = np.array([self.model.value(name) for name in self.names])
         self.least, self.most = (
             (np.array([getattr(number, side) for number in numbers]) - self.values) / self.sizes
             for side in ("least", "most")
@@ -186,53 +215,71 @@ class _Problem:
     def at(self, z: np.ndarray) -> Model:
         return self.model.with_values(dict(zip(self.names, self.values + z * self.sizes, strict=True)))
 
+    def prediction(self, z: np.ndarray) -> Prediction:
+        if not np.array_equal(z, self.place):
+            self.last, self.place = Prediction(self.at(z), self.logs), z.copy()
+        return self.last
+
     def residuals(self, z: np.ndarray) -> np.ndarray:
         """Of all readings, then of the priors."""
         try:
-            (found,) = sweep([self.at(z)], self.logs)
+            found = self.prediction(z).readings
         except (InvalidValueError, SimulationStopped):
             return np.full(self._rows(), REFUSED)
-        return np.concatenate([self._of_logs([read.values for read in found]), self._of_priors(z)])
+        return np.concatenate([self._of_logs(found), self._of_priors(z)])
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
-        found = slopes(self.at(z), self.names, self.sizes, self.logs)
-        columns = [self._weighted(of_number) * size for of_number, size in zip(found, self.sizes, strict=True)]
+        found = self.prediction(z).slopes(self.names, self.sizes)
+        self.differenced = found.differenced
+        columns = [self._weighted(own) * size for own, size in zip(found.by_number, self.sizes, strict=True)]
         return np.concatenate([np.stack(columns, axis=1), self._of_priors_by_z()])
 
-    def solved(self, loss: str) -> Model:
-        """The model whose residuals are small."""
+    def solved(self, loss: str, loose: float = LOOSE) -> Prediction:
+        """What the model reads whose residuals are small.
+
+        loose  sizes of a number that it may leave its start for nothing
+        """
         start = np.clip(np.zeros(len(self.names)), self.least, self.most)
         found = least_squares(
-            lambda z: np.concatenate([self.residuals(z), z / LOOSE]),
+            lambda z: self._regular(self.residuals(z), z, loose),
             start,
-            lambda z: np.concatenate([self.jacobian(z), np.eye(len(z)) / LOOSE]),
+            lambda z: self._regular(self.jacobian(z), np.eye(len(z)), loose),
             (self.least, self.most),
             loss=loss,
             ftol=NEAR if loss == "linear" else CONVERGED,
         )
-        return self.at(self._settled(found.x) if loss == "linear" else found.x)
+        return self.prediction(self._settled(found.x, found.jac, loose) if loss == "linear" else found.x)
 
-    def _settled(self, z: np.ndarray) -> np.ndarray:
+    def _settled(self, z: np.ndarray, jacobian: np.ndarray, loose: float) -> np.ndarray:
         """Where the residuals no longer go with the derivatives, by Gauss's and Newton's full steps.
 
         Under impact the motion jumps where two wheels change the order of their switches, or where one turns back at
         its joint. The jumps are small beside the noise and hardly go with the derivatives, but the sum of squares has
-        many small minima between them, in any of which a search that only descends may end.
+        many small minima between them, in any of which a search that only descends may end. Over a step the motion
+        changes by the jumps, too: Broyden's update takes what each step has done into the derivatives.
         """
+        left = self._regular(self.residuals(z), z, loose)
+        best, least = z, left @ left
         for _ in range(MOST_STEPS):
-            jacobian = np.concatenate([self.jacobian(z), np.eye(len(z)) / LOOSE])
             if not np.isfinite(jacobian).all():
                 break
-            step = np.linalg.lstsq(jacobian, -np.concatenate([self.residuals(z), z / LOOSE]))[0]
-            z = np.clip(z + step, self.least, self.most)
-            if np.linalg.norm(jacobian @ step) < SETTLED:
+            step = np.clip(z + np.linalg.lstsq(jacobian, -left)[0], self.least, self.most) - z
+            length = np.linalg.norm(jacobian @ step)
+            z, before = z + step, left
+            left = self._regular(self.residuals(z), z, loose)
+            if left[0] == REFUSED:
                 break
-        return z
+            if length < SETTLED:
+                return z
+            jacobian = jacobian + np.outer(left - before - jacobian @ step, step) / (step @ step)
+            if left @ left < least:
+                best, least = z, left @ left
+        return best
 
-    def linear(self) -> tuple[np.ndarray, list[Readings]]:
-        """The Jacobian at the model's numbers, in their sizes, with the priors' rows; and the readings."""
-        zero = np.zeros(len(self.names))
-        return self.jacobian(zero), [read.values for read in sweep([self.model], self.logs)[0]]
+    @staticmethod
+    def _regular(rows: np.ndarray, z: np.ndarray, loose: float) -> np.ndarray:
+        """Rows with those that hold numbers back which no log determines."""
+        return np.concatenate([rows, z / loose])
 
     def _rows(self) -> int:
         readings = sum(log.data[name].size for log in self.logs for name in log.fitted)

@@ -3,7 +3,7 @@
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -134,6 +134,16 @@ class Log:
     def fitted(self) -> tuple[str, ...]:
         """Names of the readings that a model is fitted to."""
         return tuple(name for name in self.channels if name != self.drive)
+
+    def beginning(self, rows: int) -> "Log":
+        """The log's first rows, as a log.
+
+        rows  how many, at least 2; all where there are no more
+
+        Raises InvalidValueError.
+        """
+        rows = validation.integer("rows", rows, 2)
+        return replace(self, data={name: values[:rows] for name, values in self.data.items()})
 
     def _deviation(self, name: str, value: Any) -> float:
         validation.choice("noise", name, tuple(ENTRIES))

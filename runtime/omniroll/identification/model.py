@@ -120,6 +120,18 @@ class Model:
             return getattr(self.vehicle, name)
         return getattr(self._owner(name), name)
 
+    def correction(self, reading: str, kind: str) -> float:
+        """The scale, bias or delay of a reading."""
+        return self.corrections.get(f"{reading}_{kind}", NEUTRAL[kind])
+
+    def sensitivities(self, name: str) -> tuple[str, ...]:
+        """The names by which a run knows what this number moves; none for a number of an instrument."""
+        if OF_INSTRUMENT.fullmatch(name):
+            return ()
+        if START.fullmatch(name) or name in OF_VEHICLE:
+            return (name,)
+        return (name, "back_emf") if self._is_both_constants(name) else (name,)
+
     def with_values(self, values: Mapping[str, float]) -> "Model":
         """The model with other numbers; runs of models whose numbers differ only in instruments are the same."""
         changed = self
@@ -130,9 +142,15 @@ class Model:
 
     def least(self, name: str) -> float:
         """The lower bound that a number has by its kind."""
+        if name.startswith("chi["):
+            return -np.pi / self.vehicle.rollers_per_wheel
         if OF_INSTRUMENT.fullmatch(name) or START.fullmatch(name):
             return -np.inf
         return 0.0 if name in OF_VEHICLE or self.value(name) >= 0 else -np.inf
+
+    def most(self, name: str) -> float:
+        """The upper bound that a number has by its kind."""
+        return np.pi / self.vehicle.rollers_per_wheel if name.startswith("chi[") else np.inf
 
     def size(self, name: str) -> float:
         """By how much a number changes when it changes much: its own size, or where it is 0 one of its kind."""
@@ -152,10 +170,15 @@ class Model:
             return replace(self, vehicle=self.vehicle.replace(**{name: value}))
         owner = self._owner(name)
         changes = {name: value}
-        if isinstance(owner, Motor) and name == "torque_constant" and owner.back_emf == owner.torque_constant:
-            changes["back_emf"] = value  # one constant, as a motor has that is given by its torque_constant alone
+        if self._is_both_constants(name):
+            changes["back_emf"] = value
         effects = tuple(replace(owner, **changes) if effect is owner else effect for effect in self.effects)
         return replace(self, options=self.options | {"effects": effects})
+
+    def _is_both_constants(self, name: str) -> bool:
+        """Whether a motor has one constant for torque and back-EMF, as one that is given by its torque_constant."""
+        owner = self._owner(name)
+        return isinstance(owner, Motor) and name == "torque_constant" and owner.back_emf == owner.torque_constant
 
     def _start(self, match: re.Match) -> np.ndarray:
         size = self.vehicle.wheels if match[1] == "chi" else 3
@@ -197,7 +220,7 @@ def _completed(number: Number, model: Model) -> Free:
     name = number.name
     start = model.value(name) if number.start is None else number.start
     least = model.least(name) if number.least is None else number.least
-    most = np.inf if number.most is None else number.most
+    most = model.most(name) if number.most is None else number.most
     if name.endswith("_delay"):
         least, most = max(least, -LONGEST_DELAY), min(most, LONGEST_DELAY)
     if not least <= start <= most:

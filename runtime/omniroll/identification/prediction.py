@@ -1,9 +1,10 @@
 """What a model says that a log should read, and how that changes with its numbers."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,13 +13,15 @@ from omniroll.effects.effect import Effect
 from omniroll.effects.motor import Motor
 from omniroll.effects.torque import Drive, TorqueTable
 from omniroll.engine.simulate import simulate
+from omniroll.identification.exact import exact_slopes
+from omniroll.identification.late import by_delay, read_times
 from omniroll.identification.log import Log
-from omniroll.identification.model import LONGEST_DELAY, NEUTRAL, Model
+from omniroll.identification.model import LONGEST_DELAY, Model
 from omniroll.results.measurements import Instruments
 from omniroll.results.trajectory import Trajectory
 
 ACCURACY = 1e-11
-STEP = 1e-6  # of the central differences, in sizes of a number: the errors of runs are 1e-5 of the differences
+STEP = 1e-6  # of central differences, in sizes of a number: the errors of runs are 1e-5 of the differences
 HALF_A_COUNT = 0.5  # whole counts are rounded down
 
 Readings = dict[str, np.ndarray]
@@ -38,47 +41,87 @@ class Read:
     """What a model reads at the times of a log.
 
     values    (T, ...) by name
+    true      (T, ...) the same before scale and bias, by name
     contacts  (T, N) the rollers in contact when each was read, by name
     order     (K, N) the rollers in contact after each switch
     """
 
     values: Readings
+    true: Readings
     contacts: Readings
     order: np.ndarray
 
 
-def sweep(models: Sequence[Model], logs: Sequence[Log]) -> list[list[Read]]:
-    """What each model reads at the times of each log. Models that differ in their instruments alone share a run.
+@dataclass(frozen=True)
+class Slopes:
+    """How what a model reads depends on its numbers.
 
-    Runs take place in C, in a thread for each core.
+    by_number    for each number the derivatives of the readings of each log
+    differenced  names of the numbers for which they are differences of runs; the others are exact
     """
-    first = {_motion(model): model for model in models}
 
-    def made(model: Model) -> list[Trajectory]:
-        return [run_of(model, log) for log in logs]
-
-    with ThreadPoolExecutor(_cores()) as pool:
-        runs = dict(zip(first, pool.map(made, first.values()), strict=True))
-    return [[_read(model, log, run) for log, run in zip(logs, runs[_motion(model)], strict=True)] for model in models]
+    by_number: list[list[Readings]]
+    differenced: tuple[str, ...]
 
 
-def slopes(model: Model, names: Sequence[str], sizes: Sequence[float], logs: Sequence[Log]) -> list[list[Readings]]:
-    """For each number the derivatives of the readings of each log by it, by differences of runs.
+class Prediction:
+    """What a model reads at the times of logs.
 
-    sizes  of the numbers, in which their changes are counted
+    runs  of the model, where there are such already; otherwise they are made when they are needed
     """
-    steps = [STEP * size for size in sizes]
-    middles = [max(model.value(name), model.least(name) + step) for name, step in zip(names, steps, strict=True)]
-    beside = [
-        model.with_values({name: middle + side * step})
-        for name, middle, step in zip(names, middles, steps, strict=True)
-        for side in (1, -1)
-    ]
-    base, *others = sweep([model, *beside], logs)
-    return [
-        [_slopes(*of_log, step) for of_log in zip(behind, base, ahead, strict=True)]
-        for step, ahead, behind in zip(steps, others[::2], others[1::2], strict=True)
-    ]
+
+    def __init__(self, model: Model, logs: Sequence[Log], runs: Sequence[Trajectory] | None = None):
+        self.model, self.logs = model, logs
+        if runs is not None:
+            self.runs = runs
+
+    @cached_property
+    def runs(self) -> Sequence[Trajectory]:
+        return [run_of(self.model, log) for log in self.logs]
+
+    @cached_property
+    def reads(self) -> list[Read]:
+        """For each log."""
+        return [_read(self.model, log, run) for log, run in zip(self.logs, self.runs, strict=True)]
+
+    @property
+    def readings(self) -> list[Readings]:
+        """For each log, by name."""
+        return [read.values for read in self.reads]
+
+    def slopes(self, names: Sequence[str], sizes: Sequence[float]) -> Slopes:
+        """The derivatives by these numbers: by the sensitivities of the runs, and by differences where there are none.
+
+        sizes  of the numbers, in which the changes are counted that make differences
+        """
+        of_logs = [
+            exact_slopes(self.model, log, run, read.true, names)
+            for log, run, read in zip(self.logs, self.runs, self.reads, strict=True)
+        ]
+        rest = {name: size for name, size in zip(names, sizes, strict=True) if not all(name in own for own in of_logs)}
+        differences = dict(zip(rest, self._differences(rest), strict=True))
+        by_number = [differences[name] if name in rest else [own[name] for own in of_logs] for name in names]
+        return Slopes(by_number, tuple(rest))
+
+    def _differences(self, sizes: Mapping[str, float]) -> Iterator[list[Readings]]:
+        """For each of these numbers the derivatives of the readings of each log, by differences of runs.
+
+        Runs take place in C, in a thread for each core.
+        """
+        steps = [STEP * size for size in sizes.values()]
+        beside = [self._beside(name, step) for name, step in zip(sizes, steps, strict=True)]
+        with ThreadPoolExecutor(_cores()) as pool:
+            reads = pool.map(lambda prediction: prediction.reads, [side for sides in beside for side in sides])
+        for step in steps:
+            behind, ahead = next(reads), next(reads)
+            yield [_slopes(*of_log, step) for of_log in zip(behind, self.reads, ahead, strict=True)]
+
+    def _beside(self, name: str, step: float) -> list["Prediction"]:
+        """What two models read whose number of this name is smaller and larger."""
+        middle = max(self.model.value(name), self.model.least(name) + step)
+        runs = None if self.model.sensitivities(name) else self.runs
+        models = (self.model.with_values({name: middle + side * step}) for side in (-1, 1))
+        return [Prediction(model, self.logs, runs) for model in models]
 
 
 def _slopes(behind: Read, base: Read, ahead: Read, step: float) -> Readings:
@@ -120,30 +163,20 @@ def _driven(effects: Sequence[Effect], log: Log) -> tuple[Effect, ...]:
     return (table, *(effect for effect in effects if not isinstance(effect, Drive | Bearings)))
 
 
-def _motion(model: Model) -> tuple[int, int]:
-    """The same for models whose runs are the same."""
-    return id(model.vehicle), id(model.options)
-
-
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _read(model: Model, log: Log, run: Trajectory) -> Read:
-    values, contacts = {}, {}
-    for names, delay in _by_delay(model, log).items():
-        times, back = np.unique(np.clip(log.t - delay, run.t[0], run.t[-1]), return_inverse=True)
-        true = _true(run, times, model.instruments, names)
+    true, contacts = {}, {}
+    for names, delay in by_delay(model, log).items():
+        times, back = np.unique(read_times(log, delay, run), return_inverse=True)
+        found = _true(run, times, model.instruments, names)
         for name in names:
-            values[name], contacts[name] = _corrected(model, name, true[name][back]), true["contact_roller"][back]
+            true[name], contacts[name] = found[name][back], found["contact_roller"][back]
     order = run.contact[1:][(run.contact[1:] != run.contact[:-1]).any(axis=1)]
-    return Read({name: values[name] for name in log.fitted}, contacts, order)
-
-
-def _by_delay(model: Model, log: Log) -> Mapping[tuple[str, ...], float]:
-    """The readings that are late by the same time, together."""
-    delays = {name: model.corrections.get(f"{name}_delay", 0.0) for name in log.fitted}
-    return {tuple(name for name in delays if delays[name] == delay): delay for delay in set(delays.values())}
+    true = {name: true[name] for name in log.fitted}
+    return Read({name: _corrected(model, name, value) for name, value in true.items()}, true, contacts, order)
 
 
 def _true(run: Trajectory, times: np.ndarray, instruments: Instruments, names: Sequence[str]) -> Readings:
@@ -158,5 +191,4 @@ def _true(run: Trajectory, times: np.ndarray, instruments: Instruments, names: S
 
 
 def _corrected(model: Model, name: str, true: np.ndarray) -> np.ndarray:
-    scale, bias = (model.corrections.get(f"{name}_{kind}", NEUTRAL[kind]) for kind in ("scale", "bias"))
-    return scale * true + bias
+    return model.correction(name, "scale") * true + model.correction(name, "bias")

@@ -111,6 +111,12 @@ def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_whe
     }
 
 
+@cache
+def _function_names(base: str, effects: tuple[str, ...]) -> frozenset[str]:
+    """The names of a set's functions, forms for sharp tips among them."""
+    return frozenset(function["name"] for function in sets.functions(base, effects))
+
+
 def form(name: str, sharp: bool, generated: Container[str]) -> str:
     """The generated function that computes what `name` says; where tips are sharp, its form for these if it has one.
 
@@ -207,7 +213,7 @@ class Kernel:
         self.base, self.effects = roller_model, _effects_of(vehicle, roller_model, effects)
         self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
-        self._generated = frozenset(f["name"] for f in sets.functions(self.base, self.effects))
+        self._generated = _function_names(self.base, self.effects)
         self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
         prepare = self.signatures.pop("prepare")
         self.constant_names = [argument.name for argument in prepare.inputs]
@@ -236,6 +242,10 @@ class Kernel:
     def nu_dot_per_torque(self) -> np.ndarray:
         """(3, N) nu' for each torque at the axles, of a vehicle at rest with chi = 0: their power is torque chi'."""
         return np.linalg.solve(self.mass_matrix(np.zeros(self.wheels)), self.wheel_rows.T)
+
+    def constant(self, name: str) -> np.ndarray:
+        """The argument of `prepare` that has this name."""
+        return self.constants[self.constant_names.index(name)]
 
     def form(self, name: str) -> str:
         """The generated function that computes what `name` says for these tips."""

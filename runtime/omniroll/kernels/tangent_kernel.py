@@ -35,17 +35,17 @@ class TangentKernel(PythonKernel):
 
     def __init__(self, plain: Kernel, tangents: Mapping[str, np.ndarray] | None = None, columns: tuple[int, ...] = ()):
         super().__init__(plain.vehicle, plain.roller_model, plain.effects, plain.given)
-        self.columns = columns
-        given = {} if tangents is None else tangents
+        self.columns, self.tangents = columns, {} if tangents is None else tangents
         constants = [
-            np.moveaxis(
-                with_tangent(value, np.broadcast_to(given.get(name, 0.0), (*columns, *value.shape))),
-                range(len(columns)),
-                range(value.ndim, value.ndim + len(columns)),
-            )
+            np.moveaxis(self.constant(name), range(len(columns)), range(value.ndim, value.ndim + len(columns)))
             for name, value in zip(self.constant_names, self.constants, strict=True)
         ]
         self._model = self._module.prepare(self.wheels, self.rollers_per_wheel, *constants)
+
+    def constant(self, name: str) -> np.ndarray:
+        """(*columns, ...) the argument of `prepare` that has this name, with its tangents."""
+        value = super().constant(name)
+        return with_tangent(value, np.broadcast_to(self.tangents.get(name, 0.0), (*self.columns, *value.shape)))
 
     def call(self, name: str, *values: ArrayLike):
         signature = self.signatures[name]

@@ -13,7 +13,7 @@ import numpy as np
 from omniroll import validation, vocabulary
 from omniroll.effects import Motor, Slope
 from omniroll.effects.effect_set import EffectSet
-from omniroll.effects.motor import LINEAR, laws
+from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
@@ -122,8 +122,12 @@ def true_values(
     moments: Moments,
     instruments: Instruments,
     wanted: Sequence[str] = NAMES,
+    bound: Kernel | None = None,
 ) -> dict[str, np.ndarray]:
     """What ideal instruments of the wanted names read; without odometry, which depends on the readings before.
+
+    bound  the kernel whose functions are taken, as `measuring_kernel` gives it; a TangentKernel of that where the
+           moments carry tangents, which encoder_count does not
 
     Raises InvalidValueError for wheels that may slip where the moments do not have their rates.
     """
@@ -132,18 +136,27 @@ def true_values(
         raise InvalidValueError(
             "effects", given, "must be without Contact: a session's instruments know wheels that roll"
         )
-    # The Python kernel works on all times at once; reactions bring the functions of each roller's spin.
-    felt = "accelerometer" in wanted
-    bound = effects.kernel(vehicle, roller_model, "python", also=("reactions",) if felt and not effects.slips else ())
+    bound = bound or measuring_kernel(vehicle, roller_model, effects, wanted)
     rate = bound.wheel_speeds(moments.nu) if moments.rates is None else moments.rates
     angle = moments.chi + moments.passes * (2 * math.pi / vehicle.rollers_per_wheel)
-    found = {"wheel_angle": angle, "encoder_count": instruments.counts(angle), "wheel_rate": rate}
+    found = {"wheel_angle": angle, "wheel_rate": rate}
+    if "encoder_count" in wanted:
+        found["encoder_count"] = instruments.counts(angle)
     found |= _of_drives(bound, effects, moments.drives, rate)
-    found["gyro"] = moments.nu[:, 2] / vehicle.yaw_scale
-    if felt:
-        found["accelerometer"] = _felt(bound, vehicle, effects, moments, instruments.place)
+    found["gyro"] = moments.nu[..., 2] / bound.constant("yaw_scale")
+    if "accelerometer" in wanted:
+        found["accelerometer"] = _felt(bound, effects, moments, instruments.place)
     found["contact_roller"] = moments.contact
     return {name: value for name, value in found.items() if name in wanted}
+
+
+def measuring_kernel(vehicle: Vehicle, roller_model: str, effects: EffectSet, wanted: Sequence[str]) -> Kernel:
+    """The kernel for the wanted readings: Python's, which works on all times at once.
+
+    For the accelerometer reactions bring the functions of each roller's spin.
+    """
+    also = ("reactions",) if "accelerometer" in wanted and not effects.slips else ()
+    return effects.kernel(vehicle, roller_model, "python", also=also)
 
 
 def _of_drives(
@@ -153,25 +166,25 @@ def _of_drives(
     found = {"net_torque": torque + drives.get("bearing_torque", 0.0) + np.zeros_like(rate)}
     acting = [e for e in effects.effects if "drive" in e.kernel_effects() and getattr(e, "output", "") != "voltage"]
     if len(acting) == 1 and isinstance(acting[0], Motor):
-        (_, per_volt, per_rate), (_, amperes_per_volt, _) = np.moveaxis(laws(bound)[LINEAR, :, :2], 0, -1)
-        found["motor_current"] = torque * (amperes_per_volt / per_volt)
-        found["motor_voltage"] = (torque - per_rate * rate) / per_volt
+        _, per_volt, lost_per_rate, _, margins_per_volt, _ = bound.motor_laws(np.full(bound.wheels, MODES[LINEAR]))
+        found["motor_current"] = torque * (margins_per_volt[..., 0] / per_volt)  # the first margin is of the current
+        found["motor_voltage"] = (torque + lost_per_rate * rate) / per_volt
     return found
 
 
-def _felt(
-    bound: Kernel, vehicle: Vehicle, effects: EffectSet, moments: Moments, place: tuple[float, float]
-) -> np.ndarray:
+def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[float, float]) -> np.ndarray:
     """(T, 2) the accelerometer, by the generated function."""
-    values = {"nu": moments.nu, "chi": moments.chi, "heading": moments.pose[:, 2], "spins": moments.spins}
+    heading = moments.pose[..., 2]
+    values = {"nu": moments.nu, "chi": moments.chi, "heading": heading, "spins": moments.spins}
     if moments.nu_dot is not None:
         nu_dot = moments.nu_dot()
     else:
         nu_dot = with_accelerations(bound, values | dict(moments.drives))["nu_dot"]
-    slope = next((effect for effect in effects.effects if isinstance(effect, Slope)), Slope(0.0))
+    tilted = any(isinstance(effect, Slope) for effect in effects.effects)
+    plane = map(bound.constant, Slope.numbers.values()) if tilted else Slope(0.0).constants(bound.vehicle).values()
     felt = parts.accelerometer(
-        vehicle.wheels, vehicle.rollers_per_wheel, vehicle.platform_radius, vehicle.yaw_scale, list(moments.nu.T),
-        list(nu_dot.T), list(place), moments.pose[:, 2], slope.gravity, slope.angle, slope.direction,
+        bound.wheels, bound.rollers_per_wheel, bound.constant("platform_radius"), bound.constant("yaw_scale"),
+        list(np.moveaxis(moments.nu, -1, 0)), list(np.moveaxis(nu_dot, -1, 0)), list(place), heading, *plane,
     )  # fmt: skip
     return np.stack(np.broadcast_arrays(*felt), axis=-1)
 

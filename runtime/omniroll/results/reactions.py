@@ -139,8 +139,8 @@ def judged_reactions(
     spin_inertia: ArrayLike | None = None,
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
-    if "roller_sticking" in trajectory.effects.names():
-        bound = "must be of rollers that do not stick: rows do not keep the torques of each free roller's bearing"
+    if "roller_sticking" in trajectory.effects.names() and trajectory.roller_model == "free":
+        bound = "must be of free rollers that do not stick: rows do not keep the torques of each free roller's bearing"
         raise InvalidValueError("trajectory", trajectory, bound)
     vehicle = trajectory.vehicle
     friction = ENTRIES["friction"].checked(friction)

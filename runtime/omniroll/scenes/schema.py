@@ -150,7 +150,7 @@ SCENE = (
         "Friction in the axles of wheels and rollers. Coulomb's friction sticks: an axle that turns takes "
         "`wheel_coulomb`, one at rest what holds it, up to `wheel_break_away`; rollers on their disks do the same. "
         "With a named speed it is torque * speed/sqrt(speed^2 + named speed^2): it does not stick, and a small named "
-        "speed is stiff. Runs in which rollers stick take the Python engine.",
+        "speed is stiff.",
         vocabulary.BEARINGS,
     ),
     Table("slope", "Gravity on an inclined plane.", vocabulary.SLOPE),

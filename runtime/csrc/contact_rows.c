@@ -1,0 +1,46 @@
+/* The rates of the rollers in contact for each of nu. Their directions never change; their sizes do, with chi. */
+#if SET_ROLLERS_STICK
+#define BESIDE 1e-6                 /* of the joint's angle: over this a row's length changes               */
+
+/* How much larger than where chi is 0 the rates of the rollers in contact are at these wheel angles, and how that
+ * changes with chi. */
+NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const omniroll_bearing_t *contacts,
+                            double joint, const double *chi, double *nearer, double *per_chi)
+{
+    lanes_t nu[3], at[MOST_WHEELS], chi_dot[MOST_WHEELS], spin[MOST_WHEELS];
+    for (int k = 0; k < 3; k++) {
+        nu[k] = lanes_of(0);
+        nu[k][k] = nu[k][3 + k] = 1;
+    }
+    for (int i = 0; i < wheels; i++) {
+        at[i] = lanes_of(chi[i]);
+        for (int k = 3; k < 6; k++)
+            at[i][k] -= (chi[i] < 0 ? -BESIDE : BESIDE)*joint;
+    }
+    set_wheel_rates(wheels, vehicle, nu, at, chi_dot, spin);
+    for (int i = 0; i < wheels; i++) {
+        const double here[3] = {spin[i][0], spin[i][1], spin[i][2]}, beside[3] = {spin[i][3], spin[i][4], spin[i][5]};
+        const double size = length3(contacts[i].row);
+        nearer[i] = length3(here)/size;
+        per_chi[i] = (nearer[i] - length3(beside)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint);
+    }
+}
+
+/* The same at the nodes in vector b. */
+NEVER_INLINE void nearer_at_nodes(const step_t *s, const int wheels, const omniroll_bearing_t *contacts, int b,
+                                  nodes_t *nearer)
+{
+    lanes_t chi[MOST_WHEELS], chi_dot[MOST_WHEELS], spin[MOST_WHEELS], squares[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint), squares[i] = lanes_of(0);
+    for (int k = 0; k < 3; k++) {
+        const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
+        set_wheel_rates(wheels, s->vehicle, nu, chi, chi_dot, spin);
+        for (int i = 0; i < wheels; i++)
+            squares[i] += spin[i]*spin[i];
+    }
+    for (int i = 0; i < wheels; i++)
+        for (int l = 0; l < LANES; l++)
+            nearer[i].node[b*LANES + l] = sqrt(squares[i][l])/length3(contacts[i].row);
+}
+#endif

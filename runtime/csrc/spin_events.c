@@ -1,0 +1,73 @@
+/* Where a free roller changes its mode: one that turns comes to rest on its disk, one that sticks asks for more than its
+ * bearing takes. As events.c does for wheels, guards and facets. */
+#if SET_SPINS_STICK
+/* What holds a free roller is rounded so. */
+ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
+{
+    return HELD_ROUNDINGS*EPS*(fabs(torque) + holding);
+}
+
+/* What the spin of a free roller that turns is, against its mode, and the rate of that at the nodes. */
+ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
+{
+    nodes_t rate;
+    for (int b = 0; b < BLOCKS; b++)
+        rate.lanes[b] = -s->spin[k].mode*s->rate_core[spins_at(s->wheels) + k].lanes[b];
+    return rate;
+}
+
+/* How far a free roller is beyond the end of its mode at the step's end, its rate, and what is beyond rounding. */
+static double spin_at_end(const step_t *s, int k, double *rate, double *beyond)
+{
+    const omniroll_bearing_t *const bearing = s->spin + k;
+    const double start = s->start_core[spins_at(s->wheels) + k];
+    if (bearing->mode) {
+        const nodes_t rates = turning_rate(s, k);
+        *rate = weighted(&rates, &gauss_end);
+        *beyond = PASSED*EPS*(bearing->size + fabs(start));
+        return -bearing->mode*start + s->h*weighted(&rates, &gauss_weight);
+    }
+    const nodes_t *const held = s->spins->held + k;
+    const double torque = weighted(held, &gauss_end) + s->spins->late[k], sign = torque < 0 ? -1 : 1;
+    const double rounding = rounding_of_holding(torque, bearing->holding), value = fabs(torque) - bearing->holding;
+    *rate = sign*weighted(held, &gauss_end_slope)/s->h;
+    if (fabs(*rate)*s->h < FACET_RISES*rounding)
+        *rate = (fabs(torque) - sign*bearing->torque)/s->h;
+    if (fabs(*rate)*s->h < 0.5*SPIN_LANDS*rounding)         /* it is as it was                            */
+        *rate = 0;
+    *beyond = 0;
+    return value - SPIN_LANDS*rounding;
+}
+
+/* The length at which the first free roller changes its mode, if that is before `length`. */
+static double length_to_spin(step_t *s, const int wheels, double length)
+{
+    for (int k = 0; k < s->spin_count; k++) {
+        double rate, beyond;
+        const double value = spin_at_end(s, k, &rate, &beyond);
+        if (!(rate > 0 || value > beyond))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = wheels + s->guards + s->facets + k;
+        }
+    }
+    return length;
+}
+
+/* A free roller whose mode ends inside the step and not at its end: where, or 1. */
+static double turn_of_spin(const step_t *s, int k)
+{
+    const omniroll_bearing_t *const bearing = s->spin + k;
+    const double start = s->start_core[spins_at(s->wheels) + k];
+    if (bearing->mode) {
+        const nodes_t rate = turning_rate(s, k);
+        return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
+                           PASSED*EPS*(bearing->size + fabs(start)));
+    }
+    const nodes_t rate = times(gauss_slope, s->spins->held + k);
+    const double bound = bearing->holding + FACET_NOISE*rounding_of_holding(bearing->torque, bearing->holding);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, bearing->torque, -bound, bound);
+}
+#endif

@@ -1,0 +1,102 @@
+"""How what instruments read depends on the numbers of a run, and on the time at which they read.
+
+The motion and what its drives give carry the deviations that the run's sensitivities found; the generated functions
+from which readings are made carry them on, with those of the numbers that they know themselves. Nothing is differenced.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from omniroll.engine.motion import Columns
+from omniroll.engine.sensitivities import Followed
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
+from omniroll.results.trajectory import Trajectory
+
+
+def reading_slopes(
+    run: Trajectory, times: np.ndarray, instruments: Instruments, names: Sequence[str]
+) -> dict[str, np.ndarray]:
+    """(1 + P, T, ...) derivatives of what ideal instruments read at times (T,), by name: by the time itself, then by
+    each of the P numbers of which the run has sensitivities.
+
+    names  of readings, and "pose"; the counts of encoders are taken before they are made whole
+    """
+    return _Slopes(run, times, instruments).of(tuple(names))
+
+
+class _Slopes:
+    def __init__(self, run: Trajectory, times: np.ndarray, instruments: Instruments):
+        self.run, self.times, self.instruments = run, times, instruments
+        self.followed: Followed = run.followed
+        look = self.followed.look_at(run, times)
+        self.motion, self.y, self.row = look.motion, look.y, look.row
+        self.columns = Columns(run, self.followed.names, others=1)  # the first is that of the time
+        self.drives = run.drives_at(times)
+        self.drive_slopes = self._drive_slopes()
+        rates = self.motion.rates_in(self.y, self._inputs())
+        self.carrying = with_tangent(
+            self.y, self.motion.whole(np.concatenate([rates[None], np.moveaxis(look.moved, -1, 0)]))
+        )
+
+    def of(self, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+        run, view = self.run, self.motion.vector.view
+        nu, chi, pose = (view(self.carrying, name) for name in ("nu", "chi", "pose"))
+        passes = np.zeros(chi.shape[1:], int)  # a whole number of rollers, which does not deviate
+        spins = self._spins() if "accelerometer" in names and self.motion.plain.has_spins else None
+        drives = {
+            name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())
+        }
+        moments = Moments(nu, chi, pose, passes, spins, drives, passes)
+        asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
+        plain = measuring_kernel(run.vehicle, run.roller_model, run.effects, tuple(asked))
+        found = true_values(
+            run.vehicle, run.roller_model, run.effects, moments, self.instruments, tuple(asked), self._bound(plain)
+        )
+        if "encoder_count" in names:
+            found["encoder_count"] = found["wheel_angle"] * (self.instruments.counts_per_turn / (2 * np.pi))
+        return {name: tangent_of(found[name] if name in found else pose) for name in names}
+
+    def _bound(self, plain) -> TangentKernel:
+        """The functions of a kernel for states (1 + P, T)."""
+        tangents = {name: own[:, None] for name, own in self.columns.constants.items()}
+        return TangentKernel(plain, tangents, (len(self.columns), 1))
+
+    def _inputs(self) -> np.ndarray:
+        """(T, U) what the phases are given at the times."""
+        deviations = self.motion.deviations
+        if not deviations.inputs:
+            return np.zeros((len(self.times), 0))
+        return deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives)
+
+    def _drive_slopes(self) -> dict[str, np.ndarray]:
+        """(T, N) how fast the inputs of the drives change, by name."""
+        run, after = self.run, np.minimum(self.row + 1, len(self.run) - 1)
+        length = (run.elapsed[after] - run.elapsed[self.row])[:, None]
+        steps = {name: run.drive[after, k] - run.drive[self.row, k] for k, name in enumerate(self.drives)}
+        return {name: np.divide(s, length, out=np.zeros_like(s), where=length > 0) for name, s in steps.items()}
+
+    def _moved(self, drive: int, name: str) -> np.ndarray:
+        """(1 + P, T, N) deviations of one of the drives' inputs."""
+        run, deviations, wheels = self.run, self.motion.deviations, self.motion.plain.wheels
+        step = np.searchsorted(run.step_rows, self.row, side="right") - 1
+        since = (self.times - run.start_time - run.elapsed[run.step_rows[step]])[:, None, None]
+        value, slope = (
+            self.followed.inputs[step, first + drive * wheels : first + (drive + 1) * wheels]
+            for first in (0, deviations.input_size)
+        )
+        by_numbers = np.moveaxis(value + since * slope, -1, 0)
+        return np.concatenate([self.drive_slopes[name][None], by_numbers])
+
+    def _spins(self) -> np.ndarray:
+        """(1 + P, T, N, n-1) of the free rollers, carrying their deviations."""
+        phase = self.followed.phase_of(self.row)
+        start = np.moveaxis(self.followed.rows[self.followed.phases[phase]], -1, 0)
+        axial = np.moveaxis(self.followed.axial[phase], 1, 0)
+        start, axial = (np.concatenate([np.zeros_like(part[:1]), part]) for part in (start, axial))
+        time = np.zeros((len(self.columns), 1))
+        time[0] = 1.0
+        return self.motion.later_spins(
+            self._bound(self.motion.plain), self.carrying, self.row, self.times, start, axial, time
+        )

@@ -1,0 +1,198 @@
+"""Rollers that stick in their bearings: rolling to rest on their disks, held on a slope, through impacts at joints."""
+
+from typing import Any
+
+import mpmath
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from hard import on_the_spot
+from hard.case import Case, Measurement, Scale
+from hard.setting import EPS, JOINT, MODELS, PAPER, settings
+from omniroll import Bearings, Slope, Vehicle
+
+SECTION = "Effects"
+ACCURACY = 1e-13
+TENFOLD = 10 * ACCURACY / EPS  # eps: ten times the accuracy that was asked for
+ROUNDINGS = 64
+BAND = 1e-3  # rad/s: below this spin the friction of a naive implementation fades
+LOOKS = 1e-3  # s: so often a naive implementation looks whether something breaks away
+BESIDE_JOINT = (0.3, 1e-4, 1e-8, 1e-12)  # of the joint's angle: where wheels stand
+OPPOSITE = Vehicle.paper(2)  # it rolls along both axles, and its wheels do not turn
+
+
+def along_the_axles(model: str, chi: np.ndarray) -> tuple[list, Any]:
+    """1/rho of both rollers in contact, and the mass that moves along the axles; inside digits()."""
+    v = OPPOSITE
+    inverse = [1 / (mpmath.mpf(v.wheel_radius) * mpmath.cos(float(c)) - mpmath.mpf(v.roller_axis_radius)) for c in chi]
+    inertia = 0 if model == "massless" else mpmath.mpf(v.roller_inertia)
+    return inverse, mpmath.mpf(v.mass) + inertia * sum(own**2 for own in inverse)
+
+
+def beside_joint(random: np.random.Generator) -> np.ndarray:
+    """The same for both wheels, so that what their rollers' spins have of a yaw momentum cancels."""
+    return np.full(2, JOINT * random.choice((-1, 1)) * (1 - random.choice(BESIDE_JOINT)))
+
+
+def fading(
+    speed: float, mass: float, inverse: list[float], torques: np.ndarray, end: float, pull: float = 0.0
+) -> np.ndarray:
+    """The way and the speed by SciPy, where the friction fades in a band around rest."""
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        spins = [state[1] * own / BAND for own in inverse]
+        drag = sum(t * own * np.clip(s, -1, 1) for t, own, s in zip(torques, inverse, spins, strict=True))
+        return [state[1], (pull - drag) / mass]
+
+    return solve_ivp(rates, (0, end), (0.0, speed), method="LSODA", rtol=1e-9, atol=1e-12).y[:, -1]
+
+
+def rolling_to_rest(scale: Scale) -> list[Measurement]:
+    """Along the axles rollers in contact slow the vehicle down uniformly; wheels stand beside their joints."""
+    found = []
+    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
+        random, late, off, creeps, theirs = np.random.default_rng(81), 0.0, 0.0, 0.0, 0.0
+        for _ in range(scale.of(2, 20)):
+            chi, nu_1 = beside_joint(random), random.choice((-1, 1)) * 10 ** random.uniform(-3, 0)
+            sliding = np.full(2, 10 ** random.uniform(-4, -2))
+            with on_the_spot.digits():
+                inverse, mass = along_the_axles(setting.model, chi)
+                slowing = sum(mpmath.mpf(float(t)) * own for t, own in zip(sliding, inverse, strict=True)) / mass
+                speed = mpmath.mpf(OPPOSITE.platform_radius) * mpmath.mpf(float(nu_1))
+                stop, way = abs(speed) / slowing, speed * abs(speed) / (2 * slowing)
+                start = {"nu": (nu_1, 0, 0), "chi": chi, "duration": 2 * float(stop)}
+                acting = (Bearings(roller_coulomb=sliding),)
+                run = setting.run(OPPOSITE, **start, effects=acting, accuracy=ACCURACY)
+                rests = np.flatnonzero(np.abs(run.nu[:, 0]) <= EPS * abs(nu_1))
+                late = max(late, abs(float(run.elapsed[rests[0]] / stop - 1)) / EPS if len(rests) else np.inf)
+                off = max(off, float(abs(mpmath.mpf(float(run.pose[-1, 0])) / way - 1)) / EPS)
+                after = np.abs(run.nu[run.elapsed > 1.001 * float(stop), 0]).max()
+                creeps = max(creeps, float(after / abs(nu_1)) / EPS)
+                if scale.compares:
+                    numbers = [float(own) for own in inverse]
+                    there = fading(float(speed), float(mass), numbers, sliding, 2 * float(stop))[0]
+                    theirs = max(theirs, float(abs(there / way - 1)) / EPS)
+        found += [
+            setting.measurement("error of the stop's instant, in eps", late, ROUNDINGS),
+            setting.measurement("error of the way, in eps", off, ROUNDINGS, theirs if scale.compares else None),
+            setting.measurement("largest nu_1 afterwards, in eps of the first", creeps, 1),
+        ]
+    return found
+
+
+def at_the_break_away_torque(scale: Scale) -> list[Measurement]:
+    """On a slope along the axles, with break-away torques that just hold, and some eps less."""
+    found = []
+    for setting in settings(models=scale.of(("free",), MODELS), laws=("impact",)):
+        random, lets_go, holds, theirs = np.random.default_rng(82), 0.0, 0, 0.0
+        count = scale.of(2, 20)
+        for _ in range(count):
+            chi, slope = beside_joint(random), Slope(10 ** random.uniform(-3, 0), 0.0)
+            with on_the_spot.digits():
+                inverse, mass = along_the_axles(setting.model, chi)
+                pull = mpmath.mpf(OPPOSITE.mass) * mpmath.mpf(slope.gravity) * mpmath.sin(slope.angle)
+                exact = pull / sum(inverse)
+                for part, held in ((1 + ROUNDINGS * EPS, True), (1 - ROUNDINGS * EPS, False)):
+                    torque = float(exact * part)
+                    start = {"nu": (0, 0, 0), "chi": chi, "duration": 100.0 if held else 1.0}
+                    acting = (Bearings(roller_coulomb=0.3 * torque, roller_break_away=torque), slope)
+                    run = setting.run(OPPOSITE, **start, effects=acting, accuracy=ACCURACY)
+                    if held:
+                        alone = pull / mass / mpmath.mpf(OPPOSITE.platform_radius) * mpmath.mpf(100)
+                        lets_go = max(lets_go, float(np.abs(run.nu[:, 0]).max() / alone) / EPS)
+                    else:
+                        holds += run.nu[-1, 0] == 0
+                if scale.compares:
+                    bound = np.full(2, float(exact) * (1 + ROUNDINGS * EPS))
+                    end = fading(0.0, float(mass), [float(own) for own in inverse], bound, 100.0, float(pull))
+                    theirs = max(theirs, float(end[1] / OPPOSITE.platform_radius / alone) / EPS)
+        found += [
+            setting.measurement(
+                f"{ROUNDINGS} eps above it: largest nu_1 / (eps of what the pull alone gives)",
+                lets_go,
+                ROUNDINGS,
+                theirs if scale.compares else None,
+            ),
+            setting.measurement(f"{ROUNDINGS} eps below it: starts that do not roll, in %", 100 * holds / count, 0),
+        ]
+    return found
+
+
+def through_joints(scale: Scale) -> list[Measurement]:
+    """On the spot no roller spins on its disk, so that no impact at a joint takes energy, and the heading is linear."""
+    found = []
+    for setting in settings(models=("free",)):
+        random, drift, moved, spun = np.random.default_rng(83), 0.0, 0.0, 0.0
+        passed = scale.of(20, 10_000) if setting.engine == "compiled" else scale.of(3, 30)
+        for _ in range(scale.of(1, 5)):
+            nu_3 = random.choice((-1, 1)) * random.uniform(0.5, 2)
+            with on_the_spot.digits():
+                duration = float(passed * 2 * mpmath.mpf(JOINT) / abs(on_the_spot.rate(nu_3)))
+                heading = mpmath.mpf(float(nu_3)) / mpmath.mpf(PAPER.yaw_scale) * mpmath.mpf(duration)
+                start = {"nu": (0, 0, nu_3), "duration": duration}
+                run = setting.run(**start, effects=(Bearings(roller_coulomb=1.0),), accuracy=ACCURACY)
+                switches = max(1, len(run.switches))
+                drift = max(drift, float(np.abs(run.energy / run.energy[0] - 1).max()) / EPS / switches)
+                off = abs(mpmath.mpf(float(run.pose[-1, 2])) - heading) / max(1, abs(heading))
+                moved = max(moved, float(off) / EPS)
+                spun = max(spun, float(np.abs(run.spins).max()) / (abs(nu_3) / PAPER.yaw_scale) / EPS)
+        found += [
+            setting.measurement("energy: drift / (eps switches)", drift, 1),
+            setting.measurement("error of the heading, in eps", moved, TENFOLD),
+            setting.measurement("largest spin of a free roller, in eps of theta'", spun, ROUNDINGS),
+        ]
+    return found
+
+
+def breaking_away_beside_joints(scale: Scale) -> list[Measurement]:
+    """Its disk takes a free roller along with the torque B theta' chi' cos(psi); at the joint one stands at the top."""
+    found, places = [], scale.of((0.3, 1e-3), (0.3, 1e-1, 1e-2, 1e-3, 1e-4))
+    for setting in settings(models=("free",), laws=("impact",)):
+        random, worst, theirs = np.random.default_rng(84), 0.0, 0.0
+        for beside in places:
+            for _ in range(scale.of(1, 4)):
+                nu_3 = random.choice((-1, 1)) * random.uniform(0.5, 2)
+                with on_the_spot.digits():
+                    rate = on_the_spot.rate(nu_3)
+                    yaw = mpmath.mpf(float(nu_3)) / mpmath.mpf(PAPER.yaw_scale)
+                    most = mpmath.mpf(PAPER.roller_inertia) * abs(yaw * rate)
+                    torque = float(most * mpmath.cos(beside))
+                    start = {"nu": (0, 0, nu_3), "duration": float(2 * mpmath.mpf(JOINT) / abs(rate))}
+                    run = setting.run(**start, effects=(Bearings(roller_coulomb=torque),), accuracy=ACCURACY)
+                    turning = np.flatnonzero(run.spins.any(axis=(1, 2)))
+                    if not len(turning):
+                        worst = np.inf
+                        continue
+                    worst = max(worst, _off(most, torque, rate, float(run.elapsed[turning[0] - 1])))
+                    instant = (mpmath.mpf(JOINT) - mpmath.acos(torque / most)) / abs(rate)
+                    theirs = max(theirs, _off(most, torque, rate, LOOKS * float(mpmath.ceil(instant / LOOKS))))
+        found.append(
+            setting.measurement("torque at the break-away, off its bound, in eps", worst, TENFOLD,
+                                theirs if scale.compares else None)
+        )  # fmt: skip
+    return found
+
+
+def _off(most: Any, torque: float, rate: Any, instant: float) -> float:
+    """How far the torque that takes the roller at the top along is off its bound at this instant, in eps."""
+    taken = most * mpmath.cos(mpmath.mpf(JOINT) - abs(rate) * mpmath.mpf(instant))
+    return float(abs(taken / mpmath.mpf(torque) - 1)) / EPS
+
+
+def everything(scale: Scale) -> list[Measurement]:
+    parts = (rolling_to_rest, at_the_break_away_torque, through_joints, breaking_away_beside_joints)
+    return [measurement for part in parts for measurement in part(scale)]
+
+
+CASES = [
+    Case(
+        name="sticking-rollers",
+        section=SECTION,
+        title="Rollers that stop on their disks, 1e-12 ... 0.3 of the way from a joint, that hold on a slope, stick "
+        "through impacts at joints, and break away beside them",
+        naive="fades the friction in a band around rest, and creeps; looks every 1 ms whether something breaks away",
+        promise="the closed forms: uniform slowing down and rest; held at the torque that holds; no impact takes "
+        "energy where all rollers rest on their disks; a free roller breaks away where its disk asks for more",
+        run=everything,
+    ),
+]

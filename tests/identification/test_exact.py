@@ -1,0 +1,78 @@
+"""Fits take the derivatives of their readings from the sensitivities of runs, and differences where there are none."""
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll.identification.model import Model
+from omniroll.identification.prediction import STEP, Prediction
+
+ROBOT = omniroll.Vehicle.paper()
+DRIVE = omniroll.TorqueTable([0, 1, 2], 0.05 * np.array([[0, 0, 0], [1, -1, 2], [-1, 2, 1]]))
+MOTOR = omniroll.Motor(voltage=(2, -1, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4)
+TIMES = np.linspace(0.02, 1.9, 150)
+OF_INSTRUMENTS = ("gyro_bias", "wheel_rate_scale", "gyro_delay", "wheel_rate_delay")
+CORRECTIONS = {"gyro_bias": 0.1, "gyro_delay": 0.01, "wheel_rate_scale": 1.1, "wheel_rate_delay": 0.003}
+
+
+def prediction(effects, roller_model="free", **others):
+    options = {"nu": (0.2, 0.1, 0.3), "roller_model": roller_model, "effects": tuple(effects)}
+    empty = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3)), "gyro": np.zeros(len(TIMES))}
+    log = omniroll.Log(empty, **others)
+    return Prediction(Model(ROBOT, options, omniroll.Instruments(), CORRECTIONS), [log])
+
+
+def by_differences(found, names, sizes):
+    return found._differences(dict(zip(names, sizes, strict=True)))
+
+
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_they_are_those_of_differences(roller_model):
+    """Motors with one constant for torque and back-EMF, numbers of the start, and instruments that err."""
+    effects = [MOTOR, omniroll.Bearings(wheel_viscous=1e-3)]
+    found = prediction(effects, roller_model)
+    names = ("mass", "wheel_viscous", "torque_constant", "resistance", "nu[1]", *OF_INSTRUMENTS)
+    sizes = [max(found.model.size(name), 0.1) for name in names]
+    slopes = found.slopes(names, sizes)
+    assert slopes.differenced == () and len(found.runs[0].switches) > 5
+    for name, own, expected in zip(names, slopes.by_number, by_differences(found, names, sizes), strict=True):
+        for reading, values in expected[0].items():
+            # A run is exact to 1e-11, which the difference divides by its step.
+            allowed = 1e-4 * np.abs(values).max() + 1e-10 / (STEP * sizes[names.index(name)])
+            assert np.abs(own[0][reading] - values).max() < allowed, (name, reading)
+
+
+def test_a_fit_says_where_it_differences():
+    """Axles that stick have no sensitivities; scales and biases of instruments need none."""
+    found = prediction([DRIVE, omniroll.Bearings(wheel_coulomb=1e-3)])
+    assert found.slopes(("mass", "gyro_bias", "gyro_delay"), (1.0, 1.0, 1.0)).differenced == ("mass", "gyro_delay")
+    known = prediction([DRIVE, omniroll.Bearings(wheel_viscous=1e-3)])
+    assert known.slopes(("gyro_delay",), (1.0,)).differenced == ()
+    noise = np.random.default_rng(0).normal(scale=0.05, size=(len(TIMES), 3))
+    rate = found.runs[0].measure(TIMES, names=["wheel_rate"])["wheel_rate"]
+    log = omniroll.Log({"t": TIMES, "wheel_rate": rate + noise}, noise={"wheel_rate": 0.05})
+    options = {key: found.model.options[key] for key in ("nu", "effects", "roller_model")}
+    fit = omniroll.fit(ROBOT.replace(mass=2.4), log, ["mass"], **options)
+    low, high = fit.interval("mass", 0.999)
+    assert fit.differenced == ("mass",) and low < ROBOT.mass < high
+    assert str(fit).endswith("mass: derivatives by differences of runs")
+
+
+def test_a_number_that_the_run_does_not_know_has_differences():
+    """A rotor's inertia; the others stay exact."""
+    motor = omniroll.Motor(voltage=(2, -1, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
+    names = ("mass", "rotor_inertia", "wheel_inertia")
+    slopes = prediction([motor]).slopes(names, (1.0, 1e-6, 1e-3))
+    assert slopes.differenced == ("rotor_inertia",)
+    _, (rotor,), (wheel,) = slopes.by_number
+    per_wheel = motor.gear_ratio**2 * wheel["wheel_rate"]
+    assert np.abs(rotor["wheel_rate"] - per_wheel).max() < 1e-4 * np.abs(per_wheel).max()
+
+
+def test_where_wheels_switch_together_and_part_there_are_differences():
+    """Impacts one after the other make another motion: there is no derivative by what parts them."""
+    empty = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3))}
+    options = {"nu": (0, 0, 1), "chi": np.zeros(3)}
+    found = Prediction(Model(ROBOT, options, omniroll.Instruments()), [omniroll.Log(empty)])
+    assert found.slopes(("mass",), (1.0,)).differenced == ()
+    assert found.slopes(("mass", "chi[0]"), (1.0, 0.1)).differenced == ("mass", "chi[0]")
