@@ -451,7 +451,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         s->stiff = s->stiff || (!SET_IS_COUPLED && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
-#if !SET_SLIPS
+#if SET_IS_ACTED_ON && !SET_SLIPS
         if (s->bend_in < INFINITY && s->h < s->bend_in)
             run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
 #endif
