@@ -21,7 +21,8 @@ WINDOW, ORDER = 0.2, 3  # s, and degree of the polynomials that smooth the rates
 LEAST_ROWS = 7
 CHANGE = 0.25  # of a number, to see what the force does with it
 AFFINE = 1e-6  # how far a second change may be from twice the first
-WEAK = 1e-3  # directions in which the force changes less than this, over that of the strongest, stay as they are
+USUAL = 0.5  # relative change of a number that needs no evidence: what noise alone determines stays as it is
+ALIKE = 20  # forces one after the other that have the same error, as the rates are smoothed
 
 
 def first_guess(model: Model, numbers: Sequence[Free], logs: Sequence[Log]) -> dict[str, float]:
@@ -44,13 +45,25 @@ def first_guess(model: Model, numbers: Sequence[Free], logs: Sequence[Log]) -> d
         return {}
     if not columns or not np.isfinite([missing, *columns.values()]).all():
         return {}
-    changes, *_ = np.linalg.lstsq(np.stack(list(columns.values()), axis=1), -missing, rcond=WEAK)
+    changes = _held(np.stack(list(columns.values()), axis=1), -missing)
     bounds = {number.name: (number.least, number.most) for number in numbers}
     found = {
         name: model.value(name) + change * size
         for (name, size), change in zip(sizes.items(), changes.tolist(), strict=True)
     }
     return {name: value for name, value in found.items() if bounds[name][0] < value < bounds[name][1]}
+
+
+def _held(columns: np.ndarray, missing: np.ndarray) -> np.ndarray:
+    """The changes x of numbers, in CHANGE of them, with columns @ x = missing, as far as it stands out of the noise.
+
+    The noise is what least squares leave over; where it would change numbers more than is usual, they hardly change.
+    """
+    changes, *_ = np.linalg.lstsq(columns, missing)
+    noise = np.sqrt(np.mean((missing - columns @ changes) ** 2) * ALIKE)
+    held = noise * CHANGE / USUAL * np.eye(len(changes))
+    changes, *_ = np.linalg.lstsq(np.concatenate([columns, held]), np.append(missing, np.zeros(len(changes))))
+    return changes
 
 
 def _motion(model: Model, log: Log) -> tuple[Log, dict[str, np.ndarray]] | None:

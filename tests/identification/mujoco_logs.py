@@ -1,0 +1,61 @@
+"""Logs of MuJoCo's model with a body for each roller, whose contacts give way and slip, and fits to them.
+
+`python -m identification.mujoco_logs`, from tests/, prints how far fits to logs of several drives are from the numbers
+that MuJoCo was given; docs/fitting.md has what it printed.
+"""
+
+import numpy as np
+
+import omniroll
+from omniroll.exchange.run_in_mujoco import run_in_mujoco
+
+VEHICLE = omniroll.Vehicle.paper()
+FRICTION = 8e-3  # N m s, of the axles
+TRUTH = {name: getattr(VEHICLE, name) for name in ("mass", "yaw_inertia", "wheel_inertia")} | {
+    "wheel_viscous": FRICTION
+}
+GUESS = VEHICLE.replace(mass=1.3 * VEHICLE.mass, yaw_inertia=1.3 * VEHICLE.yaw_inertia)
+DURATION, STEP, MUJOCO_STEP = 10.0, 0.01, 5e-4  # s
+TORQUE, EVERY = 0.17, 0.25  # N m and s: size of random torques, and the time between two of them
+NOISE = 0.01  # of the largest rate
+DRIVES = 6
+
+
+def drive_of(seed):
+    """Random torques that push ahead, aside and around."""
+    times = np.arange(0, DURATION + EVERY, EVERY)
+    ahead, aside, around = TORQUE * np.random.default_rng(seed).normal(size=(3, len(times), 1))
+    axles = np.array(VEHICLE.wheel_angles)
+    rows = -ahead * np.sin(axles) + aside * np.cos(axles) + around
+    rows[0] = 0
+    return omniroll.TorqueTable(times, rows)
+
+
+def log_of(seed):
+    """What the encoders in MuJoCo's wheels read, with noise."""
+    acting = [drive_of(seed), omniroll.Bearings(wheel_viscous=FRICTION)]
+    run = omniroll.simulate(VEHICLE, nu=(0, 0, 0), duration=DURATION, effects=acting)
+    found = run_in_mujoco(run, STEP * np.arange(1, round(DURATION / STEP) + 1), MUJOCO_STEP, 1.0)
+    noise = NOISE * float(np.abs(found.wheel_rates).max())
+    noisy = found.wheel_rates + np.random.default_rng(seed).normal(scale=noise, size=found.wheel_rates.shape)
+    return omniroll.Log({"t": found.t, "wheel_rate": noisy}, noise={"wheel_rate": noise}, name="MuJoCo")
+
+
+def fit_of(seed):
+    acting = [drive_of(seed), omniroll.Bearings(wheel_viscous=0.7 * FRICTION)]
+    return omniroll.fit(GUESS, log_of(seed), tuple(TRUTH), effects=acting)
+
+
+def errors(fit):
+    """By name, relative."""
+    return {name: fit[name] / value - 1 for name, value in TRUTH.items()}
+
+
+if __name__ == "__main__":
+    print("drive", *TRUTH, "residuals over noise", "half intervals", sep=" | ")
+    for seed in range(DRIVES):
+        fit = fit_of(seed)
+        left = fit.residuals[0]["wheel_rate"] / fit.noise[0]["wheel_rate"]
+        halves = (f"{100 * 1.96 * d / v:.1f}" for d, v in zip(fit.deviations, fit.values, strict=True))
+        found = (f"{100 * error:+.1f} %" for error in errors(fit).values())
+        print(seed, *found, f"{np.sqrt(np.mean(left**2)):.2f}", " ".join(halves), len(fit.doubts), sep=" | ")
