@@ -4,7 +4,7 @@
  * the mass matrix. So with three wheels the change of nu' where all wheels become faster by 1 tells all slopes, by one
  * evaluation in the place of three. Whether axles alone make the slopes is looked at wherever three differences have
  * told them. */
-#if SET_SLIPS
+#if SET_SLIPS || SET_CORE_PARTS     /* what else follows nu makes it stiff as well */
 #define AXLES 0                                 /* for how many wheels axles' friction tells the slopes of nu' */
 #else
 #define AXLES 3

@@ -244,6 +244,17 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance
 }
 #endif
 
+/* Whether the second sweep shows already that a step is too long: where friction bends the rates of axles. */
+ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
+{
+#if SET_IS_ACTED_ON
+    return s->by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
+#else
+    (void)s, (void)tolerance;
+    return 0;
+#endif
+}
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
                          double reach)
@@ -280,7 +291,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return UNSETTLED;
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (SET_IS_ACTED_ON && k == 1 && missed(s) > MUCH_TOO_LONG*tolerance))
+        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
 #if SET_IS_ACTED_ON
         if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */

@@ -421,7 +421,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
 #if SET_IS_ACTED_ON
-        if (error > 0.5*error_before)       /* a shorter step is no better: what decays is far shorter yet       */
+        /* A shorter step is no better: what decays is far shorter yet. */
+        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*error_before)
             factor = fmin(factor, SET_IS_COUPLED ? 0.25 : 0.6);
         error_before = error;
 #endif
