@@ -5,8 +5,9 @@ the pose) and accounts (integrals that feed nothing back); this file says which 
 functions give their rates, and the template writes the calls. No other file calls a generated function for the engine.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from .filling import template
 from .programs import Array, EffectSet, Function
@@ -27,7 +28,13 @@ ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
 )
+CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
+LOAD_SUMS = ("coulomb_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
+SPRINGS = "spring_loads"  # loads from their sums
+WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
+OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
+ALIASES = {"coulomb_rates": "coulomb_momenta_dot"}  # outputs, and the inputs of other functions that they are
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
 # are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
@@ -72,7 +79,9 @@ class EngineSet:
         self.accounts = [state for state in present if state.kind == ACCOUNT]
         self.arrays = {state.name: rates[state.rate] for state in present}
         asked = [array.name for array in dynamics.inputs]
-        self.inputs = [name for name in INPUTS if name in asked] + ([HEADING_INPUT] if self.grips else [])
+        self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
+        self.inputs = [name for name in INPUTS if name in asked]
+        self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
@@ -138,8 +147,23 @@ class EngineSet:
 
     @property
     def modes_input(self) -> int:
-        """The place among the inputs of the modes of the contacts; the headings come last."""
+        """The place among the inputs of the modes of the contacts."""
         return self.inputs.index("sticks")
+
+    @property
+    def headings_input(self) -> int:
+        """The place among the inputs of the directions in which contacts begin to slip."""
+        return self.inputs.index(HEADING_INPUT)
+
+    @property
+    def carries_input(self) -> int:
+        """The place among the inputs of the contacts that carry."""
+        return self.inputs.index(CARRIES_INPUT)
+
+    @property
+    def friction(self) -> bool:
+        """Whether the ground's forces are in proportion to the loads."""
+        return WITHOUT_LOADS not in self.set.effects
 
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
@@ -152,6 +176,19 @@ class EngineSet:
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
         targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_SPINS)}
         return self._calls(functions, targets | rates)
+
+    def load_calls(self) -> list[Call]:
+        """What gives the sums of the loads, after the dynamics."""
+        functions = [f for f in map(self.set.function, LOAD_SUMS) if f is not None]
+        if self.rollers == SINGLE and any(a.name == "momenta" for a in functions[-1].inputs):
+            functions.insert(0, self.function("momenta"))
+        given = {"nu_dot": "nu_dot"} | {s.rate: self.place("at->core_dot", s.name) for s in self.core}
+        return self._calls(functions, {"load_sums": "sums"}, given)
+
+    def spring_call(self) -> Call:
+        """What gives the loads from their sums."""
+        (call,) = self._calls([self.function(SPRINGS)], {"compression": "compression"}, {"load_sums": "sums"})
+        return call
 
     def held_call(self) -> Call:
         """The dynamics where bearings stick."""
@@ -201,12 +238,16 @@ class EngineSet:
         names = {state.function for state in states}
         return [f for f in self.set.functions if f.name in names]
 
-    def _calls(self, functions: list[Function], targets: dict[str, str]) -> list[Call]:
-        """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs."""
+    def _calls(
+        self, functions: list[Function], targets: dict[str, str], given: Mapping[str, str] = MappingProxyType({})
+    ) -> list[Call]:
+        """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
+        so does what is `given` beside the point."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_SPINS)
         known = {name: f"at->{name}" for name in plain}
         known |= {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
+        known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given
         calls = []
         for function in functions:
             own, arguments = [], [known[array.name] for array in function.inputs]
@@ -220,7 +261,7 @@ class EngineSet:
                     continue
                 own.append(f"{array.name}[{size}]")
                 arguments.append(array.name)
-                known[array.name] = array.name
+                known[ALIASES.get(array.name, array.name)] = array.name
             calls.append(Call(function, tuple(arguments), tuple(own)))
         return calls
 

@@ -32,6 +32,7 @@ CONTENTS = {  # what a reader looks for, and the functions that do it; a set may
     "Spins of the free rollers": ("axial_speeds", "spins_from_axial", "momenta"),
 }
 STEP_NEEDS = ("forward_dynamics", "wheel_speeds", "pose_rates", "wheel_rates")
+GIVEN_TO_EACH = "free_bearing"  # torques of each free roller's bearing: a set that takes these has no steps
 
 
 @dataclass(frozen=True)
@@ -213,6 +214,8 @@ def _motion(effects: EffectSet, functions: Sequence[Function], prefix: str) -> d
     """What the templates of steps and switches need to know; nothing for a set that lacks their functions."""
     named = {f.name: f for f in functions}
     if not all(name in named for name in STEP_NEEDS):
+        return {}
+    if any(a.name == GIVEN_TO_EACH for f in functions for a in f.inputs):
         return {}
     dynamics = named["forward_dynamics"]
     carried = next((what for name, what in CARRIED.items() if name in named), "")

@@ -1,14 +1,12 @@
-"""Draws fitting.png and fitting-mujoco.png: what the fits on the page fitting.md leave over.
+"""Draws fitting.png: what the fit on the page fitting.md leaves over. docs/site/pictures.py calls it.
 
-docs/site/pictures.py calls it. Needs matplotlib and MuJoCo.
+Needs matplotlib.
 """
 
 import re
-import sys
 from pathlib import Path
 
 PAGE = Path(__file__).with_suffix(".md")
-TESTS = PAGE.parents[1] / "tests"
 
 
 def draw(folder: Path) -> None:
@@ -16,7 +14,3 @@ def draw(folder: Path) -> None:
     names: dict = {}
     exec(example, names)
     names["fit"].picture(folder / "fitting.png")
-    sys.path.insert(0, str(TESTS))
-    from identification import mujoco_logs
-
-    mujoco_logs.fit_of(0).picture(folder / "fitting-mujoco.png")

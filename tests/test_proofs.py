@@ -64,6 +64,8 @@ WRONG = {
     "loads of equal springs": "subst(first(solve(makelist(lsum(spring_change[k]*append([1], spring_places[k])[m], "
     "k, [1, 2, 3, 4]), m, 1, 3), rest(spring_change, -1))), "
     "lsum(spring_load(spring_places[k])^2*spring_change[k], k, [1, 2, 3, 4]))",
+    "springs, plane": "map(lambda([v], diff(psubst(run(append(beside_steps, compression_steps), []), compression), "
+    "v)), [place_1, place_2])",
     "sliding force, slope": "map(lambda([row], row . reverse(direction_of_slip)), sliding_slope)",
     "impact impulse, free": "impulse_of(free_impact_steps) - impact_wheel_impulse",
     "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',

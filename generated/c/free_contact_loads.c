@@ -14,52 +14,189 @@
  * forward_dynamics_sharp, accelerations_sharp, contact_axial, axial_speeds, spins_from_axial, momenta,
  * impact, impact_sharp.
  *
- * Of free_contact.c: slip_dynamics, slip_forces, ground_power, slip_energy, slip_spins.
+ * Of free_contact.c: slip_energy, slip_spins.
  */
 
-/* Forces of the ground on contacts that slip, where friction fades below a named speed. Equations: (2.1),
- * (2.2). Steps: fading_force (maxima/effects/contact_loads.mac). */
-void omniroll_fading_forces(const omniroll_model *model, const omniroll_real *slip_direction,
-                            const omniroll_real *load, const omniroll_real *friction,
-                            omniroll_real fade_speed, omniroll_real *sliding_force)
+/* Loads with these sums of the contacts that carry: those of equal springs under a rigid platform.
+ * Equations: (3.1). Steps: no_springs, spring_count, spring_middle, beside_the_middle, spring_stiffness,
+ * spring_plane, compression (maxima/effects/contact_loads.mac); contact_place
+ * (maxima/effects/reactions.mac). */
+void omniroll_spring_loads(const omniroll_model *model, const omniroll_real *carries,
+                           const omniroll_real *load_sums, omniroll_real *compression)
 {
     const int wheels = model->wheels;
-    const omniroll_real fade_speed_sq = fade_speed*fade_speed;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real load_sum = load_sums[0];
+    const omniroll_real load_sum_1 = load_sums[1];
+    const omniroll_real load_sum_2 = load_sums[2];
+    omniroll_real spring_count = OMNIROLL_NUMBER(0);
+    omniroll_real spring_sum_1 = OMNIROLL_NUMBER(0);
+    omniroll_real spring_sum_2 = OMNIROLL_NUMBER(0);
+    const omniroll_real l_R_over_l = l*R_over_l;
     for (int i = 0; i < wheels; i++) {
-        const omniroll_real direction_axle = slip_direction[2*i];
-        const omniroll_real direction_rolling = slip_direction[2*i + 1];
-        const omniroll_real load_of_contact = load[i];
-        const omniroll_real friction_axle = friction[2*i];
-        const omniroll_real friction_rolling = friction[2*i + 1];
-        const omniroll_real square_axle = friction_axle*friction_axle;
-        const omniroll_real square_rolling = friction_rolling*friction_rolling;
-        const omniroll_real weighted_axle = direction_axle*square_axle;
-        const omniroll_real weighted_rolling = direction_rolling*square_rolling;
-        const omniroll_real faded = fade_speed_sq*friction_axle*friction_rolling;
-        const omniroll_real grip = load_of_contact/omniroll_sqrt(direction_axle*weighted_axle
-            + direction_rolling*weighted_rolling + faded);
-        const omniroll_real sliding_axle = -weighted_axle*grip;
-        const omniroll_real sliding_rolling = -weighted_rolling*grip;
-        sliding_force[2*i] = sliding_axle;
-        sliding_force[2*i + 1] = sliding_rolling;
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real carries_i = carries[i];
+        const omniroll_real wheel_arm = l_R_over_l;
+        const omniroll_real place_1 = cos_alpha*wheel_arm;
+        const omniroll_real place_2 = sin_alpha*wheel_arm;
+        spring_count += carries_i;
+        spring_sum_1 += carries_i*place_1;
+        spring_sum_2 += carries_i*place_2;
+    }
+    const omniroll_real of_each = 1/spring_count;
+    const omniroll_real middle_1 = spring_sum_1*of_each;
+    const omniroll_real middle_2 = spring_sum_2*of_each;
+    omniroll_real stiffness_11 = OMNIROLL_NUMBER(0);
+    omniroll_real stiffness_12 = OMNIROLL_NUMBER(0);
+    omniroll_real stiffness_22 = OMNIROLL_NUMBER(0);
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real carries_i = carries[i];
+        const omniroll_real wheel_arm = l_R_over_l;
+        const omniroll_real place_1 = cos_alpha*wheel_arm;
+        const omniroll_real place_2 = sin_alpha*wheel_arm;
+        const omniroll_real beside_1 = place_1 - middle_1;
+        const omniroll_real beside_2 = place_2 - middle_2;
+        stiffness_11 += carries_i*beside_1*beside_1;
+        stiffness_12 += carries_i*beside_1*beside_2;
+        stiffness_22 += carries_i*beside_2*beside_2;
+    }
+    const omniroll_real down = load_sum*of_each;
+    const omniroll_real tilting_1 = load_sum_1 - load_sum*middle_1;
+    const omniroll_real tilting_2 = load_sum_2 - load_sum*middle_2;
+    const omniroll_real over_stiffness = 1/(stiffness_11*stiffness_22 - stiffness_12*stiffness_12);
+    const omniroll_real tilt_1 = over_stiffness*(stiffness_22*tilting_1 - stiffness_12*tilting_2);
+    const omniroll_real tilt_2 = over_stiffness*(stiffness_11*tilting_2 - stiffness_12*tilting_1);
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real wheel_arm = l_R_over_l;
+        const omniroll_real place_1 = cos_alpha*wheel_arm;
+        const omniroll_real place_2 = sin_alpha*wheel_arm;
+        const omniroll_real beside_1 = place_1 - middle_1;
+        const omniroll_real beside_2 = place_2 - middle_2;
+        const omniroll_real compression_ = down + tilt_1*beside_1 + tilt_2*beside_2;
+        compression[i] = compression_;
     }
 }
 
-/* Forces of the ground on contacts that slip, in proportion to the slip. Equations: (2.1), (2.2). Steps:
- * damping_force (maxima/effects/contact_loads.mac). */
-void omniroll_damping_forces(const omniroll_model *model, const omniroll_real *slip_direction,
-                             const omniroll_real *slip_damping, omniroll_real *sliding_force)
+/* Accelerations of platform, wheels and rollers in contact where contacts may slip. Equations: (3.1).
+ * Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple (maxima/forms/system.mac);
+ * slip_force, wheel_slip, slip_solution (maxima/effects/contact.mac). */
+void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                            const omniroll_real *rates, const omniroll_real *contact_omega,
+                            const omniroll_real *momenta, const omniroll_real *load_factor,
+                            omniroll_real *nu_dot, omniroll_real *chi_dot, omniroll_real *rates_dot,
+                            omniroll_real *contact_omega_dot)
 {
     const int wheels = model->wheels;
+    (void)load_factor;
+    const omniroll_real B = model->B;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real mass_R2 = model->mass_R2;
+    const omniroll_real coriolis = model->coriolis;
+    const omniroll_real J = model->J;
+    const omniroll_real bare_yaw = model->bare_yaw;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
+    omniroll_real f1 = coriolis_nu_3*nu_2;
+    omniroll_real f2 = -coriolis_nu_3*nu_1;
+    omniroll_real f3 = OMNIROLL_NUMBER(0);
+    const omniroll_real yaw_rate_per_J = yaw_rate/J;
     for (int i = 0; i < wheels; i++) {
-        const omniroll_real direction_axle = slip_direction[2*i];
-        const omniroll_real direction_rolling = slip_direction[2*i + 1];
-        const omniroll_real damping_axle = slip_damping[2*i];
-        const omniroll_real damping_rolling = slip_damping[2*i + 1];
-        const omniroll_real sliding_axle = -direction_axle*damping_axle;
-        const omniroll_real sliding_rolling = -direction_rolling*damping_rolling;
-        sliding_force[2*i] = sliding_axle;
-        sliding_force[2*i + 1] = sliding_rolling;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real wheel_rate = rates[i];
+        const omniroll_real axial = contact_omega[i];
+        const omniroll_real momentum_cos = momenta[2*i];
+        const omniroll_real momentum_sin = momenta[2*i + 1];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
+        f3 += -inverse_yaw_scale*wheel_rate*couple;
+        const omniroll_real rate_of_wheel = yaw_rate_per_J*couple;
+        chi_dot[i] = wheel_rate;
+        rates_dot[i] = rate_of_wheel;
+        contact_omega_dot[i] = OMNIROLL_NUMBER(0);
+    }
+    const omniroll_real inverse_mass = 1/mass_R2;
+    const omniroll_real own_1 = f1*inverse_mass;
+    const omniroll_real own_2 = f2*inverse_mass;
+    const omniroll_real central_yaw = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
+    const omniroll_real x_3 = f3/central_yaw;
+    nu_dot[0] = own_1;
+    nu_dot[1] = own_2;
+    nu_dot[2] = x_3;
+}
+
+/* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
+ * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip
+ * (maxima/effects/contact.mac). */
+void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                          const omniroll_real *rates, const omniroll_real *contact_omega,
+                          const omniroll_real *load_factor, omniroll_real *slip, omniroll_real *ground_force)
+{
+    const int wheels = model->wheels;
+    (void)load_factor;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real R_over_l = model->R_over_l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real nu_1 = nu[0];
+    const omniroll_real nu_2 = nu[1];
+    const omniroll_real nu_3 = nu[2];
+    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
+    const omniroll_real t2 = 2*l;
+    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real wheel_rate = rates[i];
+        const omniroll_real axial = contact_omega[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t2*width;
+        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
+        const omniroll_real rolling = axial - yaw_rate*sine;
+        const omniroll_real slip_axle = along - rho*rolling;
+        const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
+        const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
+        slip[2*i] = slip_axle;
+        slip[2*i + 1] = slip_rolling;
+        ground_force[2*i] = OMNIROLL_NUMBER(0);
+        ground_force[2*i + 1] = OMNIROLL_NUMBER(0);
+    }
+}
+
+/* Power that each contact loses by slipping. Equations: (2.1), (2.2). */
+void omniroll_ground_power(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
+                           const omniroll_real *rates, const omniroll_real *contact_omega,
+                           const omniroll_real *load_factor, omniroll_real *ground_loss)
+{
+    const int wheels = model->wheels;
+    (void)nu;
+    (void)chi;
+    (void)rates;
+    (void)contact_omega;
+    (void)load_factor;
+    for (int i = 0; i < wheels; i++) {
+        ground_loss[i] = OMNIROLL_NUMBER(0);
     }
 }
 

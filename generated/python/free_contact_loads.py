@@ -8,68 +8,224 @@ array of states among them. Outputs are nested lists of components. N is the num
 rollers of a wheel. `model` is what prepare() returns.
 """
 
-from .elementary import cos, number, sin, sqrt
+from .elementary import cos, number, sin
 from .massless import nu_from_contacts, nu_from_wheels, pose_rates, wheel_rates, wheel_speeds, wheel_torques
 from .free_reactions import contact_forces, contact_impulses, load_balance
 from .free import accelerations, accelerations_sharp, axial_speeds, contact_axial, energy, forces, forward_dynamics, forward_dynamics_sharp, impact, impact_sharp, inverse_dynamics, mass_matrix, momenta, prepare, spins_from_axial
-from .free_contact import ground_power, slip_dynamics, slip_energy, slip_forces, slip_spins
+from .free_contact import slip_energy, slip_spins
 
 
-def fading_forces(model, slip_direction, load, friction, fade_speed):
-    """Forces of the ground on contacts that slip, where friction fades below a named speed.
+def spring_loads(model, carries, load_sums):
+    """Loads with these sums of the contacts that carry: those of equal springs under a rigid platform.
 
-    Equations: (2.1), (2.2). Steps: fading_force (maxima/effects/contact_loads.mac).
-    slip_direction[N][2] [m/s]: a slip velocity, or any vector along it.
-    load[N] [N]: loads of the contacts.
-    friction[N][2] [1]: coefficients of friction along the wheels' axles and along their rolling directions.
-    fade_speed [m/s]: slip velocity below which friction fades.
+    Equations: (3.1). Steps: no_springs, spring_count, spring_middle, beside_the_middle, spring_stiffness,
+    spring_plane, compression (maxima/effects/contact_loads.mac); contact_place
+    (maxima/effects/reactions.mac).
+    carries[N] [1]: 1 for contacts that carry, 0 for those that are off.
+    load_sums[3] [N, N m, N m]: sums over the wheels of the loads N_i, of N_i xi_i and of N_i eta_i.
     Returns:
-      sliding_force[N][2] [N]: force of the ground on a contact that slips, along the same directions.
-    Operations: once 1 mul; per wheel 2 add, 10 mul, 2 div, 1 sqrt. Intermediates: 9.
+      compression[N] [N]: loads of the contacts that carry; of the others what their springs would have.
+    Operations: once 5 add, 15 mul, 2 div; per wheel 12 add, 18 mul. Intermediates: 30.
     """
-    sliding_force = [[None] * 2 for _ in range(model.wheels)]
-    fade_speed_sq = fade_speed*fade_speed
+    compression = [None] * model.wheels
+    l = model.l
+    R_over_l = model.R_over_l
+    load_sum = load_sums[0]
+    load_sum_1 = load_sums[1]
+    load_sum_2 = load_sums[2]
+    spring_count = 0
+    spring_sum_1 = 0
+    spring_sum_2 = 0
+    l_R_over_l = l*R_over_l
     for i in range(model.wheels):
-        direction_axle = slip_direction[i][0]
-        direction_rolling = slip_direction[i][1]
-        load_of_contact = load[i]
-        friction_axle = friction[i][0]
-        friction_rolling = friction[i][1]
-        square_axle = friction_axle*friction_axle
-        square_rolling = friction_rolling*friction_rolling
-        weighted_axle = direction_axle*square_axle
-        weighted_rolling = direction_rolling*square_rolling
-        faded = fade_speed_sq*friction_axle*friction_rolling
-        grip = load_of_contact/sqrt(direction_axle*weighted_axle + direction_rolling*weighted_rolling + faded)
-        sliding_axle = -weighted_axle*grip
-        sliding_rolling = -weighted_rolling*grip
-        sliding_force[i][0] = sliding_axle
-        sliding_force[i][1] = sliding_rolling
-    return sliding_force
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        carries_i = carries[i]
+        wheel_arm = l_R_over_l
+        place_1 = cos_alpha*wheel_arm
+        place_2 = sin_alpha*wheel_arm
+        spring_count = spring_count + carries_i
+        spring_sum_1 = spring_sum_1 + carries_i*place_1
+        spring_sum_2 = spring_sum_2 + carries_i*place_2
+    of_each = 1/spring_count
+    middle_1 = spring_sum_1*of_each
+    middle_2 = spring_sum_2*of_each
+    stiffness_11 = 0
+    stiffness_12 = 0
+    stiffness_22 = 0
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        carries_i = carries[i]
+        wheel_arm = l_R_over_l
+        place_1 = cos_alpha*wheel_arm
+        place_2 = sin_alpha*wheel_arm
+        beside_1 = place_1 - middle_1
+        beside_2 = place_2 - middle_2
+        stiffness_11 = stiffness_11 + carries_i*beside_1*beside_1
+        stiffness_12 = stiffness_12 + carries_i*beside_1*beside_2
+        stiffness_22 = stiffness_22 + carries_i*beside_2*beside_2
+    down = load_sum*of_each
+    tilting_1 = load_sum_1 - load_sum*middle_1
+    tilting_2 = load_sum_2 - load_sum*middle_2
+    over_stiffness = 1/(stiffness_11*stiffness_22 - stiffness_12*stiffness_12)
+    tilt_1 = over_stiffness*(stiffness_22*tilting_1 - stiffness_12*tilting_2)
+    tilt_2 = over_stiffness*(stiffness_11*tilting_2 - stiffness_12*tilting_1)
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        wheel_arm = l_R_over_l
+        place_1 = cos_alpha*wheel_arm
+        place_2 = sin_alpha*wheel_arm
+        beside_1 = place_1 - middle_1
+        beside_2 = place_2 - middle_2
+        compression_ = down + tilt_1*beside_1 + tilt_2*beside_2
+        compression[i] = compression_
+    return compression
 
 
-def damping_forces(model, slip_direction, slip_damping):
-    """Forces of the ground on contacts that slip, in proportion to the slip.
+def slip_dynamics(model, nu, chi, rates, contact_omega, momenta, load_factor):
+    """Accelerations of platform, wheels and rollers in contact where contacts may slip.
 
-    Equations: (2.1), (2.2). Steps: damping_force (maxima/effects/contact_loads.mac).
-    slip_direction[N][2] [m/s]: a slip velocity, or any vector along it.
-    slip_damping[N][2] [N s/m]: force of the ground per slip velocity, along the wheels' axles and along their
-    rolling directions.
+    Equations: (3.1). Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple
+    (maxima/forms/system.mac); slip_force, wheel_slip, slip_solution (maxima/effects/contact.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    rates[N] [rad/s]: wheel rates where contacts may slip.
+    contact_omega[N] [rad/s]: absolute axial speeds of the rollers in contact where contacts may slip.
+    momenta[N][2] [kg m^2/s]: sum of B omega_j cos(kappa_j) and of B omega_j sin(kappa_j) over a wheel's free
+    rollers.
+    load_factor[N] [1]: force of the ground on each contact over that of its law at the load for which this is
+    given; 0 of one that is off.
+    Returns these, as a tuple:
+      nu_dot[3] [1/s^2]: quasi-accelerations.
+      chi_dot[N] [rad/s]: wheel rates.
+      rates_dot[N] [rad/s^2]: accelerations of the wheels.
+      contact_omega_dot[N] [rad/s^2]: rates of these axial speeds.
+    Operations: once 9 mul, 5 div; per wheel 4 add, 12 mul, 2 sincos. Intermediates: 18.
+    """
+    nu_dot = [None] * 3
+    chi_dot = [None] * model.wheels
+    rates_dot = [None] * model.wheels
+    contact_omega_dot = [None] * model.wheels
+    B = model.B
+    inverse_yaw_scale = model.inverse_yaw_scale
+    mass_R2 = model.mass_R2
+    coriolis = model.coriolis
+    J = model.J
+    bare_yaw = model.bare_yaw
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    yaw_rate = inverse_yaw_scale*nu_3
+    coriolis_nu_3 = coriolis*nu_3
+    f1 = coriolis_nu_3*nu_2
+    f2 = -coriolis_nu_3*nu_1
+    f3 = 0
+    yaw_rate_per_J = yaw_rate/J
+    for i in range(model.wheels):
+        chi_i = chi[i]
+        wheel_rate = rates[i]
+        axial = contact_omega[i]
+        momentum_cos = momenta[i][0]
+        momentum_sin = momenta[i][1]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine
+        f3 = f3 + -inverse_yaw_scale*wheel_rate*couple
+        rate_of_wheel = yaw_rate_per_J*couple
+        chi_dot[i] = wheel_rate
+        rates_dot[i] = rate_of_wheel
+        contact_omega_dot[i] = 0
+    inverse_mass = 1/mass_R2
+    own_1 = f1*inverse_mass
+    own_2 = f2*inverse_mass
+    central_yaw = inverse_yaw_scale*inverse_yaw_scale*bare_yaw
+    x_3 = f3/central_yaw
+    nu_dot[0] = own_1
+    nu_dot[1] = own_2
+    nu_dot[2] = x_3
+    return nu_dot, chi_dot, rates_dot, contact_omega_dot
+
+
+def slip_forces(model, nu, chi, rates, contact_omega, load_factor):
+    """Slip velocities of the contacts, and the ground's forces on the wheels.
+
+    Equations: (2.1), (2.2). Steps: yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips,
+    slip_along_axle, slip (maxima/effects/contact.mac).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    rates[N] [rad/s]: wheel rates where contacts may slip.
+    contact_omega[N] [rad/s]: absolute axial speeds of the rollers in contact where contacts may slip.
+    load_factor[N] [1]: force of the ground on each contact over that of its law at the load for which this is
+    given; 0 of one that is off.
+    Returns these, as a tuple:
+      slip[N][2] [m/s]: velocity of a contact on the ground: along the wheel's axle n, and along its rolling
+      direction e_z x n.
+      ground_force[N][2] [N]: force of the ground on a wheel, along the same directions.
+    Operations: once 3 mul; per wheel 9 add, 14 mul, 2 sincos. Intermediates: 16.
+    """
+    slip = [[None] * 2 for _ in range(model.wheels)]
+    ground_force = [[None] * 2 for _ in range(model.wheels)]
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    R_over_l = model.R_over_l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    nu_1 = nu[0]
+    nu_2 = nu[1]
+    nu_3 = nu[2]
+    yaw_rate = inverse_yaw_scale*nu_3
+    t2 = 2*l
+    R_over_l_yaw_rate = R_over_l*yaw_rate
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        wheel_rate = rates[i]
+        axial = contact_omega[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t2*width
+        along = R*(nu_1*cos_alpha + nu_2*sin_alpha)
+        rolling = axial - yaw_rate*sine
+        slip_axle = along - rho*rolling
+        rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha)
+        slip_rolling = l*(wheel_rate - rolling_rate)
+        slip[i][0] = slip_axle
+        slip[i][1] = slip_rolling
+        ground_force[i][0] = 0
+        ground_force[i][1] = 0
+    return slip, ground_force
+
+
+def ground_power(model, nu, chi, rates, contact_omega, load_factor):
+    """Power that each contact loses by slipping.
+
+    Equations: (2.1), (2.2).
+    nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    rates[N] [rad/s]: wheel rates where contacts may slip.
+    contact_omega[N] [rad/s]: absolute axial speeds of the rollers in contact where contacts may slip.
+    load_factor[N] [1]: force of the ground on each contact over that of its law at the load for which this is
+    given; 0 of one that is off.
     Returns:
-      sliding_force[N][2] [N]: force of the ground on a contact that slips, along the same directions.
-    Operations: per wheel 2 mul. Intermediates: 2.
+      ground_loss[N] [W]: power that a contact loses by slipping.
+    Operations: none. Intermediates: 0.
     """
-    sliding_force = [[None] * 2 for _ in range(model.wheels)]
+    ground_loss = [None] * model.wheels
     for i in range(model.wheels):
-        direction_axle = slip_direction[i][0]
-        direction_rolling = slip_direction[i][1]
-        damping_axle = slip_damping[i][0]
-        damping_rolling = slip_damping[i][1]
-        sliding_axle = -direction_axle*damping_axle
-        sliding_rolling = -direction_rolling*damping_rolling
-        sliding_force[i][0] = sliding_axle
-        sliding_force[i][1] = sliding_rolling
-    return sliding_force
+        ground_loss[i] = 0
+    return ground_loss
 
 
 def slip_load_balance(model, nu, chi, rates, contact_omega, momenta, nu_dot, rates_dot, contact_omega_dot,

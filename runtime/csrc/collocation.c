@@ -120,9 +120,20 @@ typedef struct {
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
     nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
+#if SET_LOADS
+    double per_load[MOST_WHEELS];               /* over the load of that                          */
+#endif
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];
+#endif
+#if SET_LOADS
+    const balance_t *balance;
+    loads_t *loads_at, *loads_at_end, *loads_aside;     /* in each vector of nodes; at the end; scratch      */
+    int carries[MOST_WHEELS];
+    double weight_carried;                      /* the whole load                                */
+    nodes_t compressed[MOST_WHEELS + 1];        /* of contacts, over the weight, and the determinant */
+    double compressed_start[MOST_WHEELS + 1], compressed_late[MOST_WHEELS + 1];
 #endif
 #if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
@@ -289,6 +300,9 @@ ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
     point->ground_push = at->ground_push, point->ground_force = at->ground_force, point->slip_dot = at->slip_dot;
 }
 #endif
+#if SET_LOADS
+ALWAYS_INLINE void keep_loads(step_t *s, const int wheels, int b);
+#endif
 
 /* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
  * asked. */
@@ -326,12 +340,29 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
         at->ground_push[k] = s->push[k].lanes[b];
     put_contacts(at, &point);
 #endif
+#if SET_LOADS
+    point.balance = s->balance, point.loads = s->loads_at + b;
+#endif
     return point;
 }
+
+#if SET_LOADS
+/* Whether the response of the rates to the loads is found anew in the next evaluations at the nodes, as where the
+ * iteration is slow; returns how many evaluations more that takes at each node. */
+ALWAYS_INLINE int respond_anew(step_t *s, int slow)
+{
+    for (int b = 0; b < BLOCKS && slow; b++)
+        s->loads_at[b].knows_response = 0;
+    return SET_FRICTION && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
+}
+#endif
 
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
+#if SET_LOADS
+    keep_loads(s, wheels, b);
+#endif
 #if SET_GRIPS
     keep_contacts(s, wheels, b, at);
 #endif
@@ -619,6 +650,9 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 #if SET_GRIPS
     find_directions(s, wheels);
 #endif
+#if SET_LOADS
+    s->sweeps += respond_anew(s, slow);
+#endif
 #if CORE_FOLLOWS
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
@@ -682,6 +716,9 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
     states_at_nodes(s, wheels);
 #if SET_GRIPS
     find_directions(s, wheels);
+#endif
+#if SET_LOADS
+    s->sweeps += respond_anew(s, slow);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;

@@ -82,6 +82,13 @@ static int span_of(const bearings_t *bearings, vector3_t *basis)
     return rank;
 }
 
+/* a . mass b. */
+ALWAYS_INLINE double metric(const vector3_t *mass, const double *a, const double *b)
+{
+    const vector3_t heavy = {dot3(mass[0], b), dot3(mass[1], b), dot3(mass[2], b)};
+    return dot3(a, heavy);
+}
+
 /* Vectors orthonormal in the metric of the mass matrix that span the nu which leave the bearings at rest, as columns;
  * a column that is not there is 0, and absent is 1. Returns how many there are. */
 static int directions_allowed(const bearings_t *bearings, const vector3_t *mass, double *directions, double *absent)
@@ -110,12 +117,11 @@ static int directions_allowed(const bearings_t *bearings, const vector3_t *mass,
         double *const column = columns[c];
         memcpy(column, basis[rank + c], sizeof columns[c]);
         for (int pass = 0; pass < 2; pass++)
-            for (int b = 0; b < c; b++) {
-                const vector3_t heavy = {dot3(mass[0], column), dot3(mass[1], column), dot3(mass[2], column)};
-                add3(column, -dot3(columns[b], heavy), columns[b]);
-            }
-        const vector3_t heavy = {dot3(mass[0], column), dot3(mass[1], column), dot3(mass[2], column)};
-        const double size = sqrt(dot3(column, heavy));
+            for (int b = 0; b < c; b++)
+                add3(column, -metric(mass, columns[b], column), columns[b]);
+        if (!(metric(mass, column, column) > 0))    /* rounding has left the matrix without its smallest part */
+            memcpy(column, basis[rank + c], sizeof columns[c]);
+        const double size = sqrt(metric(mass, column, column));
         for (int k = 0; k < 3; k++)
             directions[3*k + c] = column[k] /= size;
     }

@@ -23,6 +23,12 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
         s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
+#if SET_LOADS
+    const loads_t *const near = s->loads_at + BLOCKS - 1;
+    const double sums[3] = {near->sums[0][LANES - 1], near->sums[1][LANES - 1], near->sums[2][LANES - 1]};
+    seek_loads(s->loads_at_end, sums);
+    point.loads = s->loads_at_end;
+#endif
     lanes_t speeds[MOST_WHEELS];
     set_wheel_speeds(wheels, s->vehicle, at->nu, speeds);
     for (int i = 0; i < wheels; i++)
@@ -37,10 +43,11 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     return point;
 }
 
-/* How much of its static friction a contact takes, squared, less 1. */
-ALWAYS_INLINE double taken_by(const double *force, const double *per_reach)
+/* How much of its static friction a contact takes, squared, less what it can take: 1, or of loads that follow the motion
+ * the square of their part of the load at the start. */
+ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, double part)
 {
-    double taken = -1;
+    double taken = -part*part;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++)
         taken += force[k]*per_reach[k]*force[k]*per_reach[k];
     return taken;
@@ -55,9 +62,19 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     core_rates_there(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
+#if SET_LOADS
+        const double part = s->loads_at_end->compression[i][0]*s->per_load[i];
+        s->compressed_late[i] = s->loads_at_end->compression[i][0]/s->weight_carried
+            - weighted(&s->compressed[i], &gauss_end);
+#else
+        const double part = 1;
+#endif
         if (s->grips[i])
-            s->taken_late[i] = taken_by(force, s->per_reach + 2*i) - weighted(&s->taken[i], &gauss_end);
+            s->taken_late[i] = taken_by(force, s->per_reach + 2*i, part) - weighted(&s->taken[i], &gauss_end);
     }
+#if SET_LOADS
+    s->compressed_late[wheels] = s->loads_at_end->determinant[0] - weighted(&s->compressed[wheels], &gauss_end);
+#endif
 }
 
 /* The slip velocities at the step's end. */

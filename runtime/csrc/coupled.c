@@ -62,6 +62,12 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     for (int k = 0; k < SET_INPUTS*wheels; k++)
         at->input[k] = lanes_of(s->input[k] + (early ? 0 : s->h*gauss_node.node[m])*s->input_slope[k]);
 #endif
+#if SET_LOADS
+    const double sums[3] = {s->loads_at[m/LANES].sums[0][m%LANES], s->loads_at[m/LANES].sums[1][m%LANES],
+                            s->loads_at[m/LANES].sums[2][m%LANES]};
+    seek_loads(s->loads_aside, sums);
+    point.loads = s->loads_aside;
+#endif
     return point;
 }
 
@@ -118,6 +124,10 @@ static void find_slopes(step_t *s, const int wheels, int node)
     for (int first = 0; first < moves; first += LANES - 1) {
         lanes_t nu_dot[3];
         move_lanes(s, wheels, first, 1, &at);
+#if SET_LOADS
+        point.loads->knows_response = 0;
+        s->sweeps += SET_FRICTION ? LOADS_RESPOND - 1 : 0;
+#endif
         core_rates(wheels, &point, nu_dot);
         move_lanes(s, wheels, first, -1, &at);
         for (int lane = 1; lane < LANES; lane++) {
@@ -358,21 +368,26 @@ static void stretch(step_t *s, const int wheels, const nodes_t *factor)
 }
 #endif
 
-/* What is missing of the rates at the nodes. */
-ALWAYS_INLINE void find_missing(step_t *s, const int wheels)
+/* What is missing of the rates at the nodes. slow: whether the sweeps before have not contracted fast. */
+ALWAYS_INLINE void find_missing(step_t *s, const int wheels, int slow)
 {
     nodes_t *const missing = s->coupled->missing;
+#if SET_LOADS
+    s->sweeps += respond_anew(s, slow);
+#endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
         core_rates(wheels, &point, nu_dot);
+        keep_held_force(s, wheels, b, &at);
         for (int n = 0; n < s->core; n++)
             missing[n].lanes[b] = s->core_dot[n] - s->rate_core[n].lanes[b];
         for (int k = 0; k < 3; k++)
             missing[s->core + k].lanes[b] = nu_dot[k] - s->rate_nu[k].lanes[b];
     }
     s->sweeps++;
+    (void)slow;
 }
 
 /* One sweep of Newton's rule; returns the largest change of the state at a node in the measure of nu, beyond rounding. */
@@ -381,7 +396,7 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
     const coupled_t *const c = s->coupled;
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
-    find_missing(s, wheels);
+    find_missing(s, wheels, renew);
     if (renew && s->renewals <= MOST_RENEWALS) {
         if (!s->fresh)
             find_slopes(s, wheels, MIDDLE);

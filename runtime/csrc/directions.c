@@ -41,11 +41,16 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
     lanes_t aside[2*MOST_WHEELS], none[2*MOST_WHEELS];
     for (int k = 0; k < 2*wheels; k++)
         none[k] = lanes_of(0);
+#if SET_LOADS
+#define OF_NO_FORCE none, none      /* pushes and factors: the slips do not depend on them                     */
+#else
+#define OF_NO_FORCE none
+#endif
 #ifdef SET_HAS_CONTACT_SPEEDS
     const lanes_t *const axial = core + contact_speeds_at(wheels);
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, none, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), axial, OF_NO_FORCE, slip, aside);
 #else
-    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), none, slip, aside);
+    set_slip_forces(wheels, vehicle, nu, chi, core + rates_at(wheels), OF_NO_FORCE, slip, aside);
 #endif
     (void)aside;
 }
@@ -53,8 +58,27 @@ NEVER_INLINE void slips_of(const int wheels, const vehicle_t *vehicle, const lan
 /* The rates of the core where they are asked for rarely: one place of the library has the kernel for all of them. */
 NEVER_INLINE void core_rates_there(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
+#if SET_LOADS
+    at->loads->knows_response = 0;
+#endif
     core_rates(wheels, at, nu_dot);
 }
+
+/* The same where the response to loads that follow the motion may be known already. */
+ALWAYS_INLINE void rates_near(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+#if SET_LOADS
+    core_rates(wheels, at, nu_dot);
+#else
+    core_rates_there(wheels, at, nu_dot);
+#endif
+}
+#if SET_LOADS
+NEVER_INLINE void rates_under_loads_there(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    rates_under_loads(wheels, at, nu_dot);
+}
+#endif
 
 /* Where nothing is solved for, at the nodes: speeds of contacts that stick follow from nu. */
 NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
@@ -92,26 +116,35 @@ ALWAYS_INLINE void along_and_across(const step_t *s, int i, nodes_t *along, node
     }
 }
 
-/* The response of a contact's slip to forces on it, at the nodes: a roller's radius changes as its wheel turns. */
+/* The response of a contact's slip to forces on it, at the nodes: a roller's radius changes as its wheel turns, and where
+ * loads follow the motion they respond to forces as the directions are. */
 NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
 {
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         lanes_t nu_dot[3], before[2];
-        const point_t point = point_at(s, wheels, b, &at);
+        point_t point = point_at(s, wheels, b, &at);
         const double push = s->friction_force;
-        core_rates_there(wheels, &point, nu_dot);
+#if SET_LOADS
+        *s->loads_aside = s->loads_at[b];
+        s->loads_aside->knows_response = 0;     /* found by the first evaluation                        */
+        point.loads = s->loads_aside;
+#endif
+        rates_near(wheels, &point, nu_dot);
         memcpy(before, at.slip_dot + 2*i, sizeof before);
         for (int k = 0; k < 2; k++) {
             const lanes_t here = at.ground_push[2*i + k];
             at.ground_push[2*i + k] += push;
-            core_rates_there(wheels, &point, nu_dot);
+            rates_near(wheels, &point, nu_dot);
             at.ground_push[2*i + k] = here;
             for (int j = 0; j < 2; j++)
                 s->own_response[4*i + 2*j + k].lanes[b] = (at.slip_dot[2*i + j] - before[j])/push;
         }
     }
     s->knows_response[i] = 1;
+#if SET_LOADS
+    s->sweeps += LOADS_RESPOND - 1;
+#endif
     s->sweeps += 3;
 }
 
@@ -209,7 +242,7 @@ static void find_direction(step_t *s, const int wheels, int i)
     turn = across;
     if (turned_within(s, response) > FAR_FROM_REST*least) {
         const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
-        if (!s->knows_response[i] && rolls > ROLLS*s->joint)
+        if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
             find_own_response(s, wheels, i);
         if (s->knows_response[i])
             own_response_to_turn(s, i, response);
@@ -226,6 +259,8 @@ static void find_directions(step_t *s, const int wheels)
 {
     if (!s->turning)
         return;
+    for (int i = 0; i < wheels && SET_LOADS; i++)
+        s->knows_response[i] = 0;               /* loads turn with the directions                       */
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t nu[3], chi[MOST_WHEELS], slip[2*MOST_WHEELS];
         for (int k = 0; k < 3; k++)
@@ -256,7 +291,12 @@ ALWAYS_INLINE void keep_contacts(step_t *s, const int wheels, int b, const array
 {
     for (int i = 0; i < wheels; i++) {
         const lanes_t *const force = at->ground_force + 2*i;
+#if SET_LOADS
+        const lanes_t load = s->loads_at[b].compression[i]*s->per_load[i];
+        lanes_t taken = -load*load;
+#else
         lanes_t taken = lanes_of(-1);
+#endif
         for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
             const lanes_t part = force[k]*s->per_reach[2*i + k];
             taken += part*part;

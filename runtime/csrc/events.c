@@ -6,6 +6,7 @@
  * that one which has just been landed on, and guards the way back, stays quiet until the motion really goes back. */
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
+#define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that,                                          */
 #define PATIENT_IN_TURNS 8          /* and where directions of slips turn                                    */
@@ -167,6 +168,9 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 }
 #endif
 
+#if SET_LOADS                      /* carrying.c */
+static double length_to_load(step_t *s, const int wheels, double length);
+#endif
 #if SET_SPINS_STICK                /* spin_events.c */
 #define SPIN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
 static double length_to_spin(step_t *s, const int wheels, double length);
@@ -204,6 +208,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #endif
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
+#endif
+#if SET_LOADS
+    length = length_to_load(s, wheels, length);
 #endif
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
@@ -260,6 +267,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
                          double reach)
 {
     double last = INFINITY, ratio = INFINITY;
+    int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
@@ -287,8 +295,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             return SETTLED;
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
-        if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5))
+        if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
+#if SET_LOADS
+        shifted = s->landing >= wheels + s->guards && fabs(moved) > reach*s->h && fabs(moved) < SHIFT*s->h;
+#endif
         last = change > 0 ? change : 1e-300;
         s->h = length;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))

@@ -7,12 +7,33 @@
 #define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further                              */
+#define TURNS 200                   /* of friction and loads, one for the other                              */
+#define LOADS_SETTLED 1e-14         /* of the weight                                                         */
+#define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
+#define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
+
+/* The force of friction by which forces on contacts are moved: of loads that follow the motion per load, and small, since
+ * loads are not linear in it. */
+static double push_of_friction(const omniroll_run_t *run)
+{
+    return SET_LOADS ? SMALL_PUSH*run->ground.typical/run->ground.weight : run->ground.typical;
+}
+
+/* The load by which what a contact takes is measured. */
+static double load_scale(const omniroll_run_t *run, int contact)
+{
+#if SET_LOADS
+    return fmax(run->grips[contact].load, SMALL_SCALE*run->ground.weight/run->wheels);
+#else
+    return run->grips[contact].load;
+#endif
+}
 
 /* Loads and coefficients of the contacts, as kernels take them. */
 static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
 {
     for (int i = 0; i < run->wheels; i++) {
-        work->load[i] = lanes_of(run->grips[i].load);
+        work->load[i] = lanes_of(SET_LOADS ? 1 : run->grips[i].load);
         for (int k = 0; k < 2; k++)
             work->friction[2*i + k] = lanes_of(run->grips[i].sliding[k]);
     }
@@ -70,7 +91,7 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
-        grip->resting = grip->load > 0 && (grip->resting || size <= slip_rounding(run, i));
+        grip->resting = (SET_LOADS || grip->carries) && (grip->resting || size <= slip_rounding(run, i));
         for (int k = 0; k < 2 && !grip->resting && size > 0; k++)
             grip->towards[k] = slip[2*i + k]/size;
         if (SET_FIRST_DIRECTION == 1)
@@ -79,13 +100,19 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
     roll(run, work, 0);
 }
 
-/* How much of its static friction a contact takes at this instant, squared, less 1. */
+/* How much of its static friction a contact takes at this instant, squared, less what it can take, as taken_by() has it. */
 static double taken_now(const omniroll_run_t *run, const work_t *work, int contact)
 {
     const omniroll_grip_t *const grip = run->grips + contact;
-    double taken = -1;
+    const double scale = load_scale(run, contact);
+#if SET_LOADS
+    const double load = work->loads[LOADS_NOW].compression[contact][0]/scale;
+#else
+    const double load = 1;
+#endif
+    double taken = -load*load;
     for (int k = SET_FIRST_DIRECTION; k < 2; k++) {
-        const double part = work->ground_force[2*contact + k][0]/(grip->load*grip->staying[k]);
+        const double part = work->ground_force[2*contact + k][0]/(scale*grip->staying[k]);
         taken += part*part;
     }
     return taken;
@@ -101,7 +128,8 @@ static void put_modes(omniroll_run_t *run)
     }
 }
 
-/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks. */
+/* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks, and
+ * loads that follow the motion do not: the forces are then not per load. */
 static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push)
 {
     instant_t now;
@@ -110,16 +138,23 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
     for (int i = 0; i < run->wheels && free; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
+#if SET_LOADS
+    for (int i = 0; i < run->wheels && free; i++)
+        now.point.loads->factor[i] = lanes_of(1);
+    if (free) {
+        rates_under_loads_there(run->wheels, &now.point, nu_dot);
+        return;
+    }
+#endif
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
 
 /* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
- * are the components of these contacts, and their rates without further forces are `without`. `free`: where nothing
- * sticks. */
+ * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
                           const lanes_t *given, double *matrix, double *without)
 {
-    const double typical = run->ground.typical;
+    const double typical = free ? run->ground.typical : push_of_friction(run);
     const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
     for (int first = 0; first < size; first += LANES - 1) {
         lanes_t push[2*MOST_WHEELS];
@@ -185,6 +220,10 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
             contacts[count++] = i;
     problem.count = count, problem.width = width;
     forces_now(run, work, given);               /* resting contacts stick so far                        */
+#if SET_LOADS
+    for (int k = 0; k < 2*run->wheels; k++)
+        given[k] *= run->grips[k/2].load;
+#endif
     find_response(run, work, contacts, count, 1, given, problem.matrix, problem.given);
     for (int j = 0; j < count*width; j++)
         for (int l = 0; l < j; l++)
@@ -211,6 +250,50 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
                   run->grips[contacts[k]].released || beyond[contacts[k]]);
 }
 
+#if SET_LOADS
+/* Which contacts carry, where those stick that `holds` says; those of `rests` that carry rest. Returns whether there are
+ * such loads. */
+static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const int *holds, const int *rests)
+{
+    decide_loads(run, work, holds);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->resting = rests[i] && grip->carries;
+        grip->sticks = holds[i] && grip->carries;
+    }
+    return !run->ground.failure;
+}
+
+/* Friction for the loads, and the loads for the friction, until nothing changes; of contacts that rest `rests`. Returns
+ * whether that has come to an end. */
+static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rests, const int *beyond)
+{
+    for (int turn = 0; turn < TURNS; turn++) {
+        double before[MOST_WHEELS], changed = 0;
+        int holds[MOST_WHEELS], resting = 0;
+        for (int i = 0; i < run->wheels; i++) {
+            before[i] = run->grips[i].load;
+            resting |= run->grips[i].sticks = run->grips[i].resting;
+        }
+        put_modes(run);
+        if (resting)
+            decide_contacts_in_rounds(run, work, beyond);
+        for (int i = 0; i < run->wheels; i++)
+            holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
+        if (!decide_carrying_beside(run, work, holds, rests))
+            return 0;
+        for (int i = 0; i < run->wheels; i++)
+            changed = fmax(changed, fabs(run->grips[i].load - before[i]));
+        if (changed <= LOADS_SETTLED*run->ground.weight)
+            return 1;
+    }
+    carrying_t now;
+    try_present_set(run, work, &now);
+    fail(run, OMNIROLL_LOADS_UNSETTLED, &now);
+    return 0;
+}
+#endif
+
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
@@ -220,6 +303,13 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     wheel_momenta(run, work);
 #endif
     find_resting_contacts(run, work);
+#if SET_LOADS
+    int rests[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        rests[i] = run->grips[i].resting;
+    if (!decide_carrying_beside(run, work, rests, rests))
+        return;
+#endif
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->sticks = grip->resting, beyond[i] = 0;
@@ -235,18 +325,15 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
             }
     }
     if (resting && (released || too_much)) {
+#if SET_LOADS
+        if (!settle_loads(run, work, rests, beyond))
+            return;
+#else
         decide_contacts_in_rounds(run, work, beyond);
+#endif
         put_modes(run);
     }
     run->ground.undecided = 0;
-}
-
-/* Contacts whose mode has ended at this instant, each told once. */
-static int pass_contacts(omniroll_run_t *run)
-{
-    const int count = run->ground.passed;
-    run->ground.passed = 0;
-    return count;
 }
 
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
@@ -300,7 +387,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     int contacts[MOST_WHEELS];
     double without[2*MOST_WHEELS];
     s->load = work->load, s->friction = work->friction, s->response = work->response;
-    s->friction_makes = run->ground.friction, s->friction_force = run->ground.typical;
+    s->friction_makes = run->ground.friction, s->friction_force = push_of_friction(run);
     s->turning = s->gripping = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
@@ -308,16 +395,18 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         contacts[i] = i;
         s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
-            s->per_reach[2*i + k] = grip->load > 0 ? 1/(grip->load*grip->staying[k]) : 0;
+            s->per_reach[2*i + k] = grip->carries ? 1/(load_scale(run, i)*grip->staying[k]) : 0;
+#if SET_LOADS
+        s->per_load[i] = 1/load_scale(run, i);
+#endif
         s->turning |= s->slides[i] && SET_FIRST_DIRECTION == 0;
         s->gripping |= s->grips[i];
     }
     slips_now(run, work, s->slip_start);
     if (s->turning) {
-        lanes_t none[2*MOST_WHEELS];
-        for (int k = 0; k < 2*wheels; k++)
-            none[k] = lanes_of(0);
-        find_response(run, work, contacts, wheels, 0, none, work->response, without);
+        lanes_t given[2*MOST_WHEELS];
+        forces_now(run, work, given);
+        find_response(run, work, contacts, wheels, 0, given, work->response, without);
     }
 }
 
@@ -388,13 +477,15 @@ static int has_strayed(const step_t *s, const int wheels)
                 return 1;
     return 0;
 }
-#else
+#endif
+
+/* Contacts whose mode has ended at this instant, each told once. */
 ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
 {
-    (void)run;
-    return 0;
+    const int count = run->ground.passed;
+    run->ground.passed = 0;
+    return count;
 }
-#endif
 
 /* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
@@ -403,5 +494,8 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
 #if SET_GRIPS
     if (run->ground.undecided)
         decide_contacts(run, work);
+#elif SET_LOADS
+    if (run->ground.undecided)
+        decide_carrying(run, work);
 #endif
 }

@@ -10,17 +10,23 @@ typedef struct {
 } instant_t;
 
 #if SET_GRIPS
-/* The forces of the contacts that slip. */
-static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+/* The forces with which contacts slip where they go; of loads that follow the motion, per load. */
+static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
     lanes_t toward[2*MOST_WHEELS], slope[4*MOST_WHEELS];
     for (int k = 0; k < 2*run->wheels; k++)
         toward[k] = lanes_of(run->grips[k/2].towards[k%2]);
     set_sliding_forces(run->wheels, &work->vehicle, toward, work->load, work->friction, push, slope);
+    (void)slope;
+}
+
+/* The same of the contacts that slip. */
+static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+{
+    forces_along(run, work, push);
     for (int k = 0; k < 2*run->wheels; k++)
         if (!slides(run, k/2))
             push[k] = lanes_of(0);
-    (void)slope;
 }
 #endif
 
@@ -62,6 +68,10 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     forces_now(run, work, now->arrays.ground_push);
     now->point.ground_push = now->arrays.ground_push;
     now->point.ground_force = work->ground_force, now->point.slip_dot = work->slip_dot;
+#endif
+#if SET_LOADS
+    now->point.balance = &work->balance, now->point.loads = work->loads + LOADS_NOW;
+    seek_loads(now->point.loads, run->ground.sums);
 #endif
 }
 

@@ -1,5 +1,8 @@
 /* Rows and steps as the caller gets them, and where a run keeps what it works with. */
 
+#define LOADS_KEPT (BLOCKS + 3)     /* see work_t */
+enum { LOADS_NOW = 0, LOADS_AT_NODES = 1, LOADS_AT_END = BLOCKS + 1, LOADS_ASIDE = BLOCKS + 2 };
+
 /* The parts of run->work. */
 typedef struct {
     vehicle_t vehicle;
@@ -9,6 +12,11 @@ typedef struct {
     nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu;
 #if SET_IS_COUPLED
     coupled_t coupled_speeds;
+#endif
+#if SET_LOADS
+    balance_t balance;
+    lanes_t *balance_numbers;
+    loads_t *loads;                 /* at the last instant; in each vector of nodes; at the end of a step; and scratch */
 #endif
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
@@ -52,6 +60,10 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->end_core = numbers, work->weight = numbers + core, work->rise_core = numbers + 2*core;
     next += (3*core + LANES - 1)/LANES;
 #endif
+#if SET_LOADS
+    work->balance_numbers = next, next += 2 + wheels;
+    work->loads = (loads_t *)next, next += LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t));
+#endif
 #if SET_GRIPS
     work->load = next, next += wheels;
     work->friction = next, next += 2*wheels;
@@ -94,10 +106,10 @@ ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
     return SET_HOLDS && run->axle_count && run->bearings[wheel].mode == 0;
 }
 
-/* Whether a contact slips on the ground: one without load is off. */
+/* Whether a contact slips on the ground. */
 ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
 {
-    return !run->grips[contact].sticks && run->grips[contact].load > 0;
+    return !run->grips[contact].sticks && run->grips[contact].carries;
 }
 
 /* Guards of the effects, then of turning bearings whose rates follow from nu. */
@@ -137,9 +149,10 @@ ALWAYS_INLINE double input_now(const omniroll_run_t *run, int input)
 ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *run, int input)
 {
     const int kind = input/run->wheels, wheel = input%run->wheels;
-    if (run->bearing_count && kind == SET_BEARING_INPUT)
+    if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    return run->bearing_count && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
+    const int contacts = run->bearing_count - run->spin_count > run->axle_count;
+    return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 
 #if SET_INPUTS

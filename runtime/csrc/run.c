@@ -15,6 +15,8 @@
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
+ * loads.c        rates with loads that follow the motion
+ * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
  * distance.c     how far two runs are apart
@@ -31,19 +33,21 @@
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 #define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 #define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
-#define FINEST_SWEEP 1e-16          /* of |nu|: rounding is as large */
+#define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
 #define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
 #define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
 #define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
 #define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
+#define SHRINKS 0.1                 /* of a step: to less an event that has not been found with its loads shortens no try */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
 #if SET_HOLDS
 #include "complementarity.c"
 #endif
+#include "loads.c"
 #include "collocation.c"
 #if SET_IS_COUPLED
 #include "coupled.c"
@@ -60,6 +64,7 @@
 #if SET_GRIPS
 #include "cones.c"
 #endif
+#include "carrying.c"
 #include "grip.c"
 #include "transitions.c"
 #include "inputs.c"
@@ -94,6 +99,9 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
 #endif
 #if SET_IS_COUPLED
     s->coupled = &work->coupled_speeds;
+#endif
+#if SET_LOADS
+    begin_loads(run, work, s, wheels);
 #endif
 #if SET_GRIPS
     begin_contacts(run, work, s, wheels);
@@ -214,6 +222,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     if (run->bend_rate > 0)
         *longest = fmin(*longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
 #endif
+#if SET_LOADS
+    loads_at_start(work, s, wheels);
+#endif
 #if SET_GRIPS
     contacts_at_start(run, work, s, wheels);
     *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
@@ -287,6 +298,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
 #endif
 #if SET_GRIPS
     turned = fmin(turned, turn_of_contacts(s, wheels));
+#endif
+#if SET_LOADS
+    turned = fmin(turned, turn_of_loads(s, wheels));
 #endif
 #if SET_HOLDS
     holding_rates_t rates;
@@ -413,7 +427,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(s->h, most)/(SET_IS_COUPLED ? 2 : 3);
+            most = fmin(fmax(s->h, SET_LOADS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }
@@ -578,6 +592,9 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
 #if SET_GRIPS
     contacts_have_moved(run, work, s);
 #endif
+#if SET_LOADS
+    loads_have_moved(run, s);
+#endif
     (void)work;
     put_row(run);
 }
@@ -612,6 +629,8 @@ static int first_row(omniroll_run_t *run, const work_t *work)
         if (!run->asks)
             renew_inputs(run);
         const int status = pass_events(run, work);
+        if (status == OMNIROLL_RUN_GROUND && run->row_count == 0)
+            put_row(run);
         if (status != OMNIROLL_RUN_DONE)
             return status;
     }
@@ -656,6 +675,13 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         for (int c = 0; c < work.core; c++)
             work.rise_core[c] = 0;
     }
+#endif
+#if SET_HOLDS
+    if (!run->started)
+        clear_bearings(run, &work);
+#endif
+#if SET_LOADS
+    balance_in_lanes(run, &work);
 #endif
 #if SET_GRIPS
     friction_in_lanes(run, &work);

@@ -345,6 +345,17 @@ static void decide_resting(omniroll_run_t *run, const work_t *work)
         run->hold.per_force[k] = run->hold.free < 3 && run->hold.free ? 1/mass[k][k] : 0;
 }
 
+/* A run begins: nothing sticks so far, in a set that has such bearings and for a run that has none. */
+static void clear_bearings(const omniroll_run_t *run, const work_t *work)
+{
+    work->sticking->count = 0;
+#if SET_SPINS_STICK
+    for (int k = 0; k < run->wheels*(run->rollers_per_wheel - 1); k++)
+        work->spins.sticks[k] = work->spins.torque[k] = lanes_of(0);
+#endif
+    (void)run;
+}
+
 /* Which bearings stick in the phase that starts now. */
 static void decide(omniroll_run_t *run, const work_t *work)
 {

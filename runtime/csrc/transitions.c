@@ -37,6 +37,8 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
     begin_core(run, work);
 #if SET_GRIPS
     contacts_have_switched(run, directions);
+#elif SET_LOADS
+    run->ground.undecided = 1;
 #endif
 }
 #endif
@@ -158,6 +160,8 @@ static int switching_wheels(omniroll_run_t *run, const work_t *work, double phas
     const double together = tau(run, phase_length);
     int at_joint = 0, count = 0;
     settle_modes(run, work);
+    if (ground_fails(run))
+        return 0;
     speeds_or_accelerations(run, work, rates);
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < run->wheels; i++) {
@@ -205,6 +209,8 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
             return OMNIROLL_RUN_STUCK;
         apply_switch(run, work, directions);
         settle_modes(run, work);
+        if (ground_fails(run))
+            return OMNIROLL_RUN_GROUND;
         run->phase_start = run->elapsed;
         double *out = run->switches + (2 + run->wheels)*run->switch_count;
         *out++ = run->elapsed;
@@ -219,7 +225,7 @@ static int switch_all(omniroll_run_t *run, const work_t *work)
         run->switch_count++;
         put_row_after(run);
     }
-    return OMNIROLL_RUN_DONE;
+    return ground_fails(run) ? OMNIROLL_RUN_GROUND : OMNIROLL_RUN_DONE;
 }
 
 #if SET_IS_ACTED_ON

@@ -11,7 +11,18 @@ import matplotlib
 
 matplotlib.use("Agg")
 
-from . import batch, calls, derivatives, environments, motion, mujoco_vehicle, right_hand_side, sweeps, switch_cost  # noqa: E402
+from . import (  # noqa: E402
+    batch,
+    calls,
+    derivatives,
+    driven,
+    environments,
+    motion,
+    mujoco_vehicle,
+    right_hand_side,
+    sweeps,
+    switch_cost,
+)
 from .common import ROOT  # noqa: E402
 from .page import page, section, with_answer  # noqa: E402
 
@@ -25,6 +36,7 @@ QUESTIONS = {
     "sweeps": sweeps,
     "environments": environments,
     "derivatives": derivatives,
+    "driven": driven,
 }
 PAGE = ROOT / "docs/benchmarks.md"
 

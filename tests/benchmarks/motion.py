@@ -42,18 +42,24 @@ class Engine:
         self.tolerance = tolerance
 
     def __call__(self):
-        run = CompiledRun(self.task, self.tolerance)
-        step, model = run.module.lib.omniroll_run, run.kernel.model_for(run.module.ffi)
-        seconds, status, self.switches = 0.0, FULL, 0
-        while status == FULL:
-            run.run.row_count = run.run.switch_count = 0
-            start = time.thread_time()
-            status = step(run.struct, model)
-            seconds += time.thread_time() - start
-            self.switches += run.run.switch_count
-        assert status == DONE
+        seconds, run, self.switches = run_alone(self.task, self.tolerance)
         self.end, self.steps, self.sweeps = (run.nu, run.pose), run.run.step_count, run.run.sweep_count
         return seconds
+
+
+def run_alone(task, tolerance):
+    """(seconds in the compiled engine, its run at the end, switches) of a task."""
+    run = CompiledRun(task, tolerance)
+    step, model = run.module.lib.omniroll_run, run.kernel.model_for(run.module.ffi)
+    seconds, status, switches = 0.0, FULL, 0
+    while status == FULL:
+        run.run.row_count = run.run.switch_count = 0
+        start = time.thread_time()
+        status = step(run.struct, model)
+        seconds += time.thread_time() - start
+        switches += run.run.switch_count
+    assert status == DONE
+    return seconds, run, switches
 
 
 def simulated(vehicle, tolerance, control):

@@ -1,5 +1,7 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
- * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground. It prints a line for each switch, time and directions, and one for the end. */
+ * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with CARRYING
+ * under Coulomb's friction with loads that follow the motion. It prints a line for each switch, time and directions, and
+ * one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -14,6 +16,8 @@ enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARIN
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
+#elif defined CARRYING
+enum { INPUTS = 3, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #else
 enum { INPUTS = 0, CORE = 0, ACCOUNTS = 0 };
 #endif
@@ -29,9 +33,12 @@ int main(int count, char **arguments)
         return 2;
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
-#ifdef SLIPPING
+#if defined SLIPPING || defined CARRYING
     double core[CORE] = {5, -3, 2}, core_before[CORE], accounts[ACCOUNTS] = {0};    /* the wheels' rates; and below */
-    const double part_sizes[] = {30, 30}, damping[2*WHEELS] = {30, 20, 30, 20, 30, 20};
+    const double part_sizes[] = {30, 30};
+#endif
+#ifdef SLIPPING
+    const double damping[2*WHEELS] = {30, 20, 30, 20, 30, 20};
 #endif
     const omniroll_vehicle vehicle = {
         .wheels = WHEELS, .rollers_per_wheel = ROLLERS,
@@ -95,6 +102,25 @@ int main(int count, char **arguments)
 #endif
 #ifdef SLIPPING
     double signals[3*WHEELS] = {0};
+#endif
+#ifdef CARRYING
+    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, places[2*WHEELS], inertia[WHEELS];
+    omniroll_grip_t grips[WHEELS];
+    const double weight = vehicle.mass*9.80665, load = weight/WHEELS, radius = vehicle.platform_radius;
+    for (int i = 0; i < WHEELS; i++) {
+        places[2*i] = radius*cos(angles[i]), places[2*i + 1] = radius*sin(angles[i]), inertia[i] = vehicle.wheel_inertia;
+        grips[i] = (omniroll_grip_t){.carries = 1, .load = load, .sliding = {0.3, 0.2}, .staying = {0.3, 0.2},
+                                     .towards = {0, 1}};
+    }
+    run.ground = (omniroll_ground_t){
+        .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
+        .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
+                 vehicle.wheel_radius - vehicle.roller_axis_radius},
+        .weight = weight, .normal_gravity = 9.80665, .height = 0.05, .spin_inertia = inertia, .places = places,
+        .sums = {weight, 0, 0}};
+    run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
+#endif
+#if defined SLIPPING || defined CARRYING
     omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */
     run.speed = 1, run.core = core, run.core_before = core_before, run.accounts = accounts, run.part_sizes = part_sizes;
     run.signals = signals;

@@ -41,19 +41,21 @@ ROLLERS = omniroll.Bearings(
     roller_coulomb=(3e-7, 4e-7, 5e-7), roller_break_away=(6e-7, 8e-7, 1e-6),
 )  # fmt: skip
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
-CASES = {  # effects of the set, flags, and what acts: as in engine.c
-    "bare": ((), [], []),
-    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS]),
+LOADED = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), loads="dynamic", height=0.05, wheel_rates=(5, -3, 2))
+CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
+    "bare": ((), [], [], 5.0),
+    "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
     "axles and rollers that stick": (
-        ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS],
+        ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
     ),
-    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND]),
+    "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
+    "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_engine_from_c_under_sanitizers(tmp_path, case):
-    effects, macro, acting = CASES[case]
+    effects, macro, acting, duration = CASES[case]
 
     compiler = shutil.which("gcc")
     if compiler is None:
@@ -83,11 +85,13 @@ def test_engine_from_c_under_sanitizers(tmp_path, case):
         pytest.skip("no sanitizer libraries")
     assert built.returncode == 0, built.stderr
     vehicle = omniroll.Vehicle.paper()
-    numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, 5.0]
+    numbers = [*(getattr(vehicle, name) for name in SCALARS), *vehicle.wheel_angles, duration]
     ran = subprocess.run([program, *map(repr, map(float, numbers)), "0"], capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stderr
     status, switched, *state = ran.stdout.splitlines()[-1].split()
-    run = omniroll.simulate(vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=5, accuracy=1e-11, effects=acting)
+    run = omniroll.simulate(
+        vehicle, nu=(1, 0.2, 1), chi=(0.1, -0.2, 0.3), duration=duration, accuracy=1e-11, effects=acting
+    )
     assert (int(status), int(switched)) == (0, len(run.switches))
     nu, chi, pose = np.array(state, float).reshape(3, 3).T
     np.testing.assert_allclose(nu, run.nu[-1], atol=1e-10)

@@ -73,6 +73,7 @@ def kernel_loads(case, sticks, push, others=(), constants=(), **inputs):
         "spin_inertia": np.full(len(sticks), case.vehicle.wheel_inertia),
     }
     values |= inputs | {"sticks": sticks.astype(float), "ground_push": np.where(sticks[:, None], 0.0, push)}
+    values["load_factor"] = np.ones(len(sticks))
     if case.model == "free":
         values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
         values["axial"] = call(bound, "axial_speeds", values)

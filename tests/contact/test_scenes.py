@@ -92,7 +92,7 @@ def test_dynamic_loads_take_their_numbers_from_the_reactions(written, capsys):
     assert ground.height == 0.1
     assert cli.main(["explain", str(path)]) == 0
     said = capsys.readouterr().out
-    assert "Python engine" in said and "loads that vanish and come back" in said and "slip_load_balance" in said
+    assert "compiled engine" in said and "loads that vanish and come back" in said and "slip_load_balance" in said
 
 
 @pytest.mark.parametrize(

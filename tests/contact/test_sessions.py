@@ -21,7 +21,9 @@ def state(session):
     return [session.nu.copy(), session.pose.copy(), session.energy, *contacts]
 
 
-@pytest.mark.parametrize("name", ["viscous", "regularised", "coulomb"])
+@pytest.mark.parametrize(
+    "name", ["viscous", "regularised", "coulomb", "loads, regularised, Coulomb's friction in rollers", "loads, coulomb"]
+)
 def test_a_session_is_the_run_and_goes_back_to_the_bit(name):
     vehicle, options = slipping_task(name, 0)
     duration = options.pop("duration")
@@ -51,7 +53,7 @@ def test_motors_read_the_rates_of_their_wheels():
     np.testing.assert_allclose(session.outputs["currents"], stalled, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["viscous", "coulomb"])
+@pytest.mark.parametrize("name", ["viscous", "coulomb", "loads, regularised, Coulomb's friction in rollers"])
 def test_a_sweep_ends_where_its_runs_end(name):
     vehicle, options = slipping_task(name, 1)
     starts = [options.pop("nu"), np.array([1.0, 0.0, 1.0])]

@@ -110,6 +110,17 @@ def test_directions_span_what_is_allowed(count):
     np.testing.assert_allclose(columns.T @ mass_matrix @ columns, wanted, atol=1e-13)
 
 
+@pytest.mark.parametrize("count", [0, 1])
+def test_directions_where_rounding_has_made_the_matrix_indefinite(count):
+    rows, _, mass_matrix, _ = case(1)
+    heavy = 1e20 * np.outer(rows[0] + rows[1], rows[0] + rows[1]) + mass_matrix - 1e5 * np.eye(3)
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(heavy)
+    columns = directions_allowed(rows[:count], heavy)
+    assert np.isfinite(columns).all() and np.linalg.matrix_rank(columns) == 3 - count
+    assert np.abs(rows[:count] @ columns).max(initial=0) < 1e-14 * np.abs(columns).max()
+
+
 def test_one_facet_for_each_pair_of_directions():
     angles = np.linspace(0, 2 * np.pi, 5)[:-1] + 0.3
     rows = np.column_stack([np.sin(angles), -np.cos(angles), np.ones(4)])

@@ -9,6 +9,7 @@ import pytest
 from omniroll import (
     Bearings,
     Contact,
+    Instruments,
     InvalidValueError,
     Slope,
     Torque,
@@ -20,6 +21,8 @@ from omniroll import (
 )
 from omniroll.commands.run import text
 from omniroll.engine.simulate import checked_task
+from omniroll.results.accelerations import torques_of_free_rollers, with_accelerations
+from omniroll.results.reactions import modes_of_free_rollers
 from omniroll.scenes import load_scene
 from omniroll.scenes.explanation import runs_on
 from omniroll.scenes.outcome import run_scene
@@ -204,17 +207,38 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
     assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
 
 
-@pytest.mark.parametrize("model", ["massless", "locked"])
-def test_reactions_have_what_the_bearings_of_rollers_in_contact_take(model):
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+def test_reactions_and_instruments_have_what_the_rollers_bearings_take(model):
     """Those of the regularised law tend to them; without the friction they would be far from them."""
     start = {"nu": (0.5, 0.1, 0.5), "chi": (0.1, 0.2, -0.1), "duration": 0.3, "roller_model": model, **TASK}
 
-    def forces(*acting):
-        return reactions(simulate(PAPER, **start, effects=acting), height=0.1, friction=5.0).contact_force[-1]
+    def felt(*acting):
+        run = simulate(PAPER, **start, effects=acting)
+        found = reactions(run, height=0.1, friction=5.0)
+        accelerometer = run.measure([0.2999], Instruments(place=(0.05, 0.02)))["accelerometer"]
+        return np.concatenate([found.contact_force[-1].ravel(), found.load[-1], accelerometer.ravel()])
 
-    limit, free = forces(Bearings(roller_coulomb=3e-3)), forces()
-    near = [np.abs(forces(Bearings(roller_coulomb=3e-3, roller_speed=w)) - limit).max() for w in (1e-2, 1e-3)]
+    limit, free = felt(Bearings(roller_coulomb=3e-3)), felt()
+    near = [np.abs(felt(Bearings(roller_coulomb=3e-3, roller_speed=w)) - limit).max() for w in (1e-2, 1e-3)]
     assert near[1] < 0.3 * near[0] and near[0] < 0.01 * np.abs(free - limit).max()
+
+
+def test_reactions_take_each_free_roller_as_it_sticks_or_turns():
+    """Where nu' of the reactions is that of the rows' polynomials, the torques are those of the run."""
+    acting = [Bearings(roller_coulomb=2e-6, roller_break_away=3e-6), Torque((2e-3, 0, -1e-3))]
+    run = simulate(PAPER, nu=(0.4, 0.1, 2.0), duration=1.0, effects=acting, **TASK)
+    signs = np.sign(np.where(np.abs(run.spins) < 1e-12, 0, run.spins))
+    assert {-1.0, 0.0, 1.0} <= set(signs.ravel().tolist()) and len(run.switches)
+    values = {"nu": run.nu, "chi": run.chi, "spins": run.spins, "heading": run.pose[:, 2]}
+    values |= {name: run.drive[:, k] for k, name in enumerate(run.effects.drives())}
+    bound = run.effects.kernel(PAPER, "free", "python", also=("reactions",))
+    values |= torques_of_free_rollers(bound, run.effects, values, modes_of_free_rollers(run))
+    found = with_accelerations(bound, values)["nu_dot"][run.step_rows]
+    h = np.diff(run.elapsed)[run.step_rows]
+    degree = run.dense.shape[1] - 1
+    slopes = degree * (run.dense[:, 1, :3] - run.dense[:, 0, :3]) / h[:, None]
+    np.testing.assert_allclose(found, slopes, rtol=0, atol=1e-6 * np.abs(slopes).max())
+    assert (np.abs(values["free_bearing"]) <= 3e-6 * (1 + 1e-9)).all()
 
 
 def test_what_does_not_fit_is_refused():
@@ -223,7 +247,6 @@ def test_what_does_not_fit_is_refused():
         "roller_break_away": lambda: Bearings(roller_break_away=1.0),
         "roller_speed": lambda: Bearings(roller_viscous=1.0, roller_speed=0.1),
         "roller_coulomb": lambda: linearise(PAPER, effects=(stick,)),
-        "trajectory": lambda: reactions(simulate(PAPER, nu=(1, 0, 0), duration=1e-3, effects=[stick]), height=0.1),
         "sensitivities": lambda: simulate(PAPER, nu=(1, 0, 0), duration=1e-3, effects=[stick], sensitivities=["mass"]),
     }
     for field, make in makers.items():

@@ -46,12 +46,9 @@ def test_both_engines_agree(name, model, seed):
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize(("name", "seed"), [(name, k % 2) for k, name in enumerate(SCENES) if "stick" not in name])
+@pytest.mark.parametrize(("name", "seed"), [(name, k % 2) for k, name in enumerate(SCENES)])
 def test_the_kernel_of_all_effects_runs_each_scene(name, model, seed):
-    """What runs where the kernel of a scene is not compiled; seed 1 gives the vehicle another layout.
-
-    That kernel has no bearings that stick, since their law excludes the regularised one.
-    """
+    """What runs where the kernel of a scene is not compiled; seed 1 gives the vehicle another layout."""
     vehicle, options = scene(name, model, seed)
     task = checked_task(vehicle, **options)
     own = one_run(task, ACCURACY)

@@ -241,7 +241,8 @@ WITHOUT_A_COMPILER = """
     run = run_scene(scene)
     session = omniroll.Session(scene, driven=False)
     session.step(0.1)
-    assert abs(session.nu - run.trajectory.nu[-1]).max() < 1e-8 and not session.outputs
+    assert abs(session.nu - run.trajectory.nu[-1]).max() < 1e-8
+    assert set(session.outputs) == eval(sys.argv[2])
     print(run.summary()["engine"], run.summary()["kernel"])
     print(runs_on(checked_task(scene.vehicle, **scene.options)))
 """
@@ -257,32 +258,45 @@ angle = 0.1
 """
 
 
-@pytest.mark.parametrize("compiler", ["false", "no compiler of this name"])
-def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, fresh_cache, tmp_path):
+STICKING = SCENE.replace("[slope]\nangle = 0.1", "[bearings]\nwheel_coulomb = 1e-2\nroller_coulomb = 1e-5")
+BEARINGS = "{'bearing_torque', 'contact_bearing', 'axle_loss', 'spins', 'roller_loss'}"
+
+
+@pytest.mark.parametrize(
+    ("compiler", "text", "general", "outputs"),
+    [
+        ("false", SCENE, 0, "set()"),
+        ("no compiler of this name", SCENE, 0, "set()"),
+        ("false", STICKING, 1, BEARINGS),
+    ],
+)
+def test_without_a_compiler_the_kernel_of_all_effects_runs(compiler, text, general, outputs, fresh_cache, tmp_path):
     """And `explain` and the summary say so."""
     scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE)
+    scene.write_text(text)
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(WITHOUT_A_COMPILER), str(scene)],
+        [sys.executable, "-c", textwrap.dedent(WITHOUT_A_COMPILER), str(scene), outputs],
         capture_output=True, text=True, env=os.environ | {"CC": shlex.quote(compiler)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
-        f"compiled {sets.set_name('free', sets.general_sets('free')[0])}",
+        f"compiled {sets.set_name('free', sets.general_sets('free')[general])}",
         "compiled engine, precompiled general kernel, since the one of this scene is not compiled",
     ]
 
 
 def test_general_sets():
-    """All effects, without those that exclude others or change no motion; first those that keep the states small. Then
-    the same on a ground on which wheels may slip."""
-    friction = ("axle_viscous", "axle_coulomb", "roller_viscous")
-    everything = ("layout", "drive", "motor", *friction, "roller_coulomb", "slope")
-    smaller = ("layout", "drive", "motor", *friction, "slope")
+    """All effects, without those that exclude others or change no motion, and bearings that stick; first those that
+    keep the states small. Then the same on a ground on which wheels may slip, without what sticks."""
+    drives, axles, rollers = ("layout", "drive", "motor"), ("axle_viscous", "axle_coulomb"), "roller_viscous"
+    everything = (*drives, *axles, "axle_sticking", rollers, "roller_coulomb", "roller_sticking", "slope")
+    smaller = (*drives, *axles, "axle_sticking", rollers, "slope")
     ground = ("contact", "contact_viscous", "contact_regularised")
+    slipping = (*drives, *axles, rollers, "roller_coulomb", "slope", *ground)
     assert sets.general_sets("locked") == [everything]
-    assert sets.general_sets("massless") == [everything, everything + ground]
-    assert sets.general_sets("free") == [smaller, everything, smaller + ground, everything + ground]
+    assert sets.general_sets("massless") == [everything, slipping]
+    smaller_slipping = tuple(name for name in slipping if name != "roller_coulomb")
+    assert sets.general_sets("free") == [smaller, everything, smaller_slipping, slipping]
     for model in MODELS:
         for effects in sets.general_sets(model):
             assert sets.is_general(model, effects) and not sets.is_general(model, effects[1:])

@@ -49,12 +49,17 @@ def directions_allowed(rows: np.ndarray, mass_matrix: np.ndarray) -> np.ndarray:
     """(3, 3) columns that span the nu which leave all rates `rows` nu at zero, 0 where there are fewer than three.
 
     They are orthonormal in the metric of mass_matrix (3, 3): whatever the scales of nu, sums along them keep digits.
+    Where rounding has left that matrix without its smallest part they are as long as its diagonal says.
     """
     rank = len(span(rows))
     across = np.linalg.svd(span(rows))[2][rank:].T if rank else np.eye(3)
     columns = np.zeros((3, 3))
     if rank < 3:
-        root = np.linalg.cholesky(across.T @ mass_matrix @ across)
+        metric = across.T @ mass_matrix @ across
+        try:
+            root = np.linalg.cholesky(metric)
+        except np.linalg.LinAlgError:
+            root = np.diag(np.sqrt(np.diag(metric)))
         columns[:, : 3 - rank] = np.linalg.solve(root, across.T).T
     return columns
 

@@ -160,20 +160,16 @@ class Contact(Effect):
         return None if value is None else spread(name, value, wheels)
 
     def kernel_effects(self) -> tuple[str, ...]:
-        if self.is_loaded:  # the forces of every law are then found with the loads, and given
-            return ("contact", "contact_coulomb", "contact_loads", "reactions")
-        return ("contact", f"contact_{self.law}")
+        loads = ("contact_loads", "reactions") if self.is_loaded else ()
+        return ("contact", f"contact_{self.law}", *loads)
 
     def constants(self, vehicle: Vehicle) -> dict[str, float | tuple]:
-        if self.is_loaded:
-            self.grip(vehicle)
-            return {}
+        self.grip(vehicle)
         if self.law == "viscous":
             return {"ground_damping": _of_wheels(self.coefficient, vehicle)}
         if self.law == "coulomb":
-            self.grip(vehicle)
             return {}
-        loads = tuple(self.loads_at_rest(vehicle).tolist())
+        loads = (1.0,) * vehicle.wheels if self.is_loaded else tuple(self.loads_at_rest(vehicle).tolist())
         friction = _of_wheels(self.friction, vehicle)
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
@@ -221,7 +217,7 @@ class Contact(Effect):
                 "normal_gravity": np.array(self._gravity),
                 "spin_inertia": spin_inertia_of(vehicle, others, self.spin_inertia),
             }
-        return Grip(self.loads_at_rest(vehicle), *both, self.law, self.speed or 0.0, balance)
+        return Grip(self.loads_at_rest(vehicle), *both, self.law, balance)
 
     def recorded(self) -> tuple[str, ...]:
         modes = ("sticks", "slip_heading") if self.law == "coulomb" else ()

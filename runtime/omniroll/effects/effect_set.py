@@ -20,6 +20,7 @@ from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
+from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
 from omniroll.effects.sticking_bearings import BearingFlow
 from omniroll.errors import InvalidValueError
@@ -227,10 +228,10 @@ class EffectRun:
         grip = effects.grip(bound.vehicle)
         self.ground = None if grip is None else self._ground(grip)
 
-    def _ground(self, grip: Grip) -> Ground:
+    def _ground(self, grip: Grip) -> Ground | SmoothGround:
         if grip.balance is None:
             return Ground(self.kernel, grip)
-        return LoadedGround(self.kernel, grip, self.bound_rates)
+        return (LoadedGround if grip.sticks else SmoothGround)(self.kernel, grip, self.bound_rates)
 
     @cached_property
     def bound_rates(self) -> BoundRates:
@@ -269,7 +270,8 @@ class EffectRun:
         feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if self.ground is not None:
-            return self._on_the_ground(constants, y), Guards(guards, self.state_vector.size)
+            flow = self._on_the_ground if self.ground.grip.sticks else self._on_smooth_ground
+            return flow(constants, y), Guards(guards, self.state_vector.size)
         if self.bearings is not None:
             return self._in_bearings(constants, guards, y)
         if self.axles is None:
@@ -311,12 +313,23 @@ class EffectRun:
             self._keep_modes()
         return kind(ground, rates, rates.flow(constants, self.signals))
 
+    def _on_smooth_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> SmoothFlow:
+        """The rates where contacts carry or are off, which is decided for the phase that starts now."""
+        plain = self.bound_rates.flow(constants, self.signals)
+        try:
+            self.ground.decide(lambda: plain(0.0, y))
+        finally:
+            self._keep_modes()
+        return SmoothFlow(self.ground, plain)
+
     def _keep_modes(self) -> None:
         """The modes of the contacts among the signals."""
         ground = self.ground
+        self.signals["carries"] = Signal.constant((~ground.off).astype(float))
+        if not ground.grip.sticks:
+            return
         self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
-        self.signals["carries"] = Signal.constant((~ground.off).astype(float))
 
     def _in_bearings(
         self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray

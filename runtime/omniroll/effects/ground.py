@@ -29,6 +29,7 @@ from omniroll.effects import cones
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
+from omniroll.vehicles.vehicle import Vehicle
 
 AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
 MOVES = 1e-10  # a contact begins to slip that gets more than this part of what the forces could give it
@@ -46,7 +47,6 @@ class Grip:
     """The friction of the contacts: loads (N,) in N, and coefficients (N, 2) where they slip and where they stick.
 
     law      of the ground
-    speed    in m/s, of the law regularised
     balance  numbers of the loads' balance by name, where the loads follow the motion; `loads` are then those at rest
     """
 
@@ -54,17 +54,24 @@ class Grip:
     sliding: np.ndarray
     static: np.ndarray
     law: str = "coulomb"
-    speed: float = 0.0
     balance: Mapping[str, Any] | None = None
 
-    def law_forces(self, kernel: Kernel, slip: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        """(..., N, 2) in N, the forces on contacts that slip with `slip` (..., N, 2) in m/s, or along it, under loads
-        (..., N)."""
-        if self.law == "viscous":
-            return kernel.call("damping_forces", slip, self.sliding)
-        if self.law == "regularised":
-            return kernel.call("fading_forces", slip, loads, self.sliding, self.speed)
-        return kernel.call("sliding_forces", slip, loads, self.sliding)[0]
+    def settles(self, vehicle: Vehicle) -> float:
+        """In m/s^2: a slip comes to rest that falls faster."""
+        return SETTLES * float((self.loads[:, None] * self.sliding).max()) / vehicle.mass
+
+    @property
+    def sticks(self) -> bool:
+        """Whether contacts may stick."""
+        return self.law == "coulomb"
+
+    def factor(self, loads: np.ndarray, carries: np.ndarray) -> np.ndarray:
+        """(..., N) what the kernels take as load_factor, where the loads (..., N) in N follow the motion."""
+        return np.where(carries, 1.0 if self.law == "viscous" else loads, 0.0)
+
+    def sliding_forces(self, kernel: Kernel, towards: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """(..., N, 2) in N, the forces on contacts that slip along `towards` (..., N, 2) under loads (..., N)."""
+        return kernel.call("sliding_forces", towards, loads, self.sliding)[0]
 
 
 class Ground:
@@ -83,12 +90,11 @@ class Ground:
         self.kernel, self.grip = kernel, grip
         count = kernel.wheels
         self.directions = slice(0, 2) if kernel.has_spins else slice(1, 2)  # in which contacts may slip
-        self.is_smooth = grip.law != "coulomb"  # no contact sticks
         self.load, self.off = grip.loads, grip.loads == 0
         self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
         vehicle = kernel.vehicle
-        self.settles = SETTLES * float((grip.loads[:, None] * grip.sliding).max()) / vehicle.mass
+        self.settles = grip.settles(vehicle)
         self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_radius])
 
     # What the state says
@@ -101,11 +107,11 @@ class Ground:
 
     def at_rest(self, state: State) -> State:
         """The state with the slip of resting contacts at zero. Contacts whose slip is rounding rest, too."""
-        if self.is_smooth:
-            return state
         axial = state.contact_axial() if self.kernel.has_spins else None
-        given = (state.rates,) if axial is None else (state.rates, axial)
-        slip, _ = self.kernel.call("slip_forces", state.nu, state.chi, *given, np.zeros((self.kernel.wheels, 2)))
+        given = {"nu": state.nu, "chi": state.chi, "rates": state.rates, "contact_omega": axial}
+        given |= {"ground_push": np.zeros((self.kernel.wheels, 2)), "load_factor": np.ones(self.kernel.wheels)}
+        names = (argument.name for argument in self.kernel.signatures["slip_forces"].inputs)
+        slip, _ = self.kernel.call("slip_forces", *(given[name] for name in names))
         self.still = np.linalg.norm(slip, axis=1) <= self.roundings(state.nu, state.rates, axial)
         self.resting = (self.resting | self.still) & ~self.off
         if not self.resting.any():
@@ -138,12 +144,7 @@ class Ground:
     # What follows
 
     def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector.
-
-        The slip itself under laws that are smooth.
-        """
-        if self.is_smooth:
-            return slip
+        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
         if self.directions.start:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
@@ -166,15 +167,15 @@ class Ground:
             self.towards[:, 0] = 0.0
             self.towards[slides, 1] = np.sign(slip[slides, 1])
 
-    def law_forces(self, slip: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        """(N, 2) in N, the forces of the law on contacts that slip, or begin to."""
-        return self.grip.law_forces(self.kernel, slip if self.is_smooth else self.towards, loads)
+    def sliding_forces(self, loads: np.ndarray) -> np.ndarray:
+        """(N, 2) in N, the forces on contacts that slip, or begin to."""
+        return self.grip.sliding_forces(self.kernel, self.towards, loads)
 
     def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         """Modes of all contacts in the phase that begins now (rule 3); slip (N, 2) in m/s."""
         slides = ~self.resting & ~self.off
         self.aim(slip, slides)
-        given = np.where(slides[:, None], self.law_forces(slip, self.load), 0.0)
+        given = np.where(slides[:, None], self.sliding_forces(self.load), 0.0)
         self.sticks = self.resting.copy()
         if not self.resting.any():
             return

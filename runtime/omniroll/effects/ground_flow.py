@@ -7,7 +7,6 @@ from omniroll.effects.ground import Ground
 from omniroll.kernels.kernel import Flow
 
 MOVED = 1e-7  # of a component, for slopes by differences
-LAW_FUNCTIONS = {"coulomb": "sliding_forces", "regularised": "fading_forces", "viscous": "damping_forces"}
 
 
 class GroundFlow:
@@ -19,21 +18,17 @@ class GroundFlow:
     def __init__(self, ground: Ground, rates: BoundRates, plain: Flow):
         self.ground, self.plain = ground, plain
         kernel, buffers = ground.kernel, rates.buffers
-        for name in ("slip_forces", LAW_FUNCTIONS[ground.grip.law]):
+        for name in ("slip_forces", "sliding_forces"):
             signature = kernel.signatures[name]
             for argument in (*signature.inputs, *signature.outputs):
                 buffers.setdefault(argument.name, np.zeros(argument.shape))
-        numbers = {"load": ground.load, "friction": ground.grip.sliding, "slip_damping": ground.grip.sliding}
-        for name, value in (numbers | {"fade_speed": ground.grip.speed}).items():
-            if name in buffers:
-                buffers[name][...] = value
+        buffers["load"][:], buffers["friction"][:] = ground.load, ground.grip.sliding
         self.buffers, self.y = buffers, rates.y
         aside = {"ground_force": np.zeros_like(buffers["ground_force"])}  # what slips takes no part in what holds
         self._slip = kernel.bind("slip_forces", buffers | aside)
-        self._slide = kernel.bind(LAW_FUNCTIONS[ground.grip.law], buffers)
+        self._slide = kernel.bind("sliding_forces", buffers)
         self.slides = ~ground.sticks & ~ground.off
-        has_directions = ground.directions.start == 0 and not ground.is_smooth
-        self.turning = np.flatnonzero(self.slides) if has_directions else np.zeros(0, int)
+        self.turning = np.flatnonzero(self.slides) if ground.directions.start == 0 else np.zeros(0, int)
         self.force, self.slip_dot = buffers["ground_force"], buffers["slip_dot"]
 
     def slip(self, y: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import NoReturn
 
 import numpy as np
 
@@ -28,6 +29,16 @@ SAME = 1e-9  # of the weight: solutions that differ by less are one
 AT_EDGE = 1e-9  # of the vehicle's size: the load acts on the edge within this
 DETERMINED = 1e-6  # least determinant of the coupled matrix
 ROUNDINGS = 256  # of the weight, in a load
+
+# What loads and friction do that do not go on together; where there is no solution the vehicle may tip.
+NONE, SEVERAL, UNDETERMINED, UNSETTLED = (
+    "have no solution",
+    "have several solutions",
+    "do not determine each other",
+    "do not find each other where contacts let go",
+)
+
+FAILURES = (NONE, SEVERAL, UNDETERMINED, UNSETTLED)  # in the order of engine_calls.h
 
 SumsOf = Callable[[np.ndarray], np.ndarray]  # from loads (..., N) that friction feels to the sums (..., 3)
 
@@ -172,15 +183,29 @@ class Loads:
         if not fits:
             self._refuse_none(tried)
         if different:
-            self.refuse_coupled(different[0][1], "have several solutions")
+            self.refuse(SEVERAL, different[0][1])
         if friction and not min(float(fit[1].determinant) for fit in fits) > DETERMINED:
-            self.refuse_coupled(fits[0][1], "do not determine each other")
+            self.refuse(UNDETERMINED, fits[0][1])
 
     def _refuse_none(self, tried: list[tuple[np.ndarray, Carried]]) -> None:
         determined = all(found.determinant > DETERMINED for _, found in tried)
-        point = (tried[0][1].sums if tried else self.start)[1:] / self.weight
-        if not determined or self.polygon.margin(point) > AT_EDGE * self.arm:
-            self.refuse_coupled(tried[0][1], "have no solution")
+        found = tried[0][1] if tried else Carried(np.zeros(len(self.carries)), self.start, self.start, np.nan)
+        self.refuse_as(NONE, found, determined)
+
+    def refuse_as(self, failure: str, found: Carried, is_regular: bool) -> NoReturn:
+        """Raises GroundFailsError for one of FAILURES.
+
+        is_regular  whether the coupled matrix is as it must be, whichever contacts carry
+        """
+        if failure == NONE and is_regular:
+            self.refuse_beyond_the_edge(found.sums)
+        self.refuse(failure, found)
+
+    def refuse_beyond_the_edge(self, sums: np.ndarray) -> None:
+        """Raises GroundFailsError where the vehicle tips: where loads with the sums (3,) act at its edge, or beyond."""
+        point = sums[1:] / self.weight
+        if self.polygon.margin(point) > AT_EDGE * self.arm:
+            return
         edge = [int(np.argmin(np.hypot(*(self.springs.places - end).T))) for end in self.polygon.nearest_edge(point)]
         beside = -float(self.polygon.margin(point))
         over = f", {1000 * beside:.3g} mm beyond it" if beside > AT_EDGE * self.arm else ""
@@ -190,7 +215,7 @@ class Loads:
         )
         raise GroundFailsError(reason, min(edge))
 
-    def refuse_coupled(self, found: Carried, what: str) -> None:
+    def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""
         wheel = int(np.argmax(np.abs(found.compression)))
         reason = (

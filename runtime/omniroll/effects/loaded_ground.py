@@ -2,7 +2,7 @@
 
 Where contacts at rest may give way, their friction depends on the loads and the loads on their friction: one is found
 for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. The
-laws that are smooth have no contacts that stick; theirs carry or are off.
+laws that are smooth have no contacts that stick; theirs carry or are off (smooth_ground.py).
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import MOVED, GroundFlow
-from omniroll.effects.ground_loads import Carried, GroundFailsError, Loads
+from omniroll.effects.ground_loads import UNSETTLED, Carried, GroundFailsError, Loads
 from omniroll.effects.guards import PASSED
 from omniroll.kernels.kernel import Flow, Kernel
 
@@ -48,7 +48,8 @@ class LoadedGround(Ground):
         super().__init__(kernel, grip)
         self.loads = Loads(kernel.vehicle.places(), grip.loads)
         self.balance = LoadBalance(kernel, grip.balance, rates.buffers)
-        self.has_friction = grip.law != "viscous"
+        self.factor = rates.buffers["load_factor"]
+        self.factor[:] = 1.0
 
     def moved(self) -> None:
         super().moved()
@@ -59,57 +60,62 @@ class LoadedGround(Ground):
         super().pass_guards(passed[:count])
         self.loads.pass_guards(passed[count : 2 * count])
 
-    def pushes(self, unit: np.ndarray, loads: np.ndarray, slides: np.ndarray) -> np.ndarray:
-        """(..., N, 2) forces of the contacts that slip under these loads; `unit` those of the law per load, or of a law
-        without loads themselves."""
-        force = unit * loads[..., None] if self.has_friction else unit
-        return np.where(slides[..., None], force, 0.0)
-
     def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on
         self.aim(slip, ~rests)
-        unit = self.law_forces(slip, np.ones(len(self.sticks)))
+        unit = self.sliding_forces(np.ones(len(self.sticks)))
         self._carry(unit, rests, dynamics)
         self.resting = rests & ~self.off
         if not self.resting.any():
             return
         if not self.released.any():
-            held, _ = dynamics(self.sticks, self.pushes(unit, self.load, ~self.sticks & ~self.off))
+            held, _ = self._under(self.load, dynamics, self.sticks, unit * self._slides[:, None])
             beyond, rounding = self.used_up(held)
             if not (self.sticks & (beyond > PASSED * rounding)).any():
                 return
-        self._settle(slip, rests, dynamics)
+        self._settle(rests, dynamics)
 
-    def _settle(self, slip: np.ndarray, rests: np.ndarray, dynamics: Dynamics) -> None:
+    @property
+    def _slides(self) -> np.ndarray:
+        return ~self.sticks & ~self.off
+
+    def _under(self, loads: np.ndarray, dynamics: Dynamics, sticks: np.ndarray, unit: np.ndarray) -> tuple:
+        """The dynamics under loads (N,) and forces `unit` (N, 2) per load."""
+        self.factor[:] = loads
+        found = dynamics(sticks, unit)
+        self.factor[:] = 1.0
+        return found
+
+    def _settle(self, rests: np.ndarray, dynamics: Dynamics) -> None:
         """Friction for the loads, and the loads for the friction; `rests` (N,) bool, those whose slip is zero."""
         one = np.ones(len(rests))
         for _ in range(TURNS):
             before = self.load
             self.sticks = self.resting.copy()
             if self.resting.any():
-                slides = ~self.resting & ~self.off
-                given = self.pushes(self.law_forces(slip, one), self.load, slides)
+                given = self.sliding_forces(self.load) * self._slides[:, None]
                 self.give_way(np.flatnonzero(self.resting), given, dynamics)
             holds = self.sticks | (rests & self.off)
-            found = self._carry(self.law_forces(slip, one), holds, dynamics)
+            found = self._carry(self.sliding_forces(one), holds, dynamics)
             self.resting = rests & ~self.off
             if np.abs(self.load - before).max() <= SETTLED * self.loads.weight:
                 return
-        self.loads.refuse_coupled(found, "do not find each other where contacts let go")
+        self.loads.refuse(UNSETTLED, found)
 
     def _carry(self, unit: np.ndarray, holds: np.ndarray, dynamics: Dynamics) -> Carried:
-        """Which contacts carry, and with which loads, where those of them stick that `holds` (N,) bool."""
+        """Which contacts carry, and with which loads, where those of them stick that `holds` (N,) bool; `unit` (N, 2)
+        are the forces per load."""
 
         def sums_for(carries: np.ndarray):
             sticks = holds & carries
 
             def sums_of(loads: np.ndarray) -> np.ndarray:
-                dynamics(sticks, self.pushes(unit, loads, carries & ~sticks))
+                self._under(loads, dynamics, sticks, unit * (carries & ~sticks)[:, None])
                 return self.balance()
 
             return sums_of
 
-        found = self.loads.decide(sums_for, self.has_friction)
+        found = self.loads.decide(sums_for, friction=True)
         self.off = ~self.loads.carries
         self.sticks = holds & ~self.off
         self.load = np.maximum(found.loads, 0.0)
@@ -121,21 +127,22 @@ class LoadedFlow(GroundFlow):
 
     def __init__(self, ground: LoadedGround, rates: BoundRates, plain: Flow):
         super().__init__(ground, rates, plain)
-        if ground.has_friction:
-            self.buffers["load"][:] = 1.0  # forces per load
+        self.buffers["load"][:] = 1.0  # forces per load
 
     def _rates(self, time: float, y: np.ndarray) -> np.ndarray:
-        ground, push, unit = self.ground, self.buffers["ground_push"], self.buffers["sliding_force"].copy()
+        ground, factor = self.ground, self.buffers["load_factor"]
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
-            push[:] = ground.pushes(unit, loads, self.slides)
+            factor[:] = loads
             self.plain(time, y)
             return ground.balance()
 
         self.carried = ground.loads.solve(sums_of)
         ground.load = np.maximum(self.carried.loads, 0.0)
-        push[:] = ground.pushes(unit, self.carried.loads, self.slides)
-        return self.plain(time, y)
+        factor[:] = self.carried.loads
+        found = self.plain(time, y)
+        factor[:] = 1.0
+        return found
 
     def slopes(self, time: float, y: np.ndarray, angles: np.ndarray) -> "tuple[np.ndarray, ...]":
         """As for loads that are given; by differences, since the loads turn with the directions, too."""

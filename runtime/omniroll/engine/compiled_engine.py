@@ -20,6 +20,7 @@ import numpy as np
 from omniroll.effects import registry
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
+from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
 from omniroll.effects.registry import Quantity
 from omniroll.effects.state_vector import StateVector
 from omniroll.engine.outlook import FIRST, outlook_of
@@ -49,8 +50,8 @@ ALIGNMENT = 128  # bytes
 MOST_GUARDS = 4 * MOST_WHEELS  # run.c
 GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
 LAST = slice(-1, None)  # row
-DONE, FULL, STUCK, NO_STEP, ASK = range(5)  # engine.h
-TOO_LONG, ENDED, HOPELESS = 6, 7, 8  # beside those of engine_calls.h
+DONE, FULL, STUCK, NO_STEP, ASK, _, GROUND = range(7)  # engine.h
+TOO_LONG, ENDED, HOPELESS = 7, 8, 9  # beside those of engine_calls.h
 REASONS = {
     STUCK: "switches without progress in time",
     NO_STEP: "the step became too small",
@@ -65,8 +66,6 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def lacking(kernel: Kernel) -> str:
     """What such a vehicle needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
-    if "contact_loads" in kernel.effects:
-        return "loads that follow the motion"
     return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""
 
 
@@ -412,6 +411,9 @@ class CompiledRun:
         wheel, count = None, self.run.switch_count
         if self.status == STUCK and count:
             wheel = int(np.flatnonzero(self.space.switches[count - 1, 2:])[-1])
+        if self.status == GROUND:
+            reason, wheel = self._why_the_ground_fails()
+            return self._stopped(reason, wheel)
         reason = self.ended or (self.outlook.described() if self.status == HOPELESS else REASONS[self.status])
         if self.status == NO_STEP:
             part = self.run.hardest_part
@@ -419,9 +421,23 @@ class CompiledRun:
             reason += f": {name} changes faster than a step can follow"
         if self.status in (NO_STEP, HOPELESS):
             reason += blamed(self.task, self.end())
-        return SimulationStopped(
-            reason, t=self.task.start_time + self.run.elapsed, wheel=wheel, state=shown_state(self)
-        )
+        return self._stopped(reason, wheel)
+
+    def _stopped(self, reason: str, wheel: int | None) -> SimulationStopped:
+        time = self.task.start_time + self.run.elapsed
+        return SimulationStopped(reason, t=time, wheel=wheel, state=shown_state(self))
+
+    def _why_the_ground_fails(self) -> tuple[str, int]:
+        """In words why loads and motion do not go on together, and a wheel that has to do with it."""
+        ground, grip = self.run.ground, self.task.effects.grip(self.task.vehicle)
+        compression = np.array([self.run.grips[k].load for k in range(self.wheels)])
+        found = Carried(compression, np.array(list(ground.failed_sums)), compression, ground.failed_determinant)
+        try:
+            Loads(self.kernel.vehicle.places(), grip.loads).refuse_as(
+                FAILURES[ground.failure - 1], found, bool(ground.failure_is_regular)
+            )
+        except GroundFailsError as error:
+            return str(error), error.wheel
 
 
 def _wheels_switched(space: "Workspace", switches: int) -> int:

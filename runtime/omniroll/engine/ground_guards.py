@@ -6,6 +6,7 @@ from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_ground import LoadedFlow
+from omniroll.effects.smooth_ground import SmoothFlow
 from omniroll.engine.holding import MotionGuards
 
 
@@ -13,14 +14,13 @@ class GroundGuards(MotionGuards):
     """The guards of a phase, then one of each contact (N,): how far its mode is from its end.
 
     Of a contact that sticks it is what it takes of its static friction, less all of it. Of one that slips, the slip
-    against the way that it goes, so that it rises to zero as the slip comes to rest. Under smooth laws there is none.
+    against the way that it goes, so that it rises to zero as the slip comes to rest.
     """
 
     def __init__(self, guards: Guards, flow: GroundFlow, further: int = 0):
         super().__init__(guards, len(flow.ground.sticks) + further)
         self.flow, self.ground = flow, flow.ground
-        self.without = flow.ground.off | flow.ground.is_smooth
-        self.has_direction = flow.ground.directions.start == 0 and not flow.ground.is_smooth
+        self.has_direction = flow.ground.directions.start == 0
 
     def _approach(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(N,) the slips along the way that they go, the rates at which these fall, and the slips' rounding."""
@@ -36,7 +36,7 @@ class GroundGuards(MotionGuards):
         if self.has_direction:  # a slip never comes to zero itself, but to its rounding
             left = left - np.where(falls > self.ground.settles, 2 * rounding, 0.0)
         values = np.where(self.ground.sticks, excess, -left)
-        return np.where(self.without, -1.0, values), np.where(self.ground.sticks, of_excess, rounding / PASSED)
+        return np.where(self.ground.off, -1.0, values), np.where(self.ground.sticks, of_excess, rounding / PASSED)
 
     def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
         probed = super()._rising(time, y, rates, values) if self.ground.sticks.any() else values
@@ -67,3 +67,22 @@ class LoadedGuards(GroundGuards):
         probed, count = MotionGuards._rising(self, time, y, rates, values), len(self.ground.sticks)
         ends = np.where(self.ground.sticks, probed[:count], self._approach(time, y)[1])
         return np.append(ends, probed[count:])
+
+
+class LoadGuards(MotionGuards):
+    """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
+
+    def __init__(self, guards: Guards, flow: SmoothFlow):
+        super().__init__(guards, len(flow.ground.off) + 1)
+        self.flow = flow
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        return self.flow.ground.loads.beyond(self.flow.carried)
+
+
+def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards:
+    """The guards of a phase, and those of its contacts."""
+    if isinstance(flow, SmoothFlow):
+        return LoadGuards(guards, flow)
+    return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)

@@ -9,7 +9,7 @@ import numpy as np
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.compensated_sum import compensated_sum
-from omniroll.engine.ground_guards import GroundGuards, LoadedGuards
+from omniroll.engine.ground_guards import ground_guards
 from omniroll.engine.holding import BearingGuards, HoldingGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
@@ -195,8 +195,7 @@ class Run:
         if bearings is not None:
             self.guards = BearingGuards(self.guards, bearings, self.flow)
         if ground is not None:
-            kind = GroundGuards if ground.grip.balance is None else LoadedGuards
-            self.guards = kind(self.guards, self.flow)
+            self.guards = ground_guards(self.guards, self.flow)
         self.phase_start = self.elapsed
 
     def _y(self) -> np.ndarray:

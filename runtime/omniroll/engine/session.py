@@ -81,11 +81,6 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
-        if "contact_loads" in self._task.kernel.effects:
-            bound = (
-                "must not hold a Contact whose loads are dynamic: sessions run on the compiled engine, which has none"
-            )
-            raise InvalidValueError("effects", options.get("effects"), bound)
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "

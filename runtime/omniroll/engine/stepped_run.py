@@ -155,9 +155,11 @@ class SteppedRun(CompiledRun):
 
     def _modes(self) -> dict[str, np.ndarray]:
         """(N,) the torques of bearings that may stick, and the modes of contacts that may."""
-        torques = np.array([self.run.bearings[k].torque for k in range(self.run.bearing_count)])
-        ends = {"bearing_torque": self.run.axle_count, "contact_bearing": len(torques) - self.run.spin_count}
-        bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in self.columns.inputs}
+        run = self.run
+        ends = {"bearing_torque": run.axle_count, "contact_bearing": run.bearing_count - run.spin_count}
+        torques = np.array([run.bearings[k].torque for k in range(ends["contact_bearing"])])
+        present = set(self.task.effects.drives())
+        bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in present}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
         return bearings | {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
 

@@ -26,6 +26,7 @@ class WhatActs:
         self.ffi, self.plan, self.wheels = ffi, plan, wheels
         self.kept: list[np.ndarray] = []  # what the structs point to
         entries = {"bearing": self._bearings(), "grip": self._grips()} | ({} if plan.asks else self._forms(inputs))
+        self.ground = self._ground() if entries["grip"] else {}
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
     def _bearings(self) -> list[dict[str, Any]]:
@@ -54,19 +55,37 @@ class WhatActs:
             return []
         grip = ground.grip
         numbers = zip(grip.loads, grip.sliding.tolist(), grip.static.tolist(), strict=True)
-        contacts = [{"load": load, "sliding": sliding, "staying": static} for load, sliding, static in numbers]
+        contacts = [
+            {"load": load, "carries": int(load > 0 or grip.balance is not None), "sliding": sliding, "staying": static}
+            for load, sliding, static in numbers
+        ]
         return [contact | {"towards": (0.0, 1.0)} for contact in contacts]
 
     def _ground(self) -> dict[str, Any]:
-        """What is the same for all contacts that may stick on the ground."""
-        ground, vehicle = self.plan.acting.ground, self.plan.acting.kernel.vehicle
-        typical = float((ground.grip.loads[:, None] * ground.grip.sliding).max())
-        return {
+        """What is the same for all contacts that have modes."""
+        grip, vehicle = self.plan.acting.ground.grip, self.plan.acting.kernel.vehicle
+        typical = float((grip.loads[:, None] * grip.sliding).max())
+        radius = vehicle.platform_radius
+        return self._loads() | {
             "undecided": 1,
             "typical": typical,
-            "friction": typical / (vehicle.mass * vehicle.platform_radius),
-            "settles": ground.settles,
-            "arms": [ground.arms[0], 2 * ground.arms[0] / vehicle.yaw_scale, *ground.arms[1:]],
+            "friction": typical / (vehicle.mass * radius),
+            "settles": grip.settles(vehicle),
+            "arms": [radius, 2 * radius / vehicle.yaw_scale, vehicle.wheel_radius, vehicle.roller_radius],
+        }
+
+    def _loads(self) -> dict[str, Any]:
+        """The numbers of the balance of loads that follow the motion."""
+        grip, places = self.plan.acting.ground.grip, self.plan.acting.kernel.vehicle.places()
+        if grip.balance is None:
+            return {}
+        plain = {name: float(grip.balance[name]) for name in ("normal_gravity", "height", "wheel_mass")}
+        return plain | {
+            "weight": float(grip.loads.sum()),
+            "platform_products": grip.balance["platform_products"].tolist(),
+            "spin_inertia": self._pointer(np.broadcast_to(grip.balance["spin_inertia"], self.wheels)),
+            "places": self._pointer(places),
+            "sums": (np.column_stack([np.ones(self.wheels), places]).T @ grip.loads).tolist(),
         }
 
     def _forms(self, inputs: tuple[str, ...]) -> dict[str, list[dict[str, Any]]]:
@@ -109,7 +128,7 @@ class WhatActs:
             kept.append(own)
         self._count_bearings(run)
         if "grip" in self.patterns:
-            run.ground = self._ground()
+            run.ground = self.ground
         sampled = np.zeros((run.sampler_count, 2, self.wheels))
         first = ffi.from_buffer("double[]", sampled) + 0
         for k in range(run.sampler_count):

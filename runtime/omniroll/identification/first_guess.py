@@ -22,6 +22,7 @@ LEAST_ROWS = 7
 CHANGE = 0.25  # of a number, to see what the force does with it
 AFFINE = 1e-6  # how far a second change may be from twice the first
 USUAL = 0.5  # relative change of a number that needs no evidence: what noise alone determines stays as it is
+LARGEST = 3.0  # times: a number that would become larger or smaller stays; the noise of nu' makes inertias vanish
 ALIKE = 20  # forces one after the other that have the same error, as the rates are smoothed
 
 
@@ -48,10 +49,18 @@ def first_guess(model: Model, numbers: Sequence[Free], logs: Sequence[Log]) -> d
     changes = _held(np.stack(list(columns.values()), axis=1), -missing)
     bounds = {number.name: (number.least, number.most) for number in numbers}
     found = {
-        name: model.value(name) + change * size
-        for (name, size), change in zip(sizes.items(), changes.tolist(), strict=True)
+        name: model.value(name) + x * size for (name, size), x in zip(sizes.items(), changes.tolist(), strict=True)
     }
-    return {name: value for name, value in found.items() if bounds[name][0] < value < bounds[name][1]}
+    return {
+        name: value
+        for name, value in found.items()
+        if bounds[name][0] < value < bounds[name][1] and _is_near(value, model.value(name))
+    }
+
+
+def _is_near(value: float, before: float) -> bool:
+    """Whether a number has kept its sign and its size; one that was 0 may become any."""
+    return before == 0 or 1 / LARGEST < value / before < LARGEST
 
 
 def _held(columns: np.ndarray, missing: np.ndarray) -> np.ndarray:

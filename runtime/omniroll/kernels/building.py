@@ -73,12 +73,15 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
     registry  the effects of generated/data/effects.json
     base      the roller model
 
-    Where an effect changes what another one integrates, a set without it comes first; then one of every effect that has
-    neutral values, changes the motion and excludes no other effect, which leaves out axles that stick; then the same
-    with wheels that may slip, if they may with these rollers, under all laws that have neutral values and leave the
-    state as it is: all but those that stick.
+    Where effects change what others integrate, a set without them comes first; then one of every effect that has
+    neutral values, changes the motion and excludes no other effect, with bearings that stick, which are laws beside
+    others at the neutral value of their torques; then the same without these and with wheels that may slip, if they may
+    with these rollers, under all laws that have neutral values, need nothing else and leave the state as it is: all but
+    those that stick, and loads that follow the motion.
     """
-    names = [e["name"] for e in registry if e["neutral"] and not e["excludes"] and (e["states"] or e["constants"])]
+    sticking = [e["name"] for e in registry if e["excludes"] and e["inputs"] and not (e["constants"] or e["needs"])]
+    movers = [e for e in registry if e["neutral"] and (e["states"] or e["constants"])]
+    names = [e["name"] for e in movers if not e["excludes"] or e["name"] in sticking]
     may_slip = any(e["name"] == SLIPPING and base not in e["excludes"] for e in registry)
     cases = [
         term
@@ -87,12 +90,13 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
         if state["kind"] == "core" and base in state["models"]
         for term in state["case"]
     ]
-    laws = [e["name"] for e in registry if e["neutral"] and SLIPPING in e["needs"] and f"-{e['name']}" not in cases]
+    laws = [e["name"] for e in registry if e["neutral"] and e["needs"] == [SLIPPING] and f"-{e['name']}" not in cases]
     slipping = [SLIPPING, *laws]
     changing = [name for name in names if f"-{name}" in cases]
     smaller = [tuple(name for name in names if name not in changing)] if changing else []
     rolling = [*smaller, tuple(names)]
-    return [*rolling, *((*effects, *slipping) for effects in rolling if may_slip)]
+    held = [tuple(name for name in effects if name not in sticking) for effects in rolling]
+    return [*rolling, *((*effects, *slipping) for effects in held if may_slip)]
 
 
 def compile_library(sources: Sequence[Path], target: Path, folders: Sequence[Path], flags: Sequence[str] = ()) -> None:

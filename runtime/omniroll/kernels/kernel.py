@@ -747,7 +747,7 @@ def kept_kernel(
 def general_kernel(bound: Kernel) -> CompiledKernel | None:
     """The precompiled general kernel that runs take in the place of this one; effects not called for are neutral.
 
-    None where there is none: it was not built, or lacks an effect of this one (axles that stick).
+    None where there is none: it was not built, or lacks an effect of this one (contacts that stick).
     """
     for effects in sets.general_sets(bound.base):
         if set(bound.effects) <= set(effects) and sets.is_general(bound.base, effects):

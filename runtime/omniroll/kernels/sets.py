@@ -17,8 +17,8 @@ omniroll.codegen.cache says where.
 
 Where there is no C compiler ($CC or cc) only the Python kernel of another set can be made. The compiled engine then
 runs on a general set, which is built with omniroll for any vehicle. It has every effect that has neutral values and
-excludes no other effect; those that a scene does not call for are at neutral values. Axles that stick and contacts that
-stick on the ground are in no general set.
+excludes no other effect, and where wheels roll bearings that stick; those that a scene does not call for are at neutral
+values. Contacts that stick on the ground are in no general set.
 """
 
 import hashlib

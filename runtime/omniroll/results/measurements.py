@@ -17,7 +17,7 @@ from omniroll.effects.motor import LINEAR, MODES
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel, kernel
-from omniroll.results.accelerations import with_accelerations
+from omniroll.results.accelerations import torques_of_free_rollers, turning, with_accelerations
 from omniroll.vehicles.vehicle import Vehicle
 
 NAMES = tuple(entry.name for entry in vocabulary.MEASUREMENTS)
@@ -179,7 +179,11 @@ def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[floa
     if moments.nu_dot is not None:
         nu_dot = moments.nu_dot()
     else:
-        nu_dot = with_accelerations(bound, values | dict(moments.drives))["nu_dot"]
+        values |= moments.drives
+        if "roller_sticking" in effects.names() and moments.spins is not None:
+            modes = turning(bound.constant("yaw_scale"), moments.nu, moments.spins)
+            values |= torques_of_free_rollers(bound, effects, values, modes)
+        nu_dot = with_accelerations(bound, values)["nu_dot"]
     tilted = any(isinstance(effect, Slope) for effect in effects.effects)
     plane = map(bound.constant, Slope.numbers.values()) if tilted else Slope(0.0).constants(bound.vehicle).values()
     felt = parts.accelerometer(

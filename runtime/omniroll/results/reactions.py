@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from omniroll.effects import Slope
 from omniroll.effects.load_numbers import ENTRIES, balance_numbers, part, spin_inertia_of
 from omniroll.errors import InvalidValueError, RollingWarning
-from omniroll.results.accelerations import call_named, with_accelerations
+from omniroll.results.accelerations import call_named, torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.loads import SupportPolygon, contact_loads
 from omniroll.vocabulary import REACTIONS, STANDARD_GRAVITY, documented
@@ -139,9 +139,6 @@ def judged_reactions(
     spin_inertia: ArrayLike | None = None,
 ) -> Reactions:
     """What reactions() gives, without a warning: the global filters of warnings are not for threads."""
-    if "roller_sticking" in trajectory.effects.names() and trajectory.roller_model == "free":
-        bound = "must be of free rollers that do not stick: rows do not keep the torques of each free roller's bearing"
-        raise InvalidValueError("trajectory", trajectory, bound)
     vehicle = trajectory.vehicle
     friction = ENTRIES["friction"].checked(friction)
     effects = trajectory.effects
@@ -203,9 +200,23 @@ def _forces_and_sums(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[n
     bound = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python", also=("reactions",))
     values = numbers | _drives(trajectory)
     values |= {"nu": trajectory.nu, "chi": trajectory.chi, "heading": trajectory.pose[:, 2], "spins": trajectory.spins}
+    values |= torques_of_free_rollers(bound, trajectory.effects, values, modes_of_free_rollers(trajectory))
     values |= with_accelerations(bound, values)
     sums, places = call_named(bound, "load_balance", values)
     return call_named(bound, "contact_forces", values), sums, places[0]
+
+
+def modes_of_free_rollers(trajectory: Trajectory) -> np.ndarray:
+    """(T, N, n-1) the signs of the free rollers' spins in the phases that start with the rows, 0 where they rest.
+
+    A roller that has broken away at a row has a spin in the next one.
+    """
+    if trajectory.spins is None:
+        return np.zeros(0)
+    signs = turning(trajectory.vehicle.yaw_scale, trajectory.nu, trajectory.spins)
+    goes_on = np.diff(trajectory.elapsed)[:, None, None] > 0
+    signs[:-1] = np.where((signs[:-1] == 0) & goes_on, signs[1:], signs[:-1])
+    return signs
 
 
 def _of_slipping(trajectory: Trajectory, numbers: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -52,36 +52,46 @@ class Contacts:
             known = dict(zip(self.kernel.constant_names, self.kernel.constants, strict=True)).get("contact_load")
             loads = None if known is None else np.broadcast_to(known, self.rates.shape)
             return (*self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial), loads)
-        slip, loads, values = self._in_modes(nu, chi)
+        slip, loads, values = self._under_grip(nu, chi)
         return slip, values["ground_force"], loads
 
     def accelerations(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """nu_dot, rates_dot and of free rollers contact_omega_dot, by name, beside what they were computed from."""
         if self.grip is not None:
-            return self._in_modes(nu, chi)[2]
+            return self._under_grip(nu, chi)[2]
         values = self._beside(nu, chi)
         return values | self._called("slip_dynamics", values)
 
-    def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    def _under_grip(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
         """Slip velocities, loads, and the accelerations where contacts have modes."""
+        return (self._in_modes if self.grip.sticks else self._under_loads)(nu, chi)
+
+    def _in_modes(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """The same where they may stick."""
         values = self._beside(nu, chi)
         sticks = np.broadcast_to(values["sticks"] > 0.5, self.rates.shape)
-        slip, _ = self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial, np.zeros((*sticks.shape, 2)))
+        values["ground_push"] = np.zeros((*sticks.shape, 2))
+        slip = self._called("slip_forces", values)["slip"]
         slip[sticks] = 0.0
-        towards = slip
-        if self.grip.law == "coulomb":
-            heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
-            towards = np.where(np.linalg.norm(slip, axis=-1, keepdims=True) > BEGUN, slip, heading)
-        if self.grip.balance is None:
-            loads = np.broadcast_to(self.grip.loads, sticks.shape)
-            push = np.where((sticks | (loads == 0))[..., None], 0.0, self.grip.law_forces(self.kernel, towards, loads))
-        else:
-            loads, push = self._with_loads(values, sticks, towards)
-        return slip, loads, values | self._under(push, values)
+        heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
+        towards = np.where(np.linalg.norm(slip, axis=-1, keepdims=True) > BEGUN, slip, heading)
+        given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
+        force = self.grip.sliding_forces(self.kernel, towards, given)
+        values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
+        loads = self._loads("ground_dynamics", values) if self.grip.balance else given
+        return slip, loads, values | self._called("ground_dynamics", values)
+
+    def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """The same under a smooth law whose loads follow the motion."""
+        values = self._beside(nu, chi)
+        loads = self._loads("slip_dynamics", values)
+        values |= self._called("slip_dynamics", values) | self._called("slip_forces", values)
+        return values["slip"], loads, values
 
     def _beside(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """The inputs of the accelerations but the forces on contacts that slip."""
-        values = {"sticks": np.zeros_like(self.rates)} | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
+        none = {"sticks": np.zeros_like(self.rates), "load_factor": np.ones_like(self.rates)}
+        values = none | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
         if "slip_roller_rates" in self.kernel.signatures:
@@ -96,28 +106,20 @@ class Contacts:
         found = call_named(self.kernel, name, values)
         return {argument.name: value for argument, value in zip(outputs, found, strict=True)}
 
-    def _under(self, push: np.ndarray, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The accelerations under these forces (..., N, 2) on contacts that slip."""
-        return self._called("ground_dynamics", values | {"ground_push": push})
-
-    def _with_loads(
-        self, values: dict[str, np.ndarray], sticks: np.ndarray, towards: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Loads (..., N) that follow the motion, and the forces (..., N, 2) on contacts that slip."""
-        carries = np.broadcast_to(values["carries"] > 0.5, sticks.shape)
-        unit = self.grip.law_forces(self.kernel, towards, np.ones(sticks.shape))
+    def _loads(self, dynamics: str, values: dict[str, np.ndarray]) -> np.ndarray:
+        """Loads (..., N) that follow the motion, by this function of the accelerations; `values` gets load_factor."""
+        shape = self.rates.shape
+        carries = np.broadcast_to(values["carries"] > 0.5, shape)
         springs = Springs(self.kernel.vehicle.places())
         shares = np.array([springs.shares(row) for row in carries.reshape(-1, carries.shape[-1])])
-        slides = carries & ~sticks
-
-        def push(loads: np.ndarray) -> np.ndarray:
-            return np.where(slides[..., None], unit if self.grip.law == "viscous" else unit * loads[..., None], 0.0)
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
-            moving = self._under(push(loads), values)
+            values["load_factor"] = self.grip.factor(loads, carries)
+            moving = self._called(dynamics, values)
             return call_named(self.kernel, "slip_load_balance", values | self.grip.balance | moving)[0]
 
-        start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*sticks.shape[:-1], 3)).copy()
+        start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*shape[:-1], 3)).copy()
         arm = float(np.abs(springs.places).max())
-        found = carried(shares.reshape(*sticks.shape, 3), carries, sums_of, start, arm)
-        return found.loads, push(found.loads)
+        found = carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
+        values["load_factor"] = self.grip.factor(found.loads, carries)
+        return found.loads

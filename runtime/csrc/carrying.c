@@ -1,0 +1,381 @@
+/* Which contacts carry where the loads follow the motion, and where that changes: a load that vanishes, or comes back. The
+ * numbered rules are in runtime/omniroll/effects/ground_loads.py; the names and the numbers are the same. */
+#if SET_LOADS
+#define MOST 7                      /* wheels of which all sets are tried                                    */
+#define FITS 1e-11                  /* of the weight: a load, or a spring that pulls, is zero within this    */
+#define SAME 1e-9                   /* of the weight: solutions that differ by less are one                  */
+#define DETERMINED 1e-6             /* least determinant of the coupled matrix                               */
+#define STANDING 1e-9               /* width of the contacts that carry, per their length                    */
+#define LEAST_LOAD 1e-15            /* of the weight: a contact that carries does not have less              */
+#define LOAD_ROUNDING (256*EPS)     /* of the weight, in a load; and of the determinant                      */
+#define LOAD_TURNS 16               /* roundings that a load has inside a step                               */
+#define LOAD_RISES 1e5              /* of these its slope at the end of a step is known                      */
+
+static void balance_in_lanes(const omniroll_run_t *run, work_t *work)
+{
+    const omniroll_ground_t *const ground = &run->ground;
+    balance_t *const balance = &work->balance;
+    lanes_t *const products = work->balance_numbers, *const inertia = products + 2;
+    balance->normal_gravity = lanes_of(ground->normal_gravity), balance->height = lanes_of(ground->height);
+    balance->wheel_mass = lanes_of(ground->wheel_mass), balance->arm = ground->arms[0];
+    balance->platform_products = products, balance->spin_inertia = inertia;
+    for (int k = 0; k < 2; k++)
+        products[k] = lanes_of(ground->platform_products[k]);
+    for (int i = 0; i < run->wheels; i++)
+        inertia[i] = lanes_of(ground->spin_inertia[i]);
+}
+
+/* The contacts that carry, where the kernel and the rows have them. */
+static void put_carrying(omniroll_run_t *run)
+{
+    for (int i = 0; i < run->wheels; i++)
+        run->inputs[SET_CARRIES_INPUT*run->wheels + i] = run->grips[i].carries;
+}
+
+/* ---- which contacts carry ------------------------------------------------------------------------------------ */
+
+/* A set of contacts that may carry, and the loads that it would have. */
+typedef struct {
+    int carries[MOST_WHEELS];
+    double compression[MOST_WHEELS], sums[3], determinant;
+} carrying_t;
+
+/* What has been tried. */
+typedef struct {
+    int tried, fits, several, regular;
+    carrying_t first, fit, other, nearest;      /* tried first; fits first; fits and differs; fits with fewest changes */
+    double least_determinant;                   /* of those that fit                                        */
+} search_t;
+
+/* Whether a vehicle stands on these contacts: on three or more that do not lie on one line. */
+static int stands(const omniroll_run_t *run, const int *carries)
+{
+    const double *const places = run->ground.places;
+    double middle[2] = {0, 0}, moments[3] = {0, 0, 0}, length = 0, width = 0;
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++)
+        for (int k = 0; k < 2 && carries[i]; k++)
+            middle[k] += places[2*i + k], count += k;
+    if (count < 3)
+        return 0;
+    for (int i = 0; i < run->wheels; i++) {
+        const double x = places[2*i] - middle[0]/count, y = places[2*i + 1] - middle[1]/count;
+        if (carries[i])
+            moments[0] += x*x, moments[1] += x*y, moments[2] += y*y;
+    }
+    const double angle = atan2(2*moments[1], moments[0] - moments[2])/2, cosine = cos(angle), sine = sin(angle);
+    for (int i = 0; i < run->wheels; i++) {
+        const double x = places[2*i] - middle[0]/count, y = places[2*i + 1] - middle[1]/count;
+        if (carries[i])
+            length += (cosine*x + sine*y)*(cosine*x + sine*y), width += (cosine*y - sine*x)*(cosine*y - sine*x);
+    }
+    return sqrt(width) > STANDING*sqrt(length);
+}
+
+/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says. */
+static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
+{
+    const int wheels = run->wheels;
+    instant_t now;
+    lanes_t nu_dot[3];
+    at_this_instant(run, work, wheels, &now);
+#if SET_GRIPS
+    lanes_t unit[2*MOST_WHEELS];
+    forces_along(run, work, unit);
+#endif
+    for (int lane = 0; lane < LANES; lane++)
+        for (int i = 0; i < wheels; i++) {
+            const int carries = sets[lane < count ? lane : 0].carries[i];
+            now.arrays.input[SET_CARRIES_INPUT*wheels + i][lane] = carries;
+#if SET_GRIPS
+            now.arrays.input[SET_MODES_INPUT*wheels + i][lane] = carries && holds[i];
+            for (int k = 0; k < 2; k++)
+                now.arrays.ground_push[2*i + k][lane] = carries && !holds[i] ? unit[2*i + k][lane] : 0;
+#endif
+        }
+    core_rates(wheels, &now.point, nu_dot);
+    for (int lane = 0; lane < count; lane++) {
+        for (int i = 0; i < wheels; i++)
+            sets[lane].compression[i] = now.point.loads->compression[i][lane];
+        for (int k = 0; k < 3; k++)
+            sets[lane].sums[k] = now.point.loads->sums[k][lane];
+        sets[lane].determinant = now.point.loads->determinant[lane];
+    }
+    (void)holds;
+}
+
+/* Whether the mode of a contact is not its own in this set. */
+static int is_wrong(const omniroll_run_t *run, const carrying_t *set, int i)
+{
+    const omniroll_grip_t *const grip = run->grips + i;
+    const double pull = set->carries[i] ? -set->compression[i] : set->compression[i];
+    return !(pull <= FITS*run->ground.weight) && !grip->dropped && !grip->regained;
+}
+
+/* How many contacts change their mode with this set. */
+static int changes_of(const omniroll_run_t *run, const carrying_t *set)
+{
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++)
+        count += set->carries[i] != run->grips[i].carries;
+    return count;
+}
+
+static int differ(const omniroll_run_t *run, const carrying_t *one, const carrying_t *other)
+{
+    double most = 0;
+    for (int i = 0; i < run->wheels; i++)
+        most = fmax(most, fabs(one->carries[i]*one->compression[i] - other->carries[i]*other->compression[i]));
+    return most > SAME*run->ground.weight;
+}
+
+static void consider(const omniroll_run_t *run, search_t *search, const carrying_t *set)
+{
+    if (!search->tried++)
+        search->first = *set, search->regular = 1;
+    search->regular &= set->determinant > DETERMINED;
+    for (int i = 0; i < run->wheels; i++)
+        if (is_wrong(run, set, i))
+            return;
+    if (!search->fits++) {
+        search->fit = search->nearest = *set;
+        search->least_determinant = set->determinant;
+        return;
+    }
+    search->least_determinant = fmin(search->least_determinant, set->determinant);
+    if (!search->several && differ(run, set, &search->fit))
+        search->several = 1, search->other = *set;
+    if (changes_of(run, set) < changes_of(run, &search->nearest))
+        search->nearest = *set;
+}
+
+/* All sets that have what comes back and do not have what is dropped. */
+static void try_all(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+{
+    carrying_t sets[LANES];
+    const int wheels = run->wheels, last = (1 << wheels) - 1;
+    int count = 0;
+    for (int choice = 0; choice <= last; choice++) {
+        int allowed = 1;
+        for (int i = 0; i < wheels; i++) {
+            const int carries = sets[count].carries[i] = !(choice >> (wheels - 1 - i) & 1);
+            allowed &= carries ? !run->grips[i].dropped : !run->grips[i].regained;
+        }
+        count += allowed && stands(run, sets[count].carries);
+        if (count == LANES || (choice == last && count)) {
+            try_sets(run, work, holds, sets, count);
+            for (int k = 0; k < count; k++)
+                consider(run, search, &sets[k]);
+            count = 0;
+        }
+    }
+}
+
+/* From the present set on, whoever is wrong changes. */
+static void try_leading_on(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+{
+    carrying_t set;
+    int wrong = 1;
+    for (int i = 0; i < run->wheels; i++)
+        set.carries[i] = (run->grips[i].carries || run->grips[i].regained) && !run->grips[i].dropped;
+    for (int round = 0; round < 4*run->wheels && wrong && stands(run, set.carries); round++) {
+        try_sets(run, work, holds, &set, 1);
+        consider(run, search, &set);
+        wrong = 0;
+        for (int i = 0; i < run->wheels; i++)
+            if (is_wrong(run, &set, i))
+                wrong = 1, set.carries[i] = !set.carries[i];
+    }
+}
+
+/* The loads of the present set. */
+static void try_present_set(const omniroll_run_t *run, const work_t *work, carrying_t *set)
+{
+    int holds[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        set->carries[i] = run->grips[i].carries, holds[i] = run->grips[i].sticks;
+    try_sets(run, work, holds, set, 1);
+}
+
+/* Loads and motion do not go on together. */
+static void fail(omniroll_run_t *run, int failure, const carrying_t *found)
+{
+    omniroll_ground_t *const ground = &run->ground;
+    ground->failure = failure;
+    ground->failed_determinant = found->determinant;
+    for (int k = 0; k < 3; k++)
+        ground->failed_sums[k] = found->sums[k];
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].load = found->compression[i];
+}
+
+/* The contacts that carry from now on, and their loads, where those of them stick that `holds` says. */
+static void decide_loads(omniroll_run_t *run, const work_t *work, const int *holds)
+{
+    search_t search;
+    search.tried = search.fits = search.several = 0, search.regular = 1, search.least_determinant = 1;
+    run->ground.failure = 0;
+    if (run->wheels <= MOST)
+        try_all(run, work, holds, &search);
+    else
+        try_leading_on(run, work, holds, &search);
+    run->ground.failure_is_regular = search.regular;
+    if (!search.tried)                          /* the vehicle does not stand on those that are left       */
+        try_present_set(run, work, &search.first);
+    if (!search.fits)
+        fail(run, OMNIROLL_LOADS_NONE, &search.first);
+    else if (search.several)
+        fail(run, OMNIROLL_LOADS_SEVERAL, &search.other);
+    else if (SET_FRICTION && !(search.least_determinant > DETERMINED))
+        fail(run, OMNIROLL_LOADS_UNDETERMINED, &search.fit);
+    for (int i = 0; i < run->wheels && !run->ground.failure; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->carries = search.nearest.carries[i];
+        grip->load = grip->carries ? fmax(search.nearest.compression[i], LEAST_LOAD*run->ground.weight) : 0;
+    }
+    if (!run->ground.failure)
+        memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
+    put_carrying(run);
+}
+
+#if !SET_GRIPS
+/* Which contacts carry under a law with which nothing sticks. */
+static void decide_carrying(omniroll_run_t *run, const work_t *work)
+{
+#ifdef LANES_HAS_MOMENTA
+    wheel_momenta(run, work);
+#endif
+    decide_loads(run, work, 0);
+    run->ground.undecided = run->ground.failure != 0;
+}
+#endif
+
+/* ---- during a step -------------------------------------------------------------------------------------------- */
+
+static void begin_loads(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    s->balance = &work->balance, s->weight_carried = run->ground.weight;
+    s->loads_at = work->loads + LOADS_AT_NODES, s->loads_at_end = work->loads + LOADS_AT_END;
+    s->loads_aside = work->loads + LOADS_ASIDE;
+    for (int i = 0; i < wheels; i++)
+        s->carries[i] = run->grips[i].carries;
+}
+
+/* How far a load is from the end of its mode, negative before it; the last one is how far the coupled matrix is from one
+ * that determines nothing. */
+ALWAYS_INLINE double load_beyond(const step_t *s, int k, double compressed)
+{
+    if (k == s->wheels)
+        return DETERMINED - compressed;
+    return s->carries[k] ? -compressed : compressed;
+}
+
+ALWAYS_INLINE double load_way(const step_t *s, int k)
+{
+    return k == s->wheels || s->carries[k] ? -1 : 1;
+}
+
+/* The first guess of a step, at whose start the rates have just been found. */
+static void loads_at_start(const work_t *work, step_t *s, const int wheels)
+{
+    const loads_t *const now = work->loads + LOADS_NOW;
+    const double sums[3] = {now->sums[0][0], now->sums[1][0], now->sums[2][0]};
+    for (int b = 0; b < BLOCKS; b++)
+        seek_loads(s->loads_at + b, sums);
+    for (int k = 0; k <= wheels; k++) {
+        s->compressed_start[k] = k < wheels ? now->compression[k][0]/s->weight_carried : now->determinant[0];
+        s->compressed_late[k] = 0;
+    }
+}
+
+/* The loads at the nodes in vector b, from the last evaluation there. */
+ALWAYS_INLINE void keep_loads(step_t *s, const int wheels, int b)
+{
+    const loads_t *const loads = s->loads_at + b;
+    for (int i = 0; i < wheels; i++)
+        s->compressed[i].lanes[b] = loads->compression[i]/s->weight_carried;
+    s->compressed[wheels].lanes[b] = loads->determinant;
+}
+
+/* How far a load is from the end of its mode at the step's end, and the rate of that. */
+ALWAYS_INLINE double load_at_end(const step_t *s, int k, double *rate)
+{
+    const double value = load_beyond(s, k, weighted(&s->compressed[k], &gauss_end) + s->compressed_late[k]);
+    *rate = load_way(s, k)*weighted(&s->compressed[k], &gauss_end_slope)/s->h;
+    if (fabs(*rate)*s->h < LOAD_RISES*LOAD_ROUNDING)
+        *rate = (value - load_beyond(s, k, s->compressed_start[k]))/s->h;
+    if (fabs(*rate)*s->h < 0.5*LOAD_ROUNDING)               /* it is as it was                            */
+        *rate = 0;
+    return value;
+}
+
+/* The number by which a landing says that a load has ended the step: that of the first one. */
+ALWAYS_INLINE int first_load(const step_t *s)
+{
+    return s->wheels + s->guards + (SET_GRIPS ? s->wheels : 0);
+}
+
+/* The length at which the first load changes its mode, if that is before `length`. */
+static double length_to_load(step_t *s, const int wheels, double length)
+{
+    for (int k = 0; k <= wheels; k++) {
+        double rate;
+        const double value = load_at_end(s, k, &rate);
+        if (!(rate > 0 || value > LOAD_ROUNDING))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = first_load(s) + k;
+        }
+    }
+    return length;
+}
+
+/* A load that changes its mode inside the step and not at its end: where, or 1. */
+static double turn_of_loads(const step_t *s, const int wheels)
+{
+    double turned = 1;
+    for (int k = 0; k <= wheels; k++) {
+        const double way = load_way(s, k), start = load_beyond(s, k, s->compressed_start[k]);
+        nodes_t rate = times(gauss_slope, &s->compressed[k]);
+        for (int b = 0; b < BLOCKS; b++)
+            rate.lanes[b] *= way;
+        turned = fmin(turned, turn_beyond(&rate, way*weighted(&s->compressed[k], &gauss_end_slope), 1, start, -INFINITY,
+                                          fmax(LOAD_TURNS*LOAD_ROUNDING, start + LOAD_TURNS*LOAD_ROUNDING)));
+    }
+    return turned;
+}
+
+/* A step has been taken. */
+static void loads_have_moved(omniroll_run_t *run, const step_t *s)
+{
+    const int wheels = run->wheels;
+    for (int k = 0; k < 3; k++) {
+        nodes_t sums;
+        for (int b = 0; b < BLOCKS; b++)
+            sums.lanes[b] = s->loads_at[b].sums[k];
+        run->ground.sums[k] = weighted(&sums, &gauss_end);
+    }
+    for (int k = 0; k <= wheels; k++) {
+        double rate;
+        const double value = load_at_end(s, k, &rate);
+        const int ends = s->landing == first_load(s) + k || (s->landing >= first_load(s) && rate > 0
+            && value > -LOAD_ROUNDING);
+        run->ground.passed += ends;
+        run->ground.undecided |= ends;
+        if (k == wheels)
+            break;
+        omniroll_grip_t *const grip = run->grips + k;
+        grip->dropped = ends && grip->carries, grip->regained = ends && !grip->carries;
+        if (grip->carries)
+            grip->load = fmax(weighted(&s->compressed[k], &gauss_end), LEAST_LOAD)*run->ground.weight;
+    }
+}
+#endif
+
+/* Whether loads and motion do not go on together. */
+ALWAYS_INLINE int ground_fails(const omniroll_run_t *run)
+{
+    return SET_LOADS && run->ground.failure;
+}

@@ -1,0 +1,118 @@
+/* Loads that follow the motion: solved together with the accelerations. The numbered rules are in
+ * runtime/omniroll/effects/ground_loads.py.
+ *
+ * The ground's friction is linear in the two moments of the loads, and the moments that the motion then asks for are
+ * linear in the accelerations: two equations in each lane. What the moments do to the rates is the response; once it is
+ * known about, an evaluation with moments that are nearly right needs no other to correct them. */
+#if SET_LOADS
+#define LOADS_RESPOND 3             /* evaluations with which the response is found                           */
+
+/* Loads and what the ground's forces are in proportion to, from the sums. */
+ALWAYS_INLINE void put_loads(const int wheels, const point_t *at)
+{
+    loads_t *const loads = at->loads;
+    const lanes_t *const carries = at->inputs + SET_CARRIES_INPUT*wheels;
+    loads_of_sums(wheels, at, loads->sums, loads->compression);
+    for (int i = 0; i < wheels; i++)
+        loads->factor[i] = SET_FRICTION ? carries[i]*loads->compression[i] : carries[i];
+}
+
+/* The rates under these sums, and by how much the moments are off that they ask for. */
+NEVER_INLINE void rates_of_sums(const int wheels, const point_t *at, lanes_t *nu_dot, lanes_t *off)
+{
+    lanes_t sums[3];
+    put_loads(wheels, at);
+    rates_under_loads(wheels, at, nu_dot);
+    load_sums_of(wheels, at, nu_dot, sums);
+    at->loads->sums[0] = sums[0];
+    off[0] = sums[1] - at->loads->sums[1], off[1] = sums[2] - at->loads->sums[2];
+}
+
+#if SET_FRICTION
+/* What depends on the loads, as one vector: out of the point, or back. Returns how many numbers these are. */
+ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_t *nu_dot, lanes_t *all)
+{
+    int count = 0;
+    for (int k = 0; k < 3; k++)
+        all[count++] = nu_dot[k];
+    for (int c = 0; c < coupled_size(wheels); c++)
+        all[count++] = at->core_dot[c];
+#if SET_GRIPS
+    for (int k = 0; k < 2*wheels; k++)
+        all[count++] = at->ground_force[k];
+    for (int k = 0; k < 2*wheels; k++)
+        all[count++] = at->slip_dot[k];
+#endif
+    return count;
+}
+
+ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes_t *all, lanes_t *nu_dot)
+{
+    int count = 0;
+    for (int k = 0; k < 3; k++)
+        nu_dot[k] = all[count++];
+    for (int c = 0; c < coupled_size(wheels); c++)
+        at->core_dot[c] = all[count++];
+#if SET_GRIPS
+    for (int k = 0; k < 2*wheels; k++)
+        at->ground_force[k] = all[count++];
+    for (int k = 0; k < 2*wheels; k++)
+        at->slip_dot[k] = all[count++];
+#endif
+}
+
+/* The response and the coupled matrix, by an evaluation for each moment. */
+NEVER_INLINE void find_load_response(const int wheels, const point_t *at, const lanes_t *all, int count,
+                                     const lanes_t *off)
+{
+    loads_t *const loads = at->loads;
+    lanes_t nu_dot[3], moved_off[2];
+    for (int k = 0; k < 2; k++) {
+        const lanes_t here = loads->sums[1 + k], step = loads->sums[0]*at->balance->arm;
+        loads->sums[1 + k] = here + step;
+        rates_of_sums(wheels, at, nu_dot, moved_off);
+        loads->sums[1 + k] = here;
+        gather_rates(wheels, at, nu_dot, loads->response[k]);
+        for (int n = 0; n < count; n++)
+            loads->response[k][n] = (loads->response[k][n] - all[n])/step;
+        for (int j = 0; j < 2; j++)
+            loads->matrix[2*j + k] = (off[j] - moved_off[j])/step;
+    }
+    loads->knows_response = 1;
+}
+#endif
+
+/* Rates of nu and of the core with the loads that they ask for; at->loads has these. */
+NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    loads_t *const loads = at->loads;
+    lanes_t off[2];
+    rates_of_sums(wheels, at, nu_dot, off);
+#if SET_FRICTION
+    lanes_t all[3 + 6*MOST_WHEELS];
+    const int count = gather_rates(wheels, at, nu_dot, all);
+    if (!loads->knows_response)
+        find_load_response(wheels, at, all, count, off);
+    const lanes_t *const m = loads->matrix;
+    const lanes_t determinant = m[0]*m[3] - m[1]*m[2], over = 1/determinant;
+    const lanes_t first = (m[3]*off[0] - m[1]*off[1])*over, second = (m[0]*off[1] - m[2]*off[0])*over;
+    for (int n = 0; n < count; n++)
+        all[n] += loads->response[0][n]*first + loads->response[1][n]*second;
+    spread_rates(wheels, at, all, nu_dot);
+    loads->determinant = determinant;
+    loads->sums[1] += first, loads->sums[2] += second;
+#else
+    loads->determinant = lanes_of(1);
+    loads->sums[1] += off[0], loads->sums[2] += off[1];
+#endif
+    put_loads(wheels, at);
+}
+
+/* The same where nothing of the loads is known but sums near them, in `loads`. */
+ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
+{
+    for (int k = 0; k < 3; k++)
+        loads->sums[k] = lanes_of(sums[k]);
+    loads->knows_response = 0;
+}
+#endif
