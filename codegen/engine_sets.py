@@ -88,8 +88,9 @@ class EngineSet:
         self.spins_stick = self.spins and effects.function(STUCK) is not None
         self.held = STUCK if self.spins_stick else HELD[self.spins]
         self.holds = effects.function(self.held) is not None
-        of_holding = ["mass_matrix"] * self.holds + ["spins_from_axial"] * self.spins_stick
-        plain = (*PLAIN, *of_holding, *(ON_THE_GROUND if self.grips else []))
+        inertia = self.holds or (self.acted and not self.slips)
+        further = ["mass_matrix"] * inertia + ["spins_from_axial"] * self.spins_stick
+        plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
     @property

@@ -165,10 +165,12 @@ typedef struct {
     int stiff_sweeps;                           /* how many such sweeps this try has had         */
     int nu_is_stiff;                            /* whether slopes of nu' in nu are needed for it */
     int by_newton;                              /* it has been in the last try                   */
+    int by_axles;                               /* whether axles' friction alone makes its slopes */
     double steepest;                            /* the largest h times slope in the last stiff sweep */
     nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
     newton_t newton;                            /* of nu', where it is stiff                     */
     double rest;                                /* what further sweeps would change              */
+    double bend_in;                             /* the time until a wheel comes to where rates bend */
     int guards;
     double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
     double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
@@ -491,6 +493,8 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
     }
 }
 
+#include "axle_slopes.c"
+
 #if SET_HAS_SLOPES
 /* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
  * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
@@ -635,6 +639,14 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     nodes_t missing[3];
     s->steepest = 0;
     states_at_nodes(s, wheels);
+#if AXLES
+    axles_t axles = {.known = 0};
+    const int by_axles = renew && s->by_axles;
+    if (renew)
+        find_axles(s, wheels, &axles);
+#else
+    const int by_axles = 0;
+#endif
 #if SET_GRIPS
     find_directions(s, wheels);
 #endif
@@ -657,19 +669,27 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
         arrays_t at;
         const point_t point = point_at(s, wheels, b, &at);
         find_rates(s, wheels, b, &point, &at);
-        if (renew)
+#if AXLES
+        if (by_axles)
+            slopes_by_axles(s, wheels, b, &point, &at, &axles);
+#endif
+        if (renew && !by_axles)
             slopes_of_nu(s, wheels, b, &point, &at);
 #if SET_HAS_SLOPES
         slopes_of_core(s, wheels, b, &point);
 #endif
     }
+#if AXLES
+    if (renew && !by_axles)
+        s->by_axles = axles_make_slopes(s, wheels, &axles);
+#endif
     change = correct_nu(s, renew, missing, change);
 #if CORE_FOLLOWS
     change = follow_nu(s, missing, change);
 #elif SET_CORE_PARTS
     change = correct_core(s, change);
 #endif
-    s->sweeps += renew ? 4 : 1;
+    s->sweeps += by_axles ? 2 : renew ? 4 : 1;
     s->stiff_sweeps++;
     return lanes_largest(change)*s->h;
 }
@@ -779,14 +799,18 @@ ALWAYS_INLINE int jump_of(const nodes_t *rate, int before)
  * before it, right: one beyond; both 1 where nothing bends. */
 typedef struct {
     double left, right;
+    int wheel;                                  /* whose rate passes zero there, or -1                     */
 } bend_t;
 
 /* A wheel whose rate passes zero there tells the place better than the nodes do: by a line and by a parabola through
  * the nodes before it, which differ by the error of the line. */
-ALWAYS_INLINE bend_t zero_between(const nodes_t *rate, int place, bend_t found)
+ALWAYS_INLINE bend_t zero_between(const step_t *s, int wheel, int place, bend_t found)
 {
-    const double *const x = gauss_node.node + place, *const y = rate->node + place;
-    if (place < 3 || (y[-1] < 0) == (y[0] < 0))
+    const double *const x = gauss_node.node + place, *const y = s->rate_chi[wheel].node + place;
+    if ((y[-1] < 0) == (y[0] < 0))
+        return found;
+    found.wheel = wheel;
+    if (place < 3)
         return found;
     const double slope = (y[-1] - y[-2])/(x[-1] - x[-2]), before = (y[-2] - y[-3])/(x[-2] - x[-3]);
     const double curve = (slope - before)/(x[-1] - x[-3]), line = -y[-1]/slope;
@@ -812,10 +836,10 @@ ALWAYS_INLINE bend_t bend(const step_t *s, const int wheels, double allowed)
             place = jump_of(&s->rate_core[c], place);
 #endif
     if (place == NODES)
-        return (bend_t){1, 1};
-    bend_t found = {gauss_node.node[place - 1], gauss_node.node[place]};
+        return (bend_t){1, 1, -1};
+    bend_t found = {gauss_node.node[place - 1], gauss_node.node[place], -1};
     for (int i = 0; i < wheels; i++)
-        found = zero_between(&s->rate_chi[i], place, found);
+        found = zero_between(s, i, place, found);
     return found;
 }
 #endif

@@ -115,6 +115,7 @@ typedef struct {
     double rise_nu[3], rise_over;   /* of nu' in the last step, and its length, for the next guess       */
     double phase_start;         /* elapsed at the last switch                                           */
     double first_step;          /* where wheels may slip: the last step that began at a switch, 0 if none */
+    double bend_rate;           /* of a wheel, from larger ones no step passes zero: rates bend there; 0: unknown */
     double calm_step;           /* the length of a step before slips came near rest, 0 if none has        */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */

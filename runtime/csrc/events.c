@@ -10,7 +10,10 @@
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that,                                          */
 #define PATIENT_IN_TURNS 8          /* and where directions of slips turn                                    */
-#define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps               */
+#define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps,              */
+#define EARLY 2                     /* and where they are cheap after this sweep already                   */
+#define NOT_FAST 0.25               /* this ratio                                                          */
+#define MUCH_TOO_LONG 1000          /* times the error allowed, which the second sweep shows               */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
@@ -233,17 +236,31 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 }
 
 #if SET_IS_ACTED_ON
-/* The sweep after which an iteration that contracts slowly is given up for Newton's rule. */
-ALWAYS_INLINE int patience_of(const step_t *s)
+/* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
+ * slopes. */
+ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance)
 {
-    (void)s;
+    int patience = PATIENT;
 #if SET_GRIPS
     if (s->turning)
-        return PATIENT_IN_TURNS;
+        patience = PATIENT_IN_TURNS;
 #endif
-    return PATIENT;
+    if (k < patience)
+        return s->by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
+    return !(ratio < SLOW);
 }
 #endif
+
+/* Whether the second sweep shows already that a step is too long: where friction bends the rates of axles. */
+ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
+{
+#if SET_IS_ACTED_ON
+    return s->by_axles && missed(s) > MUCH_TOO_LONG*tolerance;
+#else
+    (void)s, (void)tolerance;
+    return 0;
+#endif
+}
 
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
@@ -261,7 +278,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
         ratio = change/last;
 #if SET_IS_ACTED_ON
-        if (!SET_IS_COUPLED && !s->stiff && k >= patience_of(s) && !(ratio < SLOW) && change > 100*sweep_tolerance) {   /* it contracts slowly */
+        if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
             stiff_since = k;
             long_at = k + 2;
@@ -285,7 +302,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #endif
         last = change > 0 ? change : 1e-300;
         s->h = length;
-        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : k == long_at && missed(s) > 4*tolerance)
+        if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
 #if SET_IS_ACTED_ON
         if (s->stiff && k >= stiff_since + STIFF_SWEEPS)  /* Newton's rule that does not settle: the rates bend */

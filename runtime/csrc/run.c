@@ -1,6 +1,7 @@
 /* The compiled engine: a run is phases, events and transitions, until its duration is over.
  *
  * collocation.c  a step: the state at its nodes
+ * axle_slopes.c  how axles' friction changes its rates
  * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
  * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
  * contact_rows.c  how rollers in contact turn with nu
@@ -24,6 +25,7 @@
 
 #include "engine_set.h"
 
+
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define MOST_GUARDS (4*MOST_WHEELS)
@@ -34,6 +36,10 @@
 #define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
 #define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
 #define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
+#define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
+#define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
+#define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
+#define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
 #define SHRINKS 0.1                 /* of a step: to less an event that has not been found with its loads shortens no try */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
@@ -179,6 +185,28 @@ static double time_to_rest(const step_t *s, const int wheels, const point_t *sta
 }
 #endif
 
+#if SET_IS_ACTED_ON && !SET_SLIPS
+/* The length of a step from here after which no wheel has passed zero that turns too fast for that: friction with a small
+ * named speed bends the rates there. Each step makes a part of the way. */
+static double longest_before_bend(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot,
+                                  const lanes_t *chi_dot)
+{
+    double time = INFINITY;
+    lanes_t chi_ddot[MOST_WHEELS];
+    s->bend_in = INFINITY;
+    rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
+    for (int i = 0; i < run->wheels; i++) {
+        const double rate = fabs(chi_dot[i][0]), rest_in = -chi_dot[i][0]/chi_ddot[i][0];
+        const double part = fmin(1 - NEAR_BEND*run->bend_rate/rate, PART_TO_BEND);
+        if (rate > run->bend_rate && rest_in > 0 && part*rest_in < time) {
+            time = part*rest_in;
+            s->bend_in = rest_in;
+        }
+    }
+    return time;
+}
+#endif
+
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
 ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
@@ -192,6 +220,11 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     at_this_instant(run, work, wheels, &start);
     if (s->stiff)
         *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
+#endif
+#if SET_IS_ACTED_ON && !SET_SLIPS
+    s->bend_in = INFINITY;
+    if (run->bend_rate > 0)
+        *longest = fmin(*longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
 #endif
 #if SET_LOADS
     loads_at_start(work, s, wheels);
@@ -332,7 +365,8 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 
 /* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
  * in whose middle they bend. */
-ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double allowed, double *ahead)
+ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double allowed,
+                             double *ahead)
 {
 #if SET_GRIPS
     if (s->turning && s->rest_in < INFINITY)
@@ -340,12 +374,17 @@ ALWAYS_INLINE double shorter(step_t *s, const int wheels, double factor, double 
 #endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
+    if (found.left < 1 && found.wheel >= 0) {
+        const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
+        run->bend_rate = run->bend_rate > 0 ? fmin(run->bend_rate, rate) : rate;
+        return s->h*found.left*PART_TO_BEND;
+    }
     if (found.left < 1) {
         *ahead = 2*s->h*(found.right - found.left);
         return s->h*found.left;
     }
 #endif
-    (void)wheels, (void)allowed, (void)ahead;
+    (void)run, (void)wheels, (void)allowed, (void)ahead;
     return s->h*fmin(fmax(factor, 0.2), 0.9);
 }
 
@@ -380,8 +419,6 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
-#endif
-#if SET_IS_COUPLED
     double error_before = INFINITY; /* of the try before                                                     */
 #endif
     for (int trial = 0; trial < 200; trial++) {
@@ -401,13 +438,14 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
-#if SET_IS_COUPLED
-        if (error > 0.5*error_before)       /* a shorter step is no better: what decays is far shorter yet       */
-            factor = fmin(factor, 0.25);
+#if SET_IS_ACTED_ON
+        /* A shorter step is no better: what decays is far shorter yet. */
+        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*error_before)
+            factor = fmin(factor, SET_IS_COUPLED ? 0.25 : 0.6);
         error_before = error;
 #endif
         if (error > 1 || found == TOO_LONG) {
-            most = shorter(s, wheels, factor, size*run->tolerance, &ahead);
+            most = shorter(run, s, wheels, factor, size*run->tolerance, &ahead);
             run->rejected_count++;
             continue;
         }
@@ -432,6 +470,10 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         s->stiff = s->stiff || (!SET_IS_COUPLED && slow && error < EASY);
 #endif
         run->step = fmin(longer(run, s, factor, error), ahead);
+#if SET_IS_ACTED_ON && !SET_SLIPS
+        if (s->bend_in < INFINITY && s->h < s->bend_in)
+            run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
+#endif
 #if SET_IS_COUPLED
         run->first_step = after_switch ? s->h : run->first_step;
         run->step = fmin(run->step, slow ? CAUTIOUS*s->h : INFINITY);
@@ -629,7 +671,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     s.wheels = wheels, s.vehicle = &work.vehicle, s.momenta = work.momenta, s.joint = run->joint;
     s.sweeps = 0;
 #if SET_IS_ACTED_ON
-    s.stiff = s.nu_is_stiff = 0;
+    s.stiff = s.nu_is_stiff = s.by_axles = 0;
 #endif
 #if SET_CORE_PARTS
     if (!run->started) {

@@ -17,7 +17,7 @@ SPEEDS = (1e-3, 1e-6, 1e-9)  # rad/s
 COMPILED = Setting("massless", "impact", "compiled")
 SPIN = 3.0  # rad/s
 STEPS = 40  # more than the same motion takes with 1 rad/s
-WHEELS_PRICE, ROLLERS_PRICE = 12, 6  # of a named speed of 1e-6 rad/s over that of 1 rad/s, in evaluations
+PRICE = 5  # of a named speed of 1e-6 rad/s over that of 1 rad/s, in evaluations
 
 
 def clock(speed: Any, named: Any) -> Any:
@@ -113,9 +113,9 @@ def rollers(scale: Scale) -> list[Measurement]:
 def prices(scale: Scale) -> list[Measurement]:
     """How much more often the rates are evaluated than with 1 rad/s, where wheels and rollers stop and turn."""
     setting, found = Setting("free", "impact", "compiled"), []
-    for body, torque, motions, bound in (
-        ("wheel", 2e-3, (((1, 0, 1), 6), ((1, 0, 0.3), 1.5)), WHEELS_PRICE),
-        ("roller", 1e-5, (((1, 0, 1), 6),), ROLLERS_PRICE),
+    for body, torque, motions in (
+        ("wheel", 2e-3, (((1, 0, 1), 6), ((1, 0, 0.3), 1.5))),
+        ("roller", 1e-5, (((1, 0, 1), 6),)),
     ):
         ratios = []
         for nu, duration in motions[: scale.of(1, 2)]:
@@ -128,7 +128,7 @@ def prices(scale: Scale) -> list[Measurement]:
             ]  # fmt: skip
             ratios.append(evaluations[1] / evaluations[0])
         found.append(
-            setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), bound)
+            setting.measurement(f"{body}s, 1e-06 rad/s: evaluations over those with 1 rad/s", max(ratios), PRICE)
         )
     return found
 
@@ -172,7 +172,8 @@ CASES = [
         section=SECTION,
         title="Stiff named speeds of the regularised law: 1e-3 ... 1e-9 rad/s (compiled engine)",
         naive="a stiff solver is as good, at its own tolerance",
-        promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s",
+        promise=f"the error is within the accuracy, 1e-9; a stop takes at most {STEPS} steps more than with 1 rad/s; "
+        f"1e-6 rad/s costs at most {PRICE} times the evaluations of 1 rad/s",
         run=lambda scale: wheels(scale) + rollers(scale) + prices(scale),
     ),
     Case(
