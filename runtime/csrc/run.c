@@ -7,7 +7,8 @@
  * contact_rows.c  how rollers in contact turn with nu
  * events.c       where it ends
  * contact_events.c  and where contacts with the ground end it
- * rows.c         what the caller gets
+ * rows.c         what the caller gets, and memory for the rest
+ * parts.c        memory laid out part by part
  * instant.c      the rates at an instant
  * spin_events.c  and where free rollers on their disks end it
  * sticking.c     which bearings stick
@@ -15,6 +16,7 @@
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
+ * linear.c       linear equations
  * loads.c        rates with loads that follow the motion
  * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
