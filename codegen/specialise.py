@@ -178,7 +178,15 @@ def _function(function: Function, present: Sequence[str], neutral: Mapping[str, 
     elements = {symbol: e for symbol, e in function.elements.items() if e.array.name in known}
     names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
     body = _Specialiser(Canonical(Order(names)), known).block(function.body, dict(neutral))
-    return without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body))
+    left = without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body))
+    return replace(left, arguments=_asked_for(left, arguments))
+
+
+def _asked_for(function: Function, arguments: Sequence[Array]) -> tuple[Array, ...]:
+    """The arguments without those that an effect brings and no step reads, as where it acts through another one alone
+    that is absent."""
+    read = {element.array.name for element in _elements_read(function)}
+    return tuple(a for a in arguments if not a.effect or a.role == "out" or a.name in read)
 
 
 @dataclass

@@ -14,7 +14,7 @@
  * forward_dynamics_sharp, accelerations_sharp, contact_axial, axial_speeds, spins_from_axial, momenta,
  * impact, impact_sharp.
  *
- * Of free_contact.c: slip_energy, slip_spins.
+ * Of free_contact.c: slip_dynamics, slip_forces, ground_power, slip_energy, slip_spins.
  */
 
 /* Loads with these sums of the contacts that carry: those of equal springs under a rigid platform.
@@ -80,123 +80,6 @@ void omniroll_spring_loads(const omniroll_model *model, const omniroll_real *car
         const omniroll_real beside_2 = place_2 - middle_2;
         const omniroll_real compression_ = down + tilt_1*beside_1 + tilt_2*beside_2;
         compression[i] = compression_;
-    }
-}
-
-/* Accelerations of platform, wheels and rollers in contact where contacts may slip. Equations: (3.1).
- * Steps: yaw, angle (maxima/forms/rolling.mac); platform_force, free_couple (maxima/forms/system.mac);
- * slip_force, wheel_slip, slip_solution (maxima/effects/contact.mac). */
-void omniroll_slip_dynamics(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                            const omniroll_real *rates, const omniroll_real *contact_omega,
-                            const omniroll_real *momenta, const omniroll_real *load_factor,
-                            omniroll_real *nu_dot, omniroll_real *chi_dot, omniroll_real *rates_dot,
-                            omniroll_real *contact_omega_dot)
-{
-    const int wheels = model->wheels;
-    (void)load_factor;
-    const omniroll_real B = model->B;
-    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
-    const omniroll_real mass_R2 = model->mass_R2;
-    const omniroll_real coriolis = model->coriolis;
-    const omniroll_real J = model->J;
-    const omniroll_real bare_yaw = model->bare_yaw;
-    const omniroll_real nu_1 = nu[0];
-    const omniroll_real nu_2 = nu[1];
-    const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
-    const omniroll_real coriolis_nu_3 = coriolis*nu_3;
-    omniroll_real f1 = coriolis_nu_3*nu_2;
-    omniroll_real f2 = -coriolis_nu_3*nu_1;
-    omniroll_real f3 = OMNIROLL_NUMBER(0);
-    const omniroll_real yaw_rate_per_J = yaw_rate/J;
-    for (int i = 0; i < wheels; i++) {
-        const omniroll_real chi_i = chi[i];
-        const omniroll_real wheel_rate = rates[i];
-        const omniroll_real axial = contact_omega[i];
-        const omniroll_real momentum_cos = momenta[2*i];
-        const omniroll_real momentum_sin = momenta[2*i + 1];
-        const omniroll_real t1 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
-        const omniroll_real couple = cosine*(B*axial + momentum_cos) - momentum_sin*sine;
-        f3 += -inverse_yaw_scale*wheel_rate*couple;
-        const omniroll_real rate_of_wheel = yaw_rate_per_J*couple;
-        chi_dot[i] = wheel_rate;
-        rates_dot[i] = rate_of_wheel;
-        contact_omega_dot[i] = OMNIROLL_NUMBER(0);
-    }
-    const omniroll_real inverse_mass = 1/mass_R2;
-    const omniroll_real own_1 = f1*inverse_mass;
-    const omniroll_real own_2 = f2*inverse_mass;
-    const omniroll_real central_yaw = inverse_yaw_scale*inverse_yaw_scale*bare_yaw;
-    const omniroll_real x_3 = f3/central_yaw;
-    nu_dot[0] = own_1;
-    nu_dot[1] = own_2;
-    nu_dot[2] = x_3;
-}
-
-/* Slip velocities of the contacts, and the ground's forces on the wheels. Equations: (2.1), (2.2). Steps:
- * yaw, angle (maxima/forms/rolling.mac); axle_speed, roller_that_slips, slip_along_axle, slip
- * (maxima/effects/contact.mac). */
-void omniroll_slip_forces(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                          const omniroll_real *rates, const omniroll_real *contact_omega,
-                          const omniroll_real *load_factor, omniroll_real *slip, omniroll_real *ground_force)
-{
-    const int wheels = model->wheels;
-    (void)load_factor;
-    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
-    const omniroll_real R = model->R;
-    const omniroll_real l = model->l;
-    const omniroll_real R_over_l = model->R_over_l;
-    const omniroll_real tip = model->tip;
-    const omniroll_real joint_sine = model->joint_sine;
-    const omniroll_real nu_1 = nu[0];
-    const omniroll_real nu_2 = nu[1];
-    const omniroll_real nu_3 = nu[2];
-    const omniroll_real yaw_rate = inverse_yaw_scale*nu_3;
-    const omniroll_real t2 = 2*l;
-    const omniroll_real R_over_l_yaw_rate = R_over_l*yaw_rate;
-    for (int i = 0; i < wheels; i++) {
-        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
-        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
-        const omniroll_real chi_i = chi[i];
-        const omniroll_real wheel_rate = rates[i];
-        const omniroll_real axial = contact_omega[i];
-        const omniroll_real t1 = chi_i/2;
-        const omniroll_real half_sine = omniroll_sin(t1);
-        const omniroll_real half_cosine = omniroll_cos(t1);
-        const omniroll_real sine = 2*half_sine*half_cosine;
-        const omniroll_real below = joint_sine - half_sine;
-        const omniroll_real above = joint_sine + half_sine;
-        const omniroll_real width = below*above;
-        const omniroll_real rho = tip + t2*width;
-        const omniroll_real along = R*(nu_1*cos_alpha + nu_2*sin_alpha);
-        const omniroll_real rolling = axial - yaw_rate*sine;
-        const omniroll_real slip_axle = along - rho*rolling;
-        const omniroll_real rolling_rate = -R_over_l_yaw_rate - R_over_l*(nu_2*cos_alpha - nu_1*sin_alpha);
-        const omniroll_real slip_rolling = l*(wheel_rate - rolling_rate);
-        slip[2*i] = slip_axle;
-        slip[2*i + 1] = slip_rolling;
-        ground_force[2*i] = OMNIROLL_NUMBER(0);
-        ground_force[2*i + 1] = OMNIROLL_NUMBER(0);
-    }
-}
-
-/* Power that each contact loses by slipping. Equations: (2.1), (2.2). */
-void omniroll_ground_power(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
-                           const omniroll_real *rates, const omniroll_real *contact_omega,
-                           const omniroll_real *load_factor, omniroll_real *ground_loss)
-{
-    const int wheels = model->wheels;
-    (void)nu;
-    (void)chi;
-    (void)rates;
-    (void)contact_omega;
-    (void)load_factor;
-    for (int i = 0; i < wheels; i++) {
-        ground_loss[i] = OMNIROLL_NUMBER(0);
     }
 }
 

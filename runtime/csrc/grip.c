@@ -212,7 +212,7 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
 {
     cones_t problem;
     lanes_t given[2*MOST_WHEELS];
-    int contacts[MOST_WHEELS], broken[MOST_WHEELS], slips[MOST_WHEELS], further;
+    int contacts[MOST_WHEELS] = {0}, broken[MOST_WHEELS], slips[MOST_WHEELS], further;
     int count = 0;
     const int width = 2 - SET_FIRST_DIRECTION;
     for (int i = 0; i < run->wheels; i++)

@@ -257,6 +257,7 @@ CALLS = (
     Call("Log, columns", lambda **data: omniroll.Log(data), {"t": (0.0, 0.1), "gyro": (1.0, 2.0)}),
     Call("Log.read", omniroll.Log.read, {"path": "log.csv"}),
     Call("Log.line", lambda row: log().line(row), {"row": 0}),
+    Call("Log.beginning", lambda rows: log().beginning(rows), {"rows": 2}),
     Call("Number", omniroll.Number, {"name": "mass", "start": None, "least": None, "most": None, "prior": None}),
     Call("fit", omniroll.fit, {
         "what": VEHICLE, "logs": None, "free": ("wheel_viscous",), "loss": "linear", "instruments": None, **FITTED}),

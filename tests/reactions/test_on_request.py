@@ -23,7 +23,7 @@ FELT = (
     "roller_sticking",
     "slope",
 )
-OTHERS = tuple(effect["name"] for effect in LISTED if effect["name"] != "reactions")
+OTHERS = tuple(e["name"] for e in LISTED if "reactions" not in (e["name"], *e["needs"]))
 
 
 @cache

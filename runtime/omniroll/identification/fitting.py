@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from omniroll import validation
+from omniroll.effects.effect_set import EffectSet
 from omniroll.errors import InvalidValueError, LogError, SimulationStopped
 from omniroll.identification.answer import Fit
 from omniroll.identification.determination import LOOSE
@@ -102,7 +103,9 @@ def _model(what: Scene | Vehicle, instruments: Instruments | None, options: Mapp
     own = instruments or (what.instruments() if is_scene else None) or Instruments()
     options = (dict(what.options) if is_scene else {"nu": (0, 0, 0)}) | options
     validation.real("start_time", options.get("start_time", 0.0))
-    return Model(what.vehicle if is_scene else what, options, own)
+    vehicle = what.vehicle if is_scene else what
+    EffectSet.checked(options.get("effects", ()), vehicle)
+    return Model(vehicle, options, own)
 
 
 def _checked_logs(logs: Log | Sequence[Log]) -> tuple[Log, ...]:
