@@ -42,7 +42,7 @@ $(DEPS_STAMP): $(VENV_STAMP)
 
 $(BUILD_STAMP): $(DEPS_STAMP)
 	$(call say,build: the C kernels and the package)
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@OMNIROLL_MUST_COMPILE=1 $(PIP) install --no-deps --no-build-isolation --editable .
 	@rm -f $(VENV)/.build-* && touch $@
 
 setup: $(DEPS_STAMP) ## create .venv and install the pinned dependencies

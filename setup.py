@@ -2,7 +2,8 @@
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
 goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
-the set without effects, and the general ones, which run scenes whose own set cannot be compiled.
+the set without effects, and the general ones, which run scenes whose own set cannot be compiled. With
+$OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
 """
 
 import json
@@ -69,6 +70,8 @@ class BuildLibraries(build_ext):
                 for job in (*pairs, *made):
                     job.result()
         except building.CompilationError as problem:
+            if os.environ.get("OMNIROLL_MUST_COMPILE") and shutil.which(building.compiler()[0]):
+                raise SystemExit(f"omniroll: {problem}") from None
             print(f"omniroll: {problem}; the kernels in Python are there", file=sys.stderr)
         for text in (text for folder in own for text in folder.iterdir() if not text.name.endswith(NEEDED)):
             text.unlink()
