@@ -8,6 +8,7 @@
 #include <stdio.h>
 
 #define MOST_WHEELS 64
+#define SET_BEARINGS 1
 #define EPS 2.220446049250313e-16
 #define PASSED 16
 
