@@ -29,6 +29,7 @@ def after(state, effects, duration):
     return np.concatenate([run.nu[-1], run.chi[-1], run.pose[-1]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["massless", "locked", "free"])
 @pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
 def test_it_foretells_where_the_vehicle_is_after_a_moment(model, effects):

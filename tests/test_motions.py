@@ -39,6 +39,7 @@ def test_the_page_shows_every_picture_and_table(folder):
     assert sum(name.endswith(".csv") for name in shown) == 1 + len(cases.MOTIONS) * len(cases.SETTINGS)
 
 
+@pytest.mark.long
 def test_the_data_are_the_runs(folder):
     run = omniroll.Trajectory.load(folder / "motion-3-locked-smooth.csv")
     assert run.roller_model == "locked" and run.switching == "smooth" and run.t[-1] == DURATION

@@ -137,6 +137,7 @@ def test_a_run_that_stops_does_not_end_the_others(monkeypatch):
     assert many.end.t[0] < 4 == many.end.t[1]
 
 
+@pytest.mark.long
 def test_effects_vary_by_member():
     torques = [[omniroll.Torque((k, 0, -k))] for k in (0.001, 0.002)]
     many = simulate_many(PAPER, nu=(1, 0, 1), duration=0.5, effects=torques)
@@ -148,6 +149,7 @@ def test_effects_vary_by_member():
     assert mixed.shape == (2, 2) and (mixed.end.nu[0, 1] == many.end.nu[0]).all()
 
 
+@pytest.mark.long
 def test_axles_that_stick_vary_by_member():
     """In threads: each run decides by itself what sticks."""
     torques = np.array([1e-3, 3e-3, 1.2e-2])

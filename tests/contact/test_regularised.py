@@ -53,6 +53,7 @@ def test_forces_lie_in_the_ellipse_and_take_the_most_power(friction):
     assert -(run.ground_force[0] * run.slip[0]).sum(axis=-1) == pytest.approx(most, rel=1e-3)
 
 
+@pytest.mark.long
 def test_a_vehicle_rolls_down_where_the_ground_grips_and_slides_where_it_does_not():
     """Wheels that turn take a part of the weight's work; wheels on a slick ground stay as they are."""
     angle = 0.2

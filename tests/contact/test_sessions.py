@@ -21,6 +21,7 @@ def state(session):
     return [session.nu.copy(), session.pose.copy(), session.energy, *contacts]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["viscous", "regularised", "coulomb", "loads, regularised, Coulomb's friction in rollers", "loads, coulomb"]
 )
@@ -45,6 +46,7 @@ def test_a_session_is_the_run_and_goes_back_to_the_bit(name):
     assert np.array_equal(session.wheel_speeds, run.quantity("rates")[0])
 
 
+@pytest.mark.long
 def test_motors_read_the_rates_of_their_wheels():
     """Wheels that stand while the vehicle moves: no back EMF."""
     session = Session(PAPER, nu=(2, 1, 0), effects=[Contact(1.0, wheel_rates=0), MOTOR], driven=False)
@@ -53,6 +55,7 @@ def test_motors_read_the_rates_of_their_wheels():
     np.testing.assert_allclose(session.outputs["currents"], stalled, rtol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["viscous", "coulomb", "loads, regularised, Coulomb's friction in rollers"])
 def test_a_sweep_ends_where_its_runs_end(name):
     vehicle, options = slipping_task(name, 1)

@@ -14,6 +14,7 @@ PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
 CLOSED = 1e-8  # of the closed forms, at the accuracy 1e-9 of the runs
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["free", "massless"])
 def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
     """s' = -c (2/M + l^2/J) s: the vehicle starts across its axles while the wheels stand; switches change nothing."""
@@ -100,6 +101,7 @@ EFFECTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effects", EFFECTS.values(), ids=EFFECTS)
 def test_the_ledger_closes(effects):
     start = {"nu": (1.0, 0.3, 0.7), "chi": (-0.6, 0.55, -0.6), "duration": 0.1}  # every wheel switches

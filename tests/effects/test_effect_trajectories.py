@@ -49,6 +49,7 @@ FIELDS = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SETS)
 @pytest.mark.parametrize("accuracy", [1e-5, 1e-8])
 def test_the_accuracy_is_met_and_estimated(name, accuracy):
@@ -70,6 +71,7 @@ def test_both_kernels_give_the_same(name):
     assert difference(one, other) < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "locked"])
 def test_other_roller_models_lose_energy_in_their_contact_rollers(roller_model):
     run = simulate(
@@ -162,6 +164,7 @@ def test_a_wheel_that_is_held_on_its_joint_ends_or_stops(roller_model, law, away
     assert abs(run.ledger.residual) < 1e-6 * max(run.ledger.scale, 1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("engine", "longest"), [("python", 0.0), ("compiled", 1e-4)])
 def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
     """At rest on its joint until the torques come that hold it there; the compiled engine sees it within 0.1 ms."""
@@ -181,6 +184,7 @@ def test_what_was_done_before_a_stop_is_kept(tmp_path, engine, longest):
 # Threads
 
 
+@pytest.mark.long
 def test_two_threads_give_what_each_gives_alone():
     tasks = [
         {"effects": effects, "roller_model": model}

@@ -85,6 +85,7 @@ def test_it_does_what_the_built_in_controller_does(engine, function, integral):
     assert own.quantity("drive_work")[-1] == pytest.approx(built_in.quantity("drive_work")[-1], rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["free", "locked"])
 def test_both_engines_agree_on_a_function_of_everything(model):
     """A function of the time, the pose and the contact, with motors that reach their limits and friction."""

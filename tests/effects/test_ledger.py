@@ -106,6 +106,7 @@ def test_every_two_choices_meet():
         assert len({(c[one], c[other]) for c in FEW}) == len({(c[one], c[other]) for c in COMBINATIONS})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("combination", COMBINATIONS, ids=", ".join)
 def test_every_combination_closes(combination):
     check(account(combination, "free"), combination)
@@ -119,6 +120,7 @@ def test_other_roller_models_and_laws(combination, laws):
     check(account(combination, *laws), combination)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-7, 1e-11])
 def test_the_residual_falls_with_the_accuracy(accuracy):
     effects = [*DRIVES["motors"], Bearings(**AXLES["axles both"], **ROLLERS["rollers viscous"]), *SLOPES["slope"]]
@@ -127,6 +129,7 @@ def test_the_residual_falls_with_the_accuracy(accuracy):
     assert abs(run.ledger.residual) < accuracy * run.ledger.scale
 
 
+@pytest.mark.long
 def test_the_account_row_by_row():
     effects = [Torque(0.02), Bearings(wheel_viscous=1e-3, roller_viscous=1e-5), Slope(0.1)]
     run = simulate(PAPER, **START, duration=2, accuracy=1e-11, control=False, effects=effects)

@@ -67,6 +67,7 @@ def moreau(vehicle, nu, duration, steps, sliding, torque=0.0):
     return nu
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
 def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
     sliding = np.array([4e-3, 3e-3, 5e-3, 2e-3])[: vehicle.wheels]
@@ -94,6 +95,7 @@ def test_all_stick_at_once(engine):
     assert run.quantity("axle_loss")[-1] == pytest.approx(run.energy[0], rel=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("static", [1.0, 1.5])
 def test_they_break_away_together_when_torques_have_grown(static, engine):
     """Equal torques that grow: rest until they are at the break-away torque, then the sliding torque goes off."""
@@ -113,6 +115,7 @@ def test_they_break_away_together_when_torques_have_grown(static, engine):
     assert np.isclose(run.t, start, rtol=1e-12).any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [PAPER, FOUR], ids=["three wheels", "four wheels"])
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 @pytest.mark.parametrize("heading", [0.3, 1.9])
@@ -213,6 +216,7 @@ def test_rollers_with_a_small_named_speed_follow_the_vehicle():
     assert np.abs(coarse.nu[-1] - fine.nu[-1]).max() < 1e-5
 
 
+@pytest.mark.long
 def test_both_engines_agree_where_axles_stick_and_rollers_rub(engine):
     """held_accelerations: the spins' rates where axles stick."""
     effects = [Bearings(wheel_coulomb=2e-3, roller_coulomb=1e-5, roller_speed=1e-2)]
@@ -224,6 +228,7 @@ def test_both_engines_agree_where_axles_stick_and_rollers_rub(engine):
     assert abs(run.ledger.residual) < 1e-9 * run.energy[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching, engine):
@@ -245,6 +250,7 @@ def test_what_is_lost_is_the_torque_times_the_angle(roller_model, switching, eng
         assert (np.diff(run.energy) <= 1e-9 * run.energy[0]).all()
 
 
+@pytest.mark.long
 def test_reported_torques_keep_what_sticks_at_rest(engine):
     effects = [Bearings(wheel_coulomb=(4e-3, 3e-3, 5e-3), wheel_viscous=1e-4), Slope(0.01)]
     task = {"nu": (1, 0, 0.3), "duration": 3, "accuracy": 1e-9, "control": False, "effects": effects}
@@ -264,6 +270,7 @@ def test_reported_torques_keep_what_sticks_at_rest(engine):
     assert stuck > (5 if engine == "compiled" else 20)  # its steps are longer
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 def test_a_wheel_that_sticks_on_its_joint_stays_there(roller_model, engine):
     joint = np.pi / PAPER.rollers_per_wheel
@@ -287,6 +294,7 @@ def test_a_controller_with_motors_stops_and_starts_what_sticks(engine):
     assert (run.nu[0] == 0).all()
 
 
+@pytest.mark.long
 def test_the_accuracy_is_met_and_estimated():
     start = {"nu": (1, 0.2, 0.8), "duration": 2, "effects": [Bearings(wheel_coulomb=4e-3), Slope(0.01)]}
     exact = simulate(PAPER, **start, accuracy=1e-12, control=False)

@@ -126,6 +126,7 @@ def begun(vehicle, nu, chi):
     return np.array(chi), w
 
 
+@pytest.mark.long
 @on_both_engines
 @pytest.mark.parametrize("axles", [0.0, 4e-3])
 def test_bodies_under_moreaus_scheme_move_so(axles, engine):
@@ -188,6 +189,7 @@ def test_the_regularised_law_tends_to_it():
     assert errors[1].max() < 0.3 * errors[0].max() < 1e-3
 
 
+@pytest.mark.long
 @on_both_engines
 @pytest.mark.parametrize("seed", range(8))
 def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
@@ -207,6 +209,7 @@ def test_any_vehicle_keeps_the_law_and_the_account(seed, engine):
     assert abs(run.ledger.residual) < 1e-7 * max(run.ledger.scale, 1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["massless", "locked", "free"])
 def test_reactions_and_instruments_have_what_the_rollers_bearings_take(model):
     """Those of the regularised law tend to them; without the friction they would be far from them."""

@@ -26,6 +26,7 @@ def by_differences(found, names, sizes):
     return found._differences(dict(zip(names, sizes, strict=True)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "free"])
 def test_they_are_those_of_differences(roller_model):
     """Motors with one constant for torque and back-EMF, numbers of the start, and instruments that err."""
@@ -42,6 +43,7 @@ def test_they_are_those_of_differences(roller_model):
             assert np.abs(own[0][reading] - values).max() < allowed, (name, reading)
 
 
+@pytest.mark.long
 def test_a_fit_says_where_it_differences():
     """Axles that stick have no sensitivities; scales and biases of instruments need none."""
     found = prediction([DRIVE, omniroll.Bearings(wheel_coulomb=1e-3)])
@@ -58,6 +60,7 @@ def test_a_fit_says_where_it_differences():
     assert str(fit).endswith("mass: derivatives by differences of runs")
 
 
+@pytest.mark.long
 def test_a_number_that_the_run_does_not_know_has_differences():
     """A rotor's inertia; the others stay exact."""
     motor = omniroll.Motor(voltage=(2, -1, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)

@@ -68,6 +68,7 @@ def test_a_path_is_driven_with_the_rollers_momenta_in_it(model):
     assert fine < coarse / 3 and fine < without / 50
 
 
+@pytest.mark.long
 def test_a_path_is_driven_by_voltages_against_friction():
     friction = (omniroll.Bearings(wheel_viscous=1e-3, wheel_coulomb=0.01, wheel_speed=1e-3),)
     off, drive = missed(0.005, "locked", "locked", friction)

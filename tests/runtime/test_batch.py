@@ -30,6 +30,7 @@ def alone(vehicles, model, nu, chi, momenta):
     return np.transpose(found)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [1, 15, 16, 17, 100])
 @pytest.mark.parametrize("model", ROLLER_MODELS)
 @pytest.mark.parametrize("vehicle", [PAPER, SHARP, omniroll.Vehicle.paper(5, 7)], ids=["paper", "sharp", "five"])

@@ -478,6 +478,7 @@ def test_currents_make_the_torques():
     assert 0 < limited < 60
 
 
+@pytest.mark.long
 def test_outputs_are_of_the_effects_that_are_there():
     motor = Motor(1.0, 0.02, 1.5)
     ramp = FunctionController(braking, 0.1)
@@ -670,6 +671,7 @@ def calls_of(function):
     return count - 2  # `function` itself, and setprofile
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sizes", [(3, 5), (4, 12), (8, 60)])
 def test_a_step_makes_few_calls_whatever_the_vehicle(sizes):
     """The engine is called once; the rest does not depend on the vehicle, and not on how long the session has run."""

@@ -21,6 +21,7 @@ def run():
     return omniroll.simulate(VEHICLE, nu=(1, 0.3, 1), duration=1, effects=effects)
 
 
+@pytest.mark.long
 def test_rows_of_the_run_are_rows_of_the_table(run):
     frame = run.to_pandas()
     assert len(frame) == len(run) and (frame.index == run.t).all()

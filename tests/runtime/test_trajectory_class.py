@@ -90,6 +90,7 @@ def test_sampling_between_rows(run):
     np.testing.assert_allclose(axial, rows_axial, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("engine", "effects"),
     [("compiled", ()), ("compiled", (Torque(0.01), Bearings(roller_viscous=1e-6))), ("python", ())],

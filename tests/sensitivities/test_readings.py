@@ -23,6 +23,7 @@ def measured(run, times=TIMES):
     return run.measure(times, INSTRUMENTS, READINGS) | {"pose": run.sample(times).pose}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
 def test_readings_by_numbers(roller_model):
     case = Case(roller_model, effects=ACTING)
