@@ -43,6 +43,7 @@ def test_it_foretells_where_the_vehicle_is_after_a_moment(model, effects):
     assert errors[1] < errors[0] / 5  # of third order: by 8 for half the step
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["massless", "locked", "free"])
 def test_a_small_deviation_follows_it(model):
     """Two motions from starts a little apart: their distance is A's, up to the step's second order."""
@@ -145,6 +146,7 @@ def test_what_is_not_a_vehicle_is_refused_and_so_is_a_second_step():
         linearise(VEHICLE).discrete(-1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["massless", "locked", "free"])
 @pytest.mark.parametrize("effects", CASES, ids=["bare", "motor", "friction and torque", "slope and motor"])
 def test_the_rates_beside_the_state_are_those_that_it_foretells(model, effects):

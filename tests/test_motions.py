@@ -46,6 +46,7 @@ def test_the_data_are_the_runs(folder):
     assert run.nu[0].tolist() == [1, 0, 1]
 
 
+@pytest.mark.long
 def test_every_number_of_the_findings_stands_on_the_page(folder, rows):
     text = (folder / "index.html").read_text(encoding="utf-8")
     assert len(rows) > 50

@@ -164,6 +164,7 @@ def test_axles_that_stick_vary_by_member():
     assert (many.end.nu[:, 2] == 0).all() and (many.end.nu[:, 0] != 0).any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("executor", [None, Pickling()])
 def test_a_member_that_fails_is_named(executor):
     """The second one's torques are those of another vehicle, the third one's numbers leave the range."""

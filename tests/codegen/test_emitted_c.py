@@ -92,6 +92,7 @@ def agree(found, expected, epsilon):
     assert flat(list(found)) == pytest.approx(flat(expected), rel=200 * epsilon, abs=20 * epsilon)
 
 
+@pytest.mark.long
 def test_model(library, python):
     toy, epsilon = library
     m, model = python_model(python), toy.model

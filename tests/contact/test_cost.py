@@ -17,11 +17,13 @@ def regularised(speed):
     return Contact(law="regularised", friction=0.3, speed=speed, wheel_rates=0)
 
 
+@pytest.mark.long
 def test_a_small_named_speed_costs_at_most_five_times_a_large_one():
     """The wheels skid until they roll, and at each of six switches the entering roller does."""
     assert evaluations(regularised(1e-6)) <= 5 * evaluations(regularised(1e-2))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("coefficient, times", [(3.0, 10), (30.0, 12), (1e4, 16)])
 def test_slip_on_a_viscous_ground_against_the_bare_vehicle(coefficient, times):
     """Rolling evaluates in long steps; with slip each switch begins with steps as short as the roller's spin-up."""

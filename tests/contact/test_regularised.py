@@ -19,6 +19,7 @@ def skidding(speed, load=10.0, friction=0.4, end=0.1):
     return run, run.slip[:, 0, 1], strength
 
 
+@pytest.mark.long
 def test_a_skidding_vehicle_in_closed_form():
     """s' = -k s/sqrt(s^2 + v^2): sqrt(s^2 + v^2) - v asinh(v/s) falls by k t."""
     speed = 0.05

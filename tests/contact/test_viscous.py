@@ -30,6 +30,7 @@ def test_a_skidding_vehicle_spins_its_wheels_up_until_it_rolls(model):
     assert run.ledger.residual == pytest.approx(0, abs=1e-9 * run.energy[0])
 
 
+@pytest.mark.long
 def test_the_ground_spins_a_roller_up():
     """Along the axles, wheels at rest: s' = -c (2/M + rho^2/B) s in the middle of the rollers."""
     speed, c, end = 2.0, 0.3, 0.01

@@ -92,6 +92,7 @@ def test_a_command_holds_until_the_next(tmp_path, engine):
     assert linear.sample(0.38).nu[1] * found.vehicle.platform_radius > 0.1
 
 
+@pytest.mark.long
 def test_a_run_s_own_samples_can_be_replayed(tmp_path):
     """The voltages that a run's samples hold, replayed, give the same motion as far as they hold the voltages."""
     motor = omniroll.Motor(voltage=[2.0, -1.0, 0.5], torque_constant=0.02, resistance=1.5)

@@ -42,6 +42,7 @@ def test_equal_torques_spin_the_vehicle_up_linearly():
     assert len(run.switches) > 10 and np.abs(run.nu[:, :2]).max() < 1e-13
 
 
+@pytest.mark.long
 def test_viscous_axles_slow_it_down_exponentially():
     """On a regular polygon sum g g^T is diagonal: |(nu_1, nu_2)| and nu_3 each decay at their own rate."""
     damping = 0.02
@@ -59,6 +60,7 @@ def time_from_fade(speed, fade, rate):
     return -(whole - fade * np.arctanh(fade / whole)) / rate
 
 
+@pytest.mark.long
 def test_coulomb_friction_of_the_axles():
     torque, fade = 0.01, 2.0
     run = simulate(PAPER, **turning(1.0), duration=2, effects=[Bearings(wheel_coulomb=torque, wheel_speed=fade)])
@@ -69,6 +71,7 @@ def test_coulomb_friction_of_the_axles():
     assert speed[-1] < 0.7 * speed[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect", [Bearings(roller_viscous=4e-6), Bearings(roller_coulomb=5e-6, roller_speed=0.5)])
 def test_free_rollers_spin_down(effect):
     """chi = 0 and equal spins: the rollers' couples about the vertical cancel, and the vehicle stays at rest."""
@@ -85,6 +88,7 @@ def test_free_rollers_spin_down(effect):
     np.testing.assert_allclose(run.quantity("roller_loss"), run.energy[0] - run.energy, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("direction", [0.0, 1.3])
 @pytest.mark.parametrize("heading", [0.0, -0.6])
 def test_down_a_slope_from_rest(direction, heading):
@@ -131,6 +135,7 @@ def test_held_torques():
 MOTOR = {"torque_constant": 0.02, "resistance": 1.5, "gear_ratio": 4.0, "back_emf": 0.03}
 
 
+@pytest.mark.long
 def test_a_motor_runs_up_to_its_speed():
     run = simulate(PAPER, **turning(0.0), duration=2, effects=[Motor(-3.0, **MOTOR)])
     per_volt = MOTOR["gear_ratio"] * MOTOR["torque_constant"] / MOTOR["resistance"]

@@ -73,6 +73,7 @@ def agree(got, want):
         assert abs(float(a - b)) <= CLOSE * (1 + abs(float(b)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("effects", SETS, ids="+".join)
 def test_they_are_the_derivatives_of_the_accelerations(model, effects):

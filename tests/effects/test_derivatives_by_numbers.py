@@ -109,6 +109,7 @@ def compared(model, effects, numbers, sharp):
     return count
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model, effects, numbers", SETS)
 def test_they_are_the_derivatives_of_every_rate(model, effects, numbers):
     assert compared(model, effects, numbers, sharp=False) > 50

@@ -60,6 +60,7 @@ def test_the_accuracy_is_met_and_estimated(name, accuracy):
     assert len(run.switches) >= 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SETS)
 def test_both_kernels_give_the_same(name):
     """The C kernels and the Python kernels below the one engine."""

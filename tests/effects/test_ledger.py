@@ -141,6 +141,7 @@ def test_the_account_row_by_row():
     assert (np.diff(run.quantity("axle_loss")) >= 0).all() and (np.diff(run.quantity("roller_loss")) >= 0).all()
 
 
+@pytest.mark.long
 def test_a_wrong_entry_would_show():
     """The residual is not small by itself: without one of its entries it is large."""
     effects = [Torque(0.02), Bearings(wheel_viscous=1e-3, roller_viscous=1e-5), Slope(0.1)]

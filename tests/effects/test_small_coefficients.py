@@ -32,6 +32,7 @@ def end(roller_model, effects, vehicle=PAPER):
     return np.concatenate([run.nu[-1], run.pose[-1]]), len(run.switches)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "free"])
 @pytest.mark.parametrize("name", CASES)
 def test_first_order(name, roller_model):
@@ -47,6 +48,7 @@ def test_first_order(name, roller_model):
     assert order == pytest.approx(1, abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "free"])
 def test_centre_of_mass_to_the_middle(roller_model):
     plain, _ = end(roller_model, [])

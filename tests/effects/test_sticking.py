@@ -81,6 +81,7 @@ def test_wheels_stick_one_by_one_as_in_moreaus_scheme(vehicle):
         assert len({tuple(row) for row in sticks}) >= 3  # one after the other
 
 
+@pytest.mark.long
 def test_all_stick_at_once(engine):
     """Turning on the spot all rates are the same; what is left of the last is nothing, and stays so."""
     torque = 2e-3
@@ -144,6 +145,7 @@ def test_a_slope_at_exactly_the_break_away_angle(vehicle, roller_model, heading,
         assert np.abs(run(torque).nu[-1]).max() > 0
 
 
+@pytest.mark.long
 def test_rest_is_held_where_torques_of_least_norm_would_let_go(engine):
     """Four wheels have torques to spare: one of the least-norm torques is above its bound, and others hold."""
     rows = rows_of(FOUR)
@@ -161,6 +163,7 @@ def test_rest_is_held_where_torques_of_least_norm_would_let_go(engine):
     np.testing.assert_allclose(found @ rows, np.broadcast_to(wanted, (len(run), 3)), atol=1e-15)
 
 
+@pytest.mark.long
 def test_reversal_through_zero_speed():
     """Torques that turn the vehicle to and fro, as in Moreau's scheme; the weakest of them never turns its wheel."""
     sliding, times = np.full(3, 1e-3), [0, 1, 2, 3]
@@ -191,6 +194,7 @@ def test_the_regularised_law_tends_to_it():
     assert errors[1].max() < 0.25 * errors[0].max() < 5e-3
 
 
+@pytest.mark.long
 def test_a_small_named_speed_costs_the_compiled_engine_few_steps():
     """Newton's rule at the nodes: steps grow with the digits of the named speed, not with its inverse."""
     start = {"nu": (1, 0, 1), "duration": 6, "accuracy": 1e-9, "control": False}
@@ -303,6 +307,7 @@ def test_the_accuracy_is_met_and_estimated():
     assert run.stats["engine"] == "compiled"
 
 
+@pytest.mark.long
 def test_reactions_and_files_have_the_bearings_torques(tmp_path):
     """At rest on a slope the ground holds the vehicle by the wheels whose axles stick: sum of forces is the pull."""
     slope = Slope(0.02, 0.0)

@@ -152,6 +152,7 @@ def spinning(vehicle, nu_3):
     return yaw, rate, (vehicle.yaw_inertia * yaw**2 + vehicle.wheels * vehicle.wheel_inertia * rate**2) / 2
 
 
+@pytest.mark.long
 @on_both_engines
 @pytest.mark.parametrize("switching", ["impact", "smooth"])
 def test_where_all_rollers_rest_on_their_disks_nothing_slows_the_vehicle_down(switching, engine):

@@ -61,6 +61,7 @@ def end(run):
     return np.array([*run.nu[-1], *run.pose[-1], *run.chi[-1]])
 
 
+@pytest.mark.long
 @models
 @laws
 @pytest.mark.parametrize("case", CASES)

@@ -63,6 +63,7 @@ def fit(scene, columns):
     return omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns, name="drive"), list(TRUE))
 
 
+@pytest.mark.long
 def test_instruments_are_fitted_with_the_vehicle(fit):
     for name, value in TRUE.items():
         low, high = fit.interval(name, 0.999)

@@ -27,6 +27,7 @@ def test_every_extra_has_programs_that_need_its_packages():
     assert {extra for extra, programs in extras.PROGRAMS.items() if not programs} == set(extras.ALONE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("extra, package, program", IN_PROCESS)
 def test_without_it_one_line_says_what_to_install(extra, package, program, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -198,6 +198,7 @@ def test_every_row_remembers_what_the_drives_gave():
     assert run.drive[:, 1] == pytest.approx(np.full((len(run.t), 3), (5 * 0.02) ** 2), rel=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", ["npz", "csv"])
 def test_a_run_from_a_file_has_the_same_reactions(tmp_path, ending):
     run = driven_run()

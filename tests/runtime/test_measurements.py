@@ -27,6 +27,7 @@ def read(run):
     return run.measure(TIMES, omniroll.Instruments(counts_per_turn=1e7, place=PLACE))
 
 
+@pytest.mark.long
 def test_the_table_names_all(read):
     assert set(read) == {entry.name for entry in MEASUREMENTS}
 

@@ -136,6 +136,7 @@ def distance_to(run, session):
 # Stepping
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("name", SCENES)
 def test_stepping_is_one_run_to_its_accuracy(name, seed):

@@ -33,6 +33,7 @@ def test_rows_of_the_run_are_rows_of_the_table(run):
     assert (frame["slope_work"] == work["slope_work"]).all()
 
 
+@pytest.mark.long
 def test_every_column_has_a_unit(run):
     units = run.to_pandas(TIMES, INSTRUMENTS).attrs["units"]
     assert set(units) == {"t", *run.to_pandas(TIMES, INSTRUMENTS).columns}

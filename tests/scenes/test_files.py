@@ -197,6 +197,7 @@ def refused_or_read(path: Path) -> None:
         assert str(error) and all(len(line) < 1000 for line in str(error).splitlines())
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(document=DOCUMENTS)
 @example(document={"vehicle": {"preset": "paper", "wheels": 10**400}, "start": {"nu": [10**400, 0, 0]}})

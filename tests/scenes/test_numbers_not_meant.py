@@ -181,6 +181,7 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_what_is_not_meant_is_caught_by_name(name, tmp_path):
     vehicle, tables, caught = CASES[name]

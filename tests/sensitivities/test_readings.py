@@ -38,6 +38,7 @@ def test_readings_by_numbers(roller_model):
             assert np.abs(slopes[column] - expected).max() < 1e-5 * size, (name, reading)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("roller_model", ["massless", "free"])
 def test_readings_by_time(roller_model):
     run, step = Case(roller_model, effects=ACTING).run(sensitivities=("mass",)), 1e-5

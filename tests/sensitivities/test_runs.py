@@ -72,6 +72,7 @@ def test_they_are_the_differences_of_runs(roller_model, switching):
     check(case, changes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "case, changes", WITH_EFFECTS, ids=lambda case: type(case.effects[0]).__name__ if isinstance(case, Case) else ""
 )
