@@ -67,6 +67,7 @@ def test_no_function_twice_in_the_programs():
     assert twice(bodies) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("entry", SETS, ids=[entry["name"] for entry in SETS])
 def test_a_pair_has_the_functions_of_generated_c_verbatim(entry):
     base, effects = entry["base"], tuple(entry["effects"])

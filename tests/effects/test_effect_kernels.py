@@ -113,6 +113,7 @@ def test_each_effect_alone(effects, model):
     check(vehicle, state, model, effects, numbers)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effects", list(combinations(OPTIONAL, 2)), ids="+".join)
 def test_any_two_effects(effects):
     """A motor is a drive whose torque falls with the wheel's rate: it comes with the drive."""

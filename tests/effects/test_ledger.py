@@ -112,6 +112,7 @@ def test_every_combination_closes(combination):
     check(account(combination, "free"), combination)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("combination", FEW, ids=", ".join)
 @pytest.mark.parametrize(
     "laws", [("massless", "impact"), ("locked", "impact"), ("locked", "smooth"), ("free", "smooth")]

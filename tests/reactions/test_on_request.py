@@ -65,6 +65,7 @@ def test_without_them_no_symbol_of_theirs_is_left(base):
         assert not set(own) & set(re.findall(r"\w+", text))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", MODELS)
 @pytest.mark.parametrize("effect", FELT)
 def test_a_reaction_has_only_the_effects_that_are_there(base, effect):
