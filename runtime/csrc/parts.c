@@ -1,6 +1,6 @@
 /* Memory that the caller gives, laid out part by part. */
 
-/* Without memory the parts are counted, and are nowhere. */
+/* Where `memory` is null the parts are only counted, and their pointers are null. */
 typedef struct {
     lanes_t *memory;
     long long used;                 /* lanes                                                                 */

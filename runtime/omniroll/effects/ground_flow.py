@@ -86,12 +86,20 @@ class GroundFlow:
             moved = y.copy()
             moved[k] += MOVED * max(1.0, abs(value))
             step = moved[k] - value
-            by_state[:, k] = (self.plain(time, moved) - rates) / step
+            by_state[:, k] = (self._moved(time, moved, angles) - rates) / step
             across_by_state[:, k] = (self.along_and_across(moved, angles)[1] - across) / step
+        return by_state, self._by_angles(time, y, angles, rates), across_by_state
+
+    def _moved(self, time: float, y: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """y' in a state beside the one that directed() has just been asked for, in the same directions."""
+        return self.plain(time, y)  # the forces stay: they know the directions alone
+
+    def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """(d, m) of y' in the directions; rates are y' in these."""
         by_angle = np.empty((len(y), len(angles)))
         push, slope = self.buffers["ground_push"].copy(), self.buffers["sliding_slope"].reshape(-1, 2, 2)
         for k, contact in enumerate(self.turning):
             self.buffers["ground_push"][contact] += slope[contact] @ [-np.sin(angles[k]), np.cos(angles[k])]
             by_angle[:, k] = self.plain(time, y) - rates  # linear in the forces
             self.buffers["ground_push"][:] = push
-        return by_state, by_angle, across_by_state
+        return by_angle

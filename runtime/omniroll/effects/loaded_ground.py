@@ -144,22 +144,18 @@ class LoadedFlow(GroundFlow):
         factor[:] = 1.0
         return found
 
-    def slopes(self, time: float, y: np.ndarray, angles: np.ndarray) -> "tuple[np.ndarray, ...]":
-        """As for loads that are given; by differences, since the loads turn with the directions, too."""
-        rates, (_, across) = self.directed(time, y, angles), self.along_and_across(y, angles)
-        by_state, across_by_state = np.empty((len(y), len(y))), np.empty((len(angles), len(y)))
-        for k, value in enumerate(y):
-            moved = y.copy()
-            moved[k] += MOVED * max(1.0, abs(value))
-            step = moved[k] - value
-            by_state[:, k] = (self.directed(time, moved, angles) - rates) / step
-            across_by_state[:, k] = (self.along_and_across(moved, angles)[1] - across) / step
+    def _moved(self, time: float, y: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        """As for loads that are given; the loads follow the state."""
+        return self.directed(time, y, angles)
+
+    def _by_angles(self, time: float, y: np.ndarray, angles: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """As for loads that are given; by differences, since the loads turn with the directions."""
         by_angle = np.empty((len(y), len(angles)))
         for k in range(len(angles)):
             turned = angles.copy()
             turned[k] += MOVED
             by_angle[:, k] = (self.directed(time, y, turned) - rates) / MOVED
-        return by_state, by_angle, across_by_state
+        return by_angle
 
 
 __all__ = ["GroundFailsError", "LoadedFlow", "LoadedGround"]
