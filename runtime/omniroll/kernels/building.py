@@ -20,6 +20,7 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
+QUICK = "-O1"  # of two levels of optimisation the last one holds
 ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
@@ -176,16 +177,22 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
+    quick   whether the compiler is to be quick about it
     """
 
     level: str
     wheels: int | None
     sharp: bool = False
+    quick: bool = False
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
-        """For any vehicle with the rollers of a model."""
-        return cls(level, None, base != "massless")
+        """For any vehicle with the rollers of a model.
+
+        It holds every effect, so that the compiler takes half of the time with fewer of its optimisations; runs take
+        as long as with all of them.
+        """
+        return cls(level, None, base != "massless", quick=True)
 
     @property
     def file(self) -> str:
@@ -195,7 +202,8 @@ class Engine:
     @property
     def flags(self) -> list[str]:
         wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
-        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *(["-DOMNIROLL_SHARP"] if self.sharp else [])]
+        optional = [*(["-DOMNIROLL_SHARP"] if self.sharp else []), *([QUICK] if self.quick else [])]
+        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *optional]
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
