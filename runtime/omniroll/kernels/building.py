@@ -20,8 +20,11 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
-QUICK = "-O1"  # of two levels of optimisation the last one holds
-ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
+# No library of others takes vectors from the engine. Loops over wheels and lanes are short: peeled, they keep in
+# registers what they else store.
+ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops")
+THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels of optimisation the last holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
@@ -177,7 +180,7 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
-    quick   whether the compiler is to be quick about it
+    quick   whether the compiler is to be quick about it: runs take up to a tenth longer
     """
 
     level: str
@@ -189,8 +192,7 @@ class Engine:
     def general(cls, level: str, base: str) -> "Engine":
         """For any vehicle with the rollers of a model.
 
-        It holds every effect, so that the compiler takes half of the time with fewer of its optimisations; runs take
-        as long as with all of them.
+        It holds every effect, and most people never run it.
         """
         return cls(level, None, base != "massless", quick=True)
 
@@ -202,8 +204,8 @@ class Engine:
     @property
     def flags(self) -> list[str]:
         wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
-        optional = [*(["-DOMNIROLL_SHARP"] if self.sharp else []), *([QUICK] if self.quick else [])]
-        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *optional]
+        sharp = ["-DOMNIROLL_SHARP"] if self.sharp else []
+        return [*ENGINE_FLAGS, *(QUICK if self.quick else THOROUGH), f"-march={self.level}", *wheels, *sharp]
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
