@@ -10,7 +10,10 @@ from omniroll.errors import OmnirollError
 from omniroll.scenes.schema import SCENE
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenes"
-NAMES = ("motion-3", "motion-1", "robot-soccer-kit", "robot-soccer-kit", "driven", "tracked")
+NAMES = (
+    "motion-3", "motion-1", "robot-soccer-kit", "robot-soccer-kit", "driven", "tracked", "hard-stop", "ramp-lets-go",
+)
+ACTING = ("[drive]", "[controller]", "[contact]")
 PARTS = [key.name for table in SCENE for key in table.keys]
 VALUES = (
     "0", "-1", "1", "3", "0.5", "1e-320", "1e200", "1e308", "nan", "inf", "-inf", "99999999999999999999999", "1_0",
@@ -28,7 +31,7 @@ def mutated(seed: int, compiled: bool = False) -> str:
     """A scene as text with one to three changes. Effects run on the Python engine, unless they are to be compiled."""
     rng = np.random.default_rng([7, seed])
     text = (FOLDER / f"{NAMES[rng.integers(len(NAMES))]}.toml").read_text(encoding="utf-8")
-    if not compiled and ("[drive]" in text or "[controller]" in text):  # no kernel is compiled for a mutation
+    if not compiled and any(table in text for table in ACTING):  # no kernel is compiled for a mutation
         text = text.replace("[run]", "[run]\nengine = 'python'")
     lines = text.splitlines()
     for _ in range(rng.integers(1, 4)):
