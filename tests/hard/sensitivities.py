@@ -64,21 +64,25 @@ SPINS = np.random.default_rng(0).normal(size=(3, PAPER.rollers_per_wheel - 1))
 
 def beside_true_runs(scale: Scale) -> list[Measurement]:
     """The derivatives at the end of runs against central differences of runs in 40 digits."""
-    found = []
-    for model, law, effects, number, most in TRUE_RUNS:
-        setting = Setting(model, law, "compiled")
-        start = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, -0.2, 0.15), "spins": SPINS, "effects": effects}
-        start["duration"] = duration_of(setting, start, scale.of(3, most))
-        run = followed(setting, (number,), **start)
-        own = run.sensitivity(number, start["duration"])
-        parts = ("nu", "chi", "pose", *(["spins"] if model == FREE else []))
-        true = true_sensitivities.derivative(setting.task(**start), run, number)
-        error = np.abs(np.concatenate([getattr(own, part).ravel() for part in parts]) - true).max()
-        growth = np.abs(true).max()
-        acting = "".join(f", {type(effect).__name__}" for effect in effects)
-        by = f"{setting.name}{acting}, by {number}, {len(run.switches)} switches, growth {growth:.1e}"
-        found.append(Measurement("error over the largest derivative", "compiled", DOUBLE, by, error / growth, 1e-9))
-    return found
+    return [
+        beside_true_run(Setting(model, law, "compiled"), effects, number, scale.of(3, most))
+        for model, law, effects, number, most in TRUE_RUNS
+    ]
+
+
+def beside_true_run(setting: Setting, effects: tuple, number: str, most: int) -> Measurement:
+    """Of one run with so many switches, the growth of the motion beside it said: the largest of the derivatives."""
+    start = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, -0.2, 0.15), "spins": SPINS, "effects": effects}
+    start["duration"] = duration_of(setting, start, most)
+    run = followed(setting, (number,), **start)
+    own = run.sensitivity(number, start["duration"])
+    parts = ("nu", "chi", "pose", *(["spins"] if setting.model == FREE else []))
+    true = true_sensitivities.derivative(setting.task(**start), run, number)
+    error = np.abs(np.concatenate([getattr(own, part).ravel() for part in parts]) - true).max()
+    growth = np.abs(true).max()
+    acting = "".join(f", {type(effect).__name__}" for effect in effects)
+    by = f"{setting.name}{acting}, by {number}, {len(run.switches)} switches, growth {growth:.1e}"
+    return Measurement("error over the largest derivative", "compiled", DOUBLE, by, float(error / growth), 1e-9)
 
 
 def duration_of(setting: Setting, start: dict, switches: int) -> float:

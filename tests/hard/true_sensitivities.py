@@ -76,9 +76,7 @@ def larger(values: Any, place: tuple[int, ...], change: Any) -> Any:
     """Nested lists with the number at `place`, or without a place all of them, larger by `change`."""
     if not isinstance(values, list):
         return values + change
-    return [
-        larger(value, place[1:], change) if not place or place[0] == k else value for k, value in enumerate(values)
-    ]
+    return [larger(value, place[1:], change) if not place or place[0] == k else value for k, value in enumerate(values)]
 
 
 def step(rates: Callable[[State], State], y: State, h: Any, columns: int) -> tuple[State, float]:
