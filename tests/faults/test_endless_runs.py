@@ -124,6 +124,18 @@ def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():
     assert len(said) == 1 and "that is enough" in str(ended.stop)
 
 
+def test_a_run_of_very_many_evaluations_goes_on_and_its_term_is_named():
+    """A motor constant a thousand times too large on wheels that slip: a minute of the compiled engine."""
+    motor = omniroll.Motor(voltage=(-0.84, -0.57, -5.16), torque_constant=8.0, resistance=2.5)
+    ground = omniroll.Contact(law="coulomb", friction=0.3)
+    options = {"nu": (0.5, -0.2, 1), "duration": 6, "roller_model": "massless"}
+    task = checked_task(PAPER, effects=[motor, ground], **options)
+    looks = iter(range(1000))
+    with pytest.warns(RuntimeWarning, match=r"more evaluations of the accelerations: Motor.* time constant of") as said:
+        ended = made(replace(task, interrupted=lambda: "" if next(looks) < 5 else "that is enough"), 1e-9)
+    assert len(said) == 1 and "that is enough" in str(ended.stop)
+
+
 def test_a_long_run_that_memory_does_not_hold_is_one_sentence():
     for engine in ("compiled", "python"):
         memory = 1e6 if engine == "python" else 2**30

@@ -45,6 +45,7 @@ from omniroll.vehicles.state import State
 NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
+MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
 CALLS = 8  # that fill the memory of a run at least
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 4 * MOST_WHEELS  # run.c
@@ -136,7 +137,7 @@ class CompiledRun:
         self.columns = columns(self.kernel, task.effects.quantities(self.kernel.roller_model))
         self.space = self._workspace()
         self.struct = self.space.begin()
-        self.run, self.status, self.ended = self.struct[0], None, ""
+        self.run, self.status, self.ended, self.is_named = self.struct[0], None, "", False
         self._fill()
         self.kept, self.modes, self.sampled = [], [], np.zeros(0)  # what acts, in memory that the engine writes
         self.called: list[tuple[int, Process]] = []  # samplers whose samples are taken here
@@ -174,6 +175,19 @@ class CompiledRun:
             self.status = TOO_LONG
         elif self.outlook.is_hopeless(self.run.step_count, self.run.switch_count, self.run.elapsed):
             self.status = HOPELESS
+        else:
+            self._name_what_is_slow()
+
+    def _name_what_is_slow(self) -> None:
+        """Say once which term makes the steps short, of a run that goes on for long."""
+        run = self.run
+        left = self.outlook.left * run.sweep_count * NODES / max(run.step_count, 1)
+        if self.is_named or not self.outlook.has_collapsed(run.step_count, run.switch_count) or left < MANY_EVALUATIONS:
+            return
+        self.is_named = True
+        if cause := blamed(self.task, self.end()):
+            needs = f"at its present pace the run needs {left:.0e} more evaluations of the accelerations"
+            warnings.warn(needs + cause, RuntimeWarning, stacklevel=2)
 
     def _is_ended(self) -> bool:
         """Whether somebody wishes that the run ends here."""

@@ -52,8 +52,12 @@ class Outlook:
         self.left = self._left(pace, length, self.duration - elapsed)
         self.steps, self.switches, self.elapsed = steps, switches, elapsed
         self.pace, self.length, self.windows = pace, length, self.windows + 1
-        collapsed = switched < FEW_SWITCHES * length and self.windows >= WINDOWS
+        collapsed = self.has_collapsed(length, switched)
         return (collapsed or steps >= SURE) and self.left * self.step_memory > DOUBT * self.memory
+
+    def has_collapsed(self, steps: int, switches: int) -> bool:
+        """Whether steps with so few switches among them are short by themselves; False until some windows are past."""
+        return switches < FEW_SWITCHES * steps and self.windows >= WINDOWS
 
     def _left(self, pace: float, length: int, rest: float) -> float:
         """Steps to go for `rest` s, from the pace now and in the window before."""
