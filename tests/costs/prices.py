@@ -2,10 +2,9 @@
 vehicle. `python -m costs.prices` from tests/ prints the tables."""
 
 import sys
-from dataclasses import dataclass
 
 import omniroll
-from omniroll import Bearings, Contact, Controller, Motor, Slope, Torque, TorqueTable
+from omniroll import Bearings, Motor, Slope, Torque, TorqueTable
 from omniroll.engine.simulate import checked_task
 from omniroll.scenes.costs import operations
 
@@ -59,12 +58,17 @@ def main():
     names = sys.argv[1:] or [*EFFECTS, *VEHICLES]
     found = measured(names if "bare" in names else ["bare", *names])
     bare, bare_operations = found["bare"], operations_of("bare")
-    print(f"{'effect':22}{'ops':>6}{'ratio':>7}{'instr/ev':>9}{'ratio':>7}{'over':>6} |{'phases':>7}{'steps':>6}{'rej':>5}{'ev/step':>8}{'kinstr/ph':>10}{'ratio':>7}")
+    heads = "ops ratio instr/ev ratio over phases steps rej sweeps kinstr/ph ratio".split()
+    print(f"{'effect':22}" + "".join(f"{head:>10}" for head in heads))
     for name, count in found.items():
         ops, each = operations_of(name), count.per_evaluation
         r_ops, r_each = ops / bare_operations, each / bare.per_evaluation
-        print(f"{name:22}{ops:6}{r_ops:7.2f}{each:9.0f}{r_each:7.2f}{r_each / r_ops:6.2f} |{count.phases:7}{count.steps:6}"
-              f"{count.rejected_steps:5}{count.evaluations / count.steps / 16:8.1f}{count.per_phase / 1000:10.1f}{count.per_phase / bare.per_phase:7.2f}")
+        cells = [
+            ops, f"{r_ops:.2f}", f"{each:.0f}", f"{r_each:.2f}", f"{r_each / r_ops:.2f}", count.phases, count.steps,
+            count.rejected_steps, f"{count.evaluations / count.steps / 16:.1f}", f"{count.per_phase / 1000:.1f}",
+            f"{count.per_phase / bare.per_phase:.2f}",
+        ]  # fmt: skip
+        print(f"{name:22}" + "".join(f"{cell:>10}" for cell in cells))
 
 
 if __name__ == "__main__":
