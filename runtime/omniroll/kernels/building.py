@@ -20,7 +20,8 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
-ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
+# No library of others takes vectors from the engine. Nobody asks for errno: a root of a vector is one instruction then.
+ENGINE_FLAGS = ("-Wno-psabi", "-fno-math-errno")
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
