@@ -20,8 +20,11 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
-# No library of others takes vectors from the engine. Nobody asks for errno: a root of a vector is one instruction then.
-ENGINE_FLAGS = ("-Wno-psabi", "-fno-math-errno")
+# No library of others takes vectors from the engine. Loops over wheels and lanes are short: peeled, they keep in
+# registers what they else store. Nobody asks for errno: a root of a vector is one instruction then.
+ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
+THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels of optimisation the last holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
@@ -177,16 +180,21 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
+    quick   whether the compiler is to be quick about it: runs take up to a tenth longer
     """
 
     level: str
     wheels: int | None
     sharp: bool = False
+    quick: bool = False
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
-        """For any vehicle with the rollers of a model."""
-        return cls(level, None, base != "massless")
+        """For any vehicle with the rollers of a model.
+
+        It holds every effect, and most people never run it.
+        """
+        return cls(level, None, base != "massless", quick=True)
 
     @property
     def file(self) -> str:
@@ -196,7 +204,8 @@ class Engine:
     @property
     def flags(self) -> list[str]:
         wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
-        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *(["-DOMNIROLL_SHARP"] if self.sharp else [])]
+        sharp = ["-DOMNIROLL_SHARP"] if self.sharp else []
+        return [*ENGINE_FLAGS, *(QUICK if self.quick else THOROUGH), f"-march={self.level}", *wheels, *sharp]
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
