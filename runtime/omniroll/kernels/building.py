@@ -24,7 +24,7 @@ PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 # registers what they else store. Nobody asks for errno: a root of a vector is one instruction then.
 ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
-QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels of optimisation the last holds
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
