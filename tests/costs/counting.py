@@ -6,6 +6,7 @@ there is no AVX-512: engines of the level x86-64-v3 run, of all sets alike. Four
 
 import importlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -115,7 +116,9 @@ def run(task: Mapping, marks: SimpleNamespace | None = None) -> dict[str, int]:
 
 
 def main(marks_library: str, module: str, *names: str) -> None:
-    building.LEVELS = {LEVEL: building.LEVELS[LEVEL]}  # engines are found for this level alone
+    building.LEVELS = {LEVEL: building.LEVELS[LEVEL]}  # engines are found for this level alone,
+    building.QUICK = building.THOROUGH  # and compiled alike, whether beforehand or on demand: kept apart from others
+    os.environ["OMNIROLL_CACHE"] = str(Path(sys.prefix, "omniroll-kernels-thorough"))
     ffi = cffi.FFI()
     ffi.cdef(MARKS)
     marks, task = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(marks_library)), importlib.import_module(module).task
