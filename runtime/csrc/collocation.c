@@ -236,6 +236,18 @@ ALWAYS_INLINE double tail(const nodes_t *rate)
     return fabs(weighted(rate, &gauss_last[0])) + fabs(weighted(rate, &gauss_last[1]));
 }
 
+/* The largest size at the nodes; not a number if one of them is not. */
+ALWAYS_INLINE double largest_of(const nodes_t *values)
+{
+    lanes_t largest = lanes_abs(values->lanes[0]);
+    IN_REGISTERS
+    for (int b = 1; b < BLOCKS; b++) {
+        const lanes_t size = lanes_abs(values->lanes[b]);
+        largest = lanes_select(size <= largest, largest, size);
+    }
+    return lanes_largest(largest);
+}
+
 ALWAYS_INLINE double largest3(const double *v)
 {
     return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));

@@ -237,8 +237,8 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
 
 #if SET_IS_ACTED_ON
 /* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
- * slopes. */
-ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance)
+ * slopes. One slow sweep alone is the step's length that has moved to an event. */
+ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_before, double tolerance)
 {
     int patience = PATIENT;
 #if SET_GRIPS
@@ -247,7 +247,7 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance
 #endif
     if (k < patience)
         return s->by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
-    return !(ratio < SLOW);
+    return !(ratio < SLOW) && !(ratio_before < SLOW);
 }
 #endif
 
@@ -266,7 +266,7 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
                          double reach)
 {
-    double last = INFINITY, ratio = INFINITY;
+    double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
@@ -276,9 +276,11 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         const double change = sweep(s, wheels, !(ratio < RENEW));
         end_of_step(s, wheels);
         const double length = length_to_event(s, wheels, most), moved = length - s->h;
+        ratio_before = ratio;
         ratio = change/last;
+        (void)ratio_before;
 #if SET_IS_ACTED_ON
-        if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
+        if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, ratio_before, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
             stiff_since = k;
             long_at = k + 2;
@@ -316,11 +318,10 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
  * is none. */
 ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h, double start, double low, double high)
 {
-    double left = 0, slope_left = weighted(rate, &gauss_start), area, largest = 0;
-    for (int m = 0; m < NODES; m++)
-        largest = fmax(largest, fabs(rate->node[m]));
-    if (start + h*LEBESGUE*largest <= high && start - h*LEBESGUE*largest >= low)
+    const double farthest = h*LEBESGUE*largest_of(rate);
+    if (start + farthest <= high && start - farthest >= low)
         return 1;
+    double left = 0, slope_left = weighted(rate, &gauss_start), area;
     for (int m = 0; m <= NODES; m++) {
         const double right = m < NODES ? gauss_node.node[m] : 1;
         const double slope_right = m < NODES ? rate->node[m] : end_rate;

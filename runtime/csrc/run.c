@@ -429,7 +429,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
                                  reach);
 #if SET_IS_ACTED_ON
         s->by_newton = s->stiff;
-        s->stiff = s->stiff && !(found == SETTLED && s->steepest < NOT_STIFF);
+        s->stiff = s->stiff && !(found != UNSETTLED && s->steepest < NOT_STIFF);
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {

@@ -22,10 +22,10 @@ static double spin_at_end(const step_t *s, int k, double *rate, double *beyond)
     const omniroll_bearing_t *const bearing = s->spin + k;
     const double start = s->start_core[spins_at(s->wheels) + k];
     if (bearing->mode) {
-        const nodes_t rates = turning_rate(s, k);
-        *rate = weighted(&rates, &gauss_end);
+        const nodes_t *const spin_rate = s->rate_core + spins_at(s->wheels) + k;
+        *rate = -bearing->mode*weighted(spin_rate, &gauss_end);
         *beyond = PASSED*EPS*(bearing->size + fabs(start));
-        return -bearing->mode*start + s->h*weighted(&rates, &gauss_weight);
+        return -bearing->mode*(start + s->h*weighted(spin_rate, &gauss_weight));
     }
     const nodes_t *const held = s->spins->held + k;
     const double torque = weighted(held, &gauss_end) + s->spins->late[k], sign = torque < 0 ? -1 : 1;
@@ -66,8 +66,10 @@ static double turn_of_spin(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-    const nodes_t rate = times(gauss_slope, s->spins->held + k);
     const double bound = bearing->holding + FACET_NOISE*rounding_of_holding(bearing->torque, bearing->holding);
+    if (LEBESGUE*largest_of(s->spins->held + k) <= bound)
+        return 1;
+    const nodes_t rate = times(gauss_slope, s->spins->held + k);
     return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, bearing->torque, -bound, bound);
 }
 #endif

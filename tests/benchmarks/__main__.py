@@ -19,6 +19,7 @@ from . import (  # noqa: E402
     environments,
     motion,
     mujoco_vehicle,
+    prices,
     right_hand_side,
     sweeps,
     switch_cost,
@@ -37,6 +38,7 @@ QUESTIONS = {
     "environments": environments,
     "derivatives": derivatives,
     "driven": driven,
+    "prices": prices,
 }
 PAGE = ROOT / "docs/benchmarks.md"
 

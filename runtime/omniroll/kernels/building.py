@@ -21,10 +21,10 @@ FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibili
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 # No library of others takes vectors from the engine. Loops over wheels and lanes are short: peeled, they keep in
-# registers what they else store.
-ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops")
+# registers what they else store. Nobody asks for errno: a root of a vector is one instruction then.
+ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
-QUICK = ("-O1", "-fexpensive-optimizations")  # half of its time; of two levels the last holds
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from

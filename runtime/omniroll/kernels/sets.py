@@ -85,8 +85,9 @@ def general_sets(base: str) -> list[tuple[str, ...]]:
 
 def is_general(base: str, effects: tuple[str, ...]) -> bool:
     """Whether this is such a set, and was built."""
-    there = (BUILT / set_name(base, effects) / "functions.json").exists()
-    return effects in general_sets(base) and there and _is_current(BUILT)
+    if effects not in general_sets(base):  # which costs less than a look into a folder: every run asks
+        return False
+    return (BUILT / set_name(base, effects) / "functions.json").exists() and _is_current(BUILT)
 
 
 @cache
