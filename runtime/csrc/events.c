@@ -180,6 +180,9 @@ static double length_to_spin(step_t *s, const int wheels, double length);
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 #endif
+#if SET_ROLLS
+NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
+#endif
 
 /* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
@@ -217,9 +220,14 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 
 enum { SETTLED, UNSETTLED, TOO_LONG };
 
-/* The end of a step whose rates have settled. False: the event is not within reach after all. */
+/* The end of a step whose rates have settled. False: the event is not within reach after all, and comes `late`. Where all
+ * contacts stick they are looked at only now: if one gives way in this step, the next sweeps look at them, too. */
 ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double reach)
 {
+#if SET_ROLLS
+    const int first_look = s->blind;
+    s->blind = 0;
+#endif
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
@@ -231,11 +239,38 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     if (s->landing >= wheels + s->guards)
         measure_contacts_at_end(s, wheels);
 #endif
+#if SET_ROLLS
+    if (first_look) {
+        look_at_contacts(s, wheels);
+        s->late = length_to_event(s, wheels, most) - s->h;
+        return fabs(s->late) <= reach*s->h && s->landing < wheels + s->guards;
+    }
+#endif
     s->late = length_to_event(s, wheels, most) - s->h;
     return fabs(s->late) <= reach*s->h;
 }
 
+/* Whether contacts that stick have not been looked at. */
+ALWAYS_INLINE int is_blind(const step_t *s)
+{
+#if SET_ROLLS
+    return s->blind;
+#else
+    (void)s;
+    return 0;
+#endif
+}
+
 #if SET_IS_ACTED_ON
+/* The next sweeps look at them. */
+ALWAYS_INLINE void see_contacts(step_t *s)
+{
+#if SET_GRIPS
+    s->blind = 0;
+#endif
+    (void)s;
+}
+
 /* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
  * slopes. */
 ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance)
@@ -280,6 +315,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
+            see_contacts(s);
             stiff_since = k;
             long_at = k + 2;
             last = INFINITY;
@@ -291,8 +327,16 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
-        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h && end_settled(s, wheels, most, reach))
-            return SETTLED;
+        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
+            const int unseen = is_blind(s);
+            if (end_settled(s, wheels, most, reach))
+                return SETTLED;
+            if (unseen) {
+                s->h += s->late;
+                last = INFINITY;
+                continue;
+            }
+        }
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
