@@ -178,7 +178,7 @@ class EngineSet:
         return self._calls(functions, targets | rates)
 
     def rolling_calls(self) -> list[Call]:
-        """The same where all contacts stick: the dynamics of rolling. Empty where this needs what a point does not have."""
+        """The same where all contacts stick: the dynamics of rolling. Empty where that needs what a point has not."""
         rolling = self.function(DYNAMICS[False])
         known = {"nu", "chi", "heading", "momenta", *(state.name for state in self.core), *self.inputs}
         of_core = self._giving(self.core[self.coupled :])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hard.case import Case, Measurement, Scale
-from omniroll import Contact, SimulationStopped, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import Contact, SimulationStopped, TorqueTable, Vehicle, simulate
 
 SECTION = "Effects"
 GRAVITY = 9.80665
