@@ -8,7 +8,8 @@
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
-#define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that,                                          */
+#define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
+#define PATIENT (SET_CORE_PARTS ? 2 : PATIENT_OF_NU)    /* and with the rest of the core,                   */
 #define PATIENT_IN_TURNS 8          /* and where directions of slips turn                                    */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps,              */
 #define EARLY 2                     /* and where they are cheap after this sweep already                   */
@@ -279,12 +280,32 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double tolerance
 #if SET_GRIPS
     if (s->turning)
         patience = PATIENT_IN_TURNS;
+    if (is_blind(s))
+        patience = PATIENT_OF_NU;
 #endif
     if (k < patience)
         return s->by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
     return !(ratio < SLOW);
 }
 #endif
+
+/* What a step whose contacts have not been looked at misses, with their friction; 0 where they have been. The next sweeps do
+ * not look at them, unless the step is too long. */
+ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
+{
+    double misses = 0;
+#if SET_ROLLS
+    if (s->blind) {
+        s->blind = 0;
+        states_at_nodes(s, wheels);
+        look_at_contacts(s, wheels);
+        misses = missed(s);
+        s->blind = !(misses > allowed);
+    }
+#endif
+    (void)s, (void)wheels, (void)allowed;
+    return misses;
+}
 
 /* Whether the second sweep shows already that a step is too long: where friction bends the rates of axles. */
 ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
@@ -346,6 +367,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #endif
         last = change > 0 ? change : 1e-300;
         s->h = length;
+        if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
+            return TOO_LONG;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
 #if SET_IS_ACTED_ON

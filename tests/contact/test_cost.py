@@ -41,8 +41,8 @@ def test_set_valued_friction_against_the_bare_vehicle(friction):
     assert evaluations(set_valued(friction)) <= 10 * evaluations()
 
 
-KNOTS = range(21)
-TO_AND_FRO = {"times": [k / 20 for k in KNOTS], "torque": [[0.03 * (-1) ** k, -0.02 * (-1) ** k, 0.01] for k in KNOTS]}
+KNOTS, PUSH = range(21), (0.03, -0.02, 0.01)
+TO_AND_FRO = {"times": [k / 20 for k in KNOTS], "torque": [[(-1) ** k * torque for torque in PUSH] for k in KNOTS]}
 ROUGH = {"law": "coulomb", "friction": 5.0}
 
 
