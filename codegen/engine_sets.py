@@ -168,7 +168,7 @@ class EngineSet:
     def core_calls(self, dynamics: str = "") -> list[Call]:
         """What gives the rates of the core, in order; the last is `dynamics`, or that of the set."""
         solving = self.function(dynamics or self.dynamics)
-        given = {array.name for array in solving.outputs}
+        given = {array.name for array in solving.outputs} | {state.rate for state in self.core[: self.coupled]}
         states = self._giving([state for state in self.core if state.rate not in given])
         needs_momenta = self.rollers == SINGLE and any(a.name == "momenta" for a in solving.inputs)
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
@@ -176,6 +176,16 @@ class EngineSet:
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
         targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_SPINS)}
         return self._calls(functions, targets | rates)
+
+    def rolling_calls(self) -> list[Call]:
+        """The same where all contacts stick: the dynamics of rolling. Empty where that needs what a point has not."""
+        rolling = self.function(DYNAMICS[False])
+        known = {"nu", "chi", "heading", "momenta", *(state.name for state in self.core), *self.inputs}
+        of_core = self._giving(self.core[self.coupled :])
+        known |= {ALIASES.get(array.name, array.name) for f in of_core for array in f.outputs}
+        if not self.grips or not {array.name for array in rolling.inputs} <= known:
+            return []
+        return self.core_calls(rolling.name)
 
     def load_calls(self) -> list[Call]:
         """What gives the sums of the loads, after the dynamics."""

@@ -318,7 +318,7 @@ ALWAYS_INLINE int first_load(const step_t *s)
 /* The length at which the first load changes its mode, if that is before `length`. */
 static double length_to_load(step_t *s, const int wheels, double length)
 {
-    for (int k = 0; k <= wheels; k++) {
+    for (int k = 0; k <= wheels && !is_blind(s); k++) {
         double rate;
         const double value = load_at_end(s, k, &rate);
         if (!(rate > 0 || value > LOAD_ROUNDING))

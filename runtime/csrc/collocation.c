@@ -108,7 +108,8 @@ typedef struct {
 #endif
 #if SET_GRIPS
     int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
-    int turning, gripping;                      /* whether there are such with directions, and such as stick */
+    int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
+    int blind;                                  /* all stick, and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */
@@ -272,6 +273,19 @@ static void find_directions(step_t *s, const int wheels);
 NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b);
 #endif
 
+#if SET_CORE_PARTS
+/* Whether a number of the core is a speed of a contact that sticks: it is not integrated. */
+ALWAYS_INLINE int follows_nu(const step_t *s, const int wheels, int c)
+{
+#if SET_GRIPS
+    return c < coupled_size(wheels) && s->grips[c%wheels];
+#else
+    (void)s, (void)wheels, (void)c;
+    return 0;
+#endif
+}
+#endif
+
 /* nu and chi, and what else the rates need, at the nodes from the rates. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
@@ -279,7 +293,8 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         integrate_to_nodes(s->nu[k], s->h, &s->rate_nu[k], &s->at_nu[k]);
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
-        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+        if (!follows_nu(s, wheels, c))
+            integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
@@ -305,7 +320,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
 #if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
-    for (int b = 0; b < BLOCKS && s->gripping; b++)
+    for (int b = 0; b < BLOCKS && s->gripping && !(s->blind && s->core == coupled_size(wheels)); b++)
         rollers_stick_at_nodes(s, wheels, b);
 #endif
 #if SET_HAS_HEADING
@@ -735,6 +750,44 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
 static double coupled_missed(const step_t *s);
 #endif
 
+/* New rates of the core at vector b of the nodes; returns the largest change so far, in the measure of nu. `first`: the
+ * first number of the rest of the core that has been found. */
+ALWAYS_INLINE lanes_t renew_rates(step_t *s, int b, const lanes_t *nu_dot, int first, lanes_t change)
+{
+    for (int k = 0; k < 3; k++) {
+        const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
+        change = lanes_select(moved <= change, change, moved);
+        s->rate_nu[k].lanes[b] = nu_dot[k];
+    }
+#if SET_CORE_PARTS
+    for (int c = first; c < s->core; c++) {
+        const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
+        change = lanes_select(moved <= change, change, moved);
+        s->rate_core[c].lanes[b] = s->core_dot[c];
+    }
+#endif
+    (void)first;
+    return change;
+}
+
+#if SET_ROLLS
+/* A sweep where all contacts stick: the vehicle rolls. */
+NEVER_INLINE double rolling_sweep(step_t *s, const int wheels)
+{
+    lanes_t change = lanes_of(0);
+    states_at_nodes(s, wheels);
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3];
+        const point_t point = point_at(s, wheels, b, &at);
+        rolling_rates(wheels, &point, nu_dot);
+        change = renew_rates(s, b, nu_dot, coupled_size(wheels), change);
+    }
+    s->sweeps++;
+    return lanes_largest(change)*s->h;
+}
+#endif
+
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure.
  * slow: whether the sweeps before have not contracted fast. */
 NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
@@ -746,6 +799,10 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
 #if SET_IS_ACTED_ON
     if (s->stiff)
         return stiff_sweep(s, wheels, slow);
+#endif
+#if SET_ROLLS
+    if (s->blind)
+        return rolling_sweep(s, wheels);
 #endif
     lanes_t change = lanes_of(0);
     states_at_nodes(s, wheels);
@@ -761,18 +818,7 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
         const point_t point = point_at(s, wheels, b, &at);
         core_rates(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
-        for (int k = 0; k < 3; k++) {
-            const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
-            change = lanes_select(moved <= change, change, moved);
-            s->rate_nu[k].lanes[b] = nu_dot[k];
-        }
-#if SET_CORE_PARTS
-        for (int c = 0; c < s->core; c++) {
-            const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
-            change = lanes_select(moved <= change, change, moved);
-            s->rate_core[c].lanes[b] = s->core_dot[c];
-        }
-#endif
+        change = renew_rates(s, b, nu_dot, 0, change);
     }
     s->sweeps++;
     return lanes_largest(change)*s->h;
@@ -787,6 +833,19 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
     }
 }
 
+#if SET_CORE_PARTS
+/* The first number of the core whose rate the last sweep has found. */
+ALWAYS_INLINE int first_found(const step_t *s)
+{
+#if SET_GRIPS
+    return s->blind ? coupled_size(s->wheels) : 0;
+#else
+    (void)s;
+    return 0;
+#endif
+}
+#endif
+
 /* What the polynomials of the core's rates miss inside the step, in the measure of nu: the last coefficients,
  * integrated. */
 ALWAYS_INLINE double missed(const step_t *s)
@@ -797,7 +856,7 @@ ALWAYS_INLINE double missed(const step_t *s)
     double tails = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
 #if SET_CORE_PARTS
     double largest = 0;
-    for (int c = 0; c < s->core; c++)
+    for (int c = first_found(s); c < s->core; c++)
         largest = fmax(largest, s->weight[c]*tail(&s->rate_core[c]));
     tails += largest;
 #endif
@@ -808,7 +867,7 @@ ALWAYS_INLINE double missed(const step_t *s)
     }
 #endif
 #if SET_GRIPS
-    for (int i = 0; i < s->wheels; i++)         /* the same of contacts that stick                             */
+    for (int i = 0; i < s->wheels && !s->blind; i++)    /* the same of contacts that stick                     */
         if (s->grips[i])
             tails += s->friction_makes*fmax(tail(&s->taken[i]) - FORCE_NOISE*GRIP_NOISE(s->taken[i].node[0]), 0);
 #endif

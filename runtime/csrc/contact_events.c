@@ -77,6 +77,27 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
 #endif
 }
 
+#if SET_ROLLS
+/* Rates and forces of contacts that all stick, at the nodes of a step that has settled. The loads follow what moves, and
+ * nothing follows them. */
+NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        lanes_t nu_dot[3];
+        const point_t point = point_at(s, wheels, b, &at);
+#if SET_LOADS
+        without_response(point.loads);
+#endif
+        rates_near(wheels, &point, nu_dot);
+        keep_held_force(s, wheels, b, &at);
+        for (int c = 0; c < coupled_size(wheels); c++)
+            s->rate_core[c].lanes[b] = s->core_dot[c];
+    }
+    s->sweeps++;
+}
+#endif
+
 /* The slip velocities at the step's end. */
 NEVER_INLINE void slips_at_end(step_t *s, const int wheels)
 {
@@ -114,12 +135,9 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
 /* The length at which the first contact changes its mode, if that is before `length`. */
 static double length_to_change(step_t *s, const int wheels, double length)
 {
-    int slides = 0;
-    for (int i = 0; i < wheels; i++)
-        slides |= s->slides[i];
-    if (slides)
+    if (s->sliding)
         slips_at_end(s, wheels);
-    for (int i = 0; i < wheels; i++) {
+    for (int i = 0; i < wheels && !s->blind; i++) {
         double rate;
         if (!s->slides[i] && !s->grips[i])
             continue;

@@ -20,6 +20,12 @@ ALWAYS_INLINE void at_block(const nodes_t *pairs, const int wheels, int b, lanes
 /* The forces of the contacts that slip in the directions at the nodes, and how they turn with them. */
 static void forces_in_directions(step_t *s, const int wheels)
 {
+    if (!s->sliding) {
+        for (int k = 0; k < 2*wheels; k++)
+            for (int b = 0; b < BLOCKS; b++)
+                s->push[k].lanes[b] = lanes_of(0);
+        return;
+    }
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t toward[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
         at_block(s->toward, wheels, b, toward);

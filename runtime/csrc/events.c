@@ -8,7 +8,8 @@
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
-#define PATIENT (SET_CORE_PARTS ? 2 : 6)    /* sweeps before that,                                          */
+#define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
+#define PATIENT (SET_CORE_PARTS ? 2 : PATIENT_OF_NU)    /* and with the rest of the core,                   */
 #define PATIENT_IN_TURNS 8          /* and where directions of slips turn                                    */
 #define SLOW 0.3                    /* a ratio of two changes that asks for the stiff sweeps,              */
 #define EARLY 2                     /* and where they are cheap after this sweep already                   */
@@ -180,6 +181,9 @@ static double length_to_spin(step_t *s, const int wheels, double length);
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 #endif
+#if SET_ROLLS
+NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
+#endif
 
 /* The length at which the first event comes, by Newton's rule from the step's end, or at most `most`. */
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
@@ -217,9 +221,14 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 
 enum { SETTLED, UNSETTLED, TOO_LONG };
 
-/* The end of a step whose rates have settled. False: the event is not within reach after all. */
+/* The end of a step whose rates have settled. False: the event is not within reach after all, and comes `late`. Where all
+ * contacts stick they are looked at only now: if one gives way in this step, the next sweeps look at them, too. */
 ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double reach)
 {
+#if SET_ROLLS
+    const int first_look = s->blind;
+    s->blind = 0;
+#endif
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
@@ -231,11 +240,38 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     if (s->landing >= wheels + s->guards)
         measure_contacts_at_end(s, wheels);
 #endif
+#if SET_ROLLS
+    if (first_look) {
+        look_at_contacts(s, wheels);
+        s->late = length_to_event(s, wheels, most) - s->h;
+        return fabs(s->late) <= reach*s->h && s->landing < wheels + s->guards;
+    }
+#endif
     s->late = length_to_event(s, wheels, most) - s->h;
     return fabs(s->late) <= reach*s->h;
 }
 
+/* Whether contacts that stick have not been looked at. */
+ALWAYS_INLINE int is_blind(const step_t *s)
+{
+#if SET_ROLLS
+    return s->blind;
+#else
+    (void)s;
+    return 0;
+#endif
+}
+
 #if SET_IS_ACTED_ON
+/* The next sweeps look at them. */
+ALWAYS_INLINE void see_contacts(step_t *s)
+{
+#if SET_GRIPS
+    s->blind = 0;
+#endif
+    (void)s;
+}
+
 /* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
  * slopes. One slow sweep alone is the step's length that has moved to an event. */
 ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_before, double tolerance)
@@ -244,12 +280,32 @@ ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_bef
 #if SET_GRIPS
     if (s->turning)
         patience = PATIENT_IN_TURNS;
+    if (is_blind(s))
+        patience = PATIENT_OF_NU;
 #endif
     if (k < patience)
         return s->by_axles && k >= EARLY && ratio > NOT_FAST && missed(s) <= 4*tolerance;
     return !(ratio < SLOW) && !(ratio_before < SLOW);
 }
 #endif
+
+/* What a step whose contacts have not been looked at misses, with their friction; 0 where they have been. The next sweeps do
+ * not look at them, unless the step is too long. */
+ALWAYS_INLINE double glance_misses(step_t *s, const int wheels, double allowed)
+{
+    double misses = 0;
+#if SET_ROLLS
+    if (s->blind) {
+        s->blind = 0;
+        states_at_nodes(s, wheels);
+        look_at_contacts(s, wheels);
+        misses = missed(s);
+        s->blind = !(misses > allowed);
+    }
+#endif
+    (void)s, (void)wheels, (void)allowed;
+    return misses;
+}
 
 /* Whether the second sweep shows already that a step is too long: where friction bends the rates of axles. */
 ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
@@ -282,6 +338,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, ratio_before, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
+            see_contacts(s);
             stiff_since = k;
             long_at = k + 2;
             last = INFINITY;
@@ -293,8 +350,16 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
-        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h && end_settled(s, wheels, most, reach))
-            return SETTLED;
+        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
+            const int unseen = is_blind(s);
+            if (end_settled(s, wheels, most, reach))
+                return SETTLED;
+            if (unseen) {
+                s->h += s->late;
+                last = INFINITY;
+                continue;
+            }
+        }
         if (!(change < 1e300) || (k > 8 && change > 4*last && change > 16*sweep_tolerance))
             return UNSETTLED;
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
@@ -304,6 +369,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #endif
         last = change > 0 ? change : 1e-300;
         s->h = length;
+        if (k == long_at && glance_misses(s, wheels, 4*tolerance) > 4*tolerance)
+            return TOO_LONG;
         if (SET_IS_COUPLED ? k >= 2 && missed(s) > fmax(4*tolerance, 10*change) : (k == long_at && missed(s) > 4*tolerance) || (k == 1 && is_much_too_long(s, tolerance)))
             return TOO_LONG;
 #if SET_IS_ACTED_ON

@@ -7,6 +7,7 @@
 #define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further                              */
+#define RESTS 20                    /* times that: a slip is not at rest                                      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
@@ -388,7 +389,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     double without[2*MOST_WHEELS];
     s->load = work->load, s->friction = work->friction, s->response = work->response;
     s->friction_makes = run->ground.friction, s->friction_force = push_of_friction(run);
-    s->turning = s->gripping = 0;
+    s->sliding = s->turning = s->gripping = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
@@ -399,10 +400,12 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 #if SET_LOADS
         s->per_load[i] = 1/load_scale(run, i);
 #endif
-        s->turning |= s->slides[i] && SET_FIRST_DIRECTION == 0;
+        s->sliding |= s->slides[i];
         s->gripping |= s->grips[i];
     }
-    slips_now(run, work, s->slip_start);
+    s->turning = s->sliding && SET_FIRST_DIRECTION == 0;
+    if (s->sliding)
+        slips_now(run, work, s->slip_start);
     if (s->turning) {
         lanes_t given[2*MOST_WHEELS];
         forces_now(run, work, given);
@@ -413,7 +416,9 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 /* The first guess of a step: directions as they are at its start, where the rates have just been found. */
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
+    s->blind = SET_ROLLS && !s->stiff;
     for (int i = 0; i < wheels; i++) {
+        s->blind &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
         s->taken_late[i] = 0, s->knows_response[i] = 0;
         for (int k = 0; k < 2; k++)
@@ -476,6 +481,16 @@ static int has_strayed(const step_t *s, const int wheels)
                      - s->toward[2*i + 1].node[m]*s->at_slip[2*i].node[m]) > STRAYS*s->left_over[i])
                 return 1;
     return 0;
+}
+
+/* Whether a step ends at a rest on whose way a direction turns, sooner than was expected: the last turn is then behind its
+ * last node, and something of the slip is left across the direction there. */
+static int rests_early(const step_t *s, const int wheels)
+{
+    const int i = s->landing - wheels - s->guards;
+    if (i < 0 || i >= wheels || !s->turning || !s->slides[i] || s->keeps[i] || !(s->rest_in < INFINITY))
+        return 0;
+    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > RESTS*s->left_over[i];
 }
 #endif
 

@@ -108,6 +108,17 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
     put_loads(wheels, at);
 }
 
+#if SET_ROLLS
+/* Where all contacts stick nothing responds to the loads. */
+ALWAYS_INLINE void without_response(loads_t *loads)
+{
+    memset(loads->response, 0, sizeof loads->response);
+    for (int k = 0; k < 4; k++)
+        loads->matrix[k] = lanes_of(k == 0 || k == 3);
+    loads->knows_response = 1;
+}
+#endif
+
 /* The same where nothing of the loads is known but sums near them, in `loads`. */
 ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
 {

@@ -461,6 +461,10 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             s->strays = 1;
             continue;
         }
+        if (rests_early(s, wheels)) {
+            most = PART_OF_WAY*s->h;
+            continue;
+        }
 #endif
 #if SET_ACCOUNTS
         accounts_at_nodes(s, wheels);

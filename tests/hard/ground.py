@@ -147,27 +147,6 @@ def on_a_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
-def anywhere(scale: Scale) -> list[Measurement]:
-    """Random vehicles, starts, drives and slopes: each run ends, with numbers, and its energy is accounted for."""
-    random, broken, balance = np.random.default_rng(97), 0, 0.0
-    for _ in range(scale.of(3, 10_000)):
-        wheels, model = int(random.integers(3, 7)), str(random.choice(("massless", "free")))
-        vehicle = Vehicle.paper(wheels, int(random.integers(4, 8)))
-        sliding = float(10 ** random.uniform(-3, 0.3))
-        ground = Contact(law="coulomb", friction=sliding, static_friction=sliding * float(random.choice((1.0, 1.5))),
-                         wheel_rates=tuple(random.normal(size=wheels)), normal_gravity=9.7)  # fmt: skip
-        effects = (ground, Torque(tuple(0.2 * random.normal(size=wheels))), Slope(float(random.uniform(0, 0.3)), 1.0))
-        run = simulate(vehicle, nu=tuple(random.normal(size=3)), duration=0.05, roller_model=model, effects=effects,
-                       control=False)  # fmt: skip
-        broken += not all(np.isfinite(array).all() for array in (run.nu, run.slip, run.ground_force, run.energy))
-        scale_of_energy = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-        balance = max(balance, abs(run.ledger.residual) / scale_of_energy)
-    return [
-        measured("runs with a value that is not finite", "all", broken, 0),
-        measured("energy that the ledger does not account for, relative", "all", balance, 1e-9),
-    ]
-
-
 CASES = [
     Case(
         name="ground-at-the-cone",
@@ -200,13 +179,5 @@ CASES = [
         naive="lets them slip at each joint",
         promise="the motion is that of rolling",
         run=on_a_joint,
-    ),
-    Case(
-        name="ground-anywhere",
-        section=SECTION,
-        title="Random vehicles on ground of any friction",
-        naive="hangs in endless changes of mode",
-        promise="each run ends, with numbers, and its energy is accounted for",
-        run=anywhere,
     ),
 ]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hard.case import Case, Measurement, Scale
-from omniroll import Contact, SimulationStopped, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll import Contact, SimulationStopped, TorqueTable, Vehicle, simulate
 
 SECTION = "Effects"
 GRAVITY = 9.80665
@@ -74,36 +74,6 @@ def tipping(scale: Scale) -> list[Measurement]:
     ]
 
 
-def anywhere(scale: Scale) -> list[Measurement]:
-    """Random vehicles, starts, drives, slopes and laws: each run ends or stops with a reason, and has numbers."""
-    random, broken, balance, pulls = np.random.default_rng(101), 0, 0.0, 0.0
-    for _ in range(scale.of(3, 60)):
-        wheels, model = int(random.integers(3, 7)), str(random.choice(("massless", "free"), p=(0.8, 0.2)))
-        vehicle = Vehicle.paper(wheels, int(random.integers(4, 8)))
-        friction, law = float(10 ** random.uniform(-2, 0.3)), str(random.choice(("coulomb", "regularised", "viscous")))
-        own = {"coefficient": 20 * friction} if law == "viscous" else {"friction": friction}
-        own |= {"speed": 0.01} if law == "regularised" else {}
-        ground = Contact(law=law, **own, loads="dynamic", height=float(random.uniform(0.03, 0.2)),
-                         wheel_rates=tuple(random.normal(size=wheels)), normal_gravity=9.7)  # fmt: skip
-        effects = (ground, Torque(tuple(0.2 * random.normal(size=wheels))), Slope(float(random.uniform(0, 0.3)), 1.0))
-        try:
-            run = simulate(vehicle, nu=tuple(random.normal(size=3)), duration=0.05, roller_model=model,
-                           effects=effects, control=False)  # fmt: skip
-        except SimulationStopped as stopped:
-            run = stopped.trajectory
-        arrays = (run.nu, run.slip, run.ground_force, run.ground_load, run.energy)
-        broken += not all(np.isfinite(array).all() for array in arrays)
-        weight = vehicle.mass * 9.7
-        pulls = max(pulls, -run.ground_load[:-1].min(initial=0.0) / weight)
-        scale_of_energy = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
-        balance = max(balance, abs(run.ledger.residual) / scale_of_energy)
-    return [
-        measured("runs with a value that is not finite", broken, 0, model="all"),
-        measured("ground that pulls / weight", pulls, 1e-9, model="all"),
-        measured("energy that the ledger does not account for, relative", balance, 1e-9, model="all"),
-    ]
-
-
 CASES = [
     Case(
         name="ground-load-off-and-back",
@@ -120,13 +90,5 @@ CASES = [
         naive="looks at the loads at the ends of steps",
         promise="the run stops at the instant of the closed form and names the edge",
         run=tipping,
-    ),
-    Case(
-        name="ground-loads-anywhere",
-        section=SECTION,
-        title="Random vehicles whose loads follow the motion, under every law",
-        naive="hangs in endless changes of mode, or pulls",
-        promise="each run ends or stops with a reason; its numbers are finite and its energy is accounted for",
-        run=anywhere,
     ),
 ]

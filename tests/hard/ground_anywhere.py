@@ -1,0 +1,133 @@
+"""Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings.
+
+A scene follows from its number alone, so that one that fails is found again: `scene(number)`.
+"""
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from hard.case import Case, Measurement, Scale
+from omniroll import (
+    Bearings,
+    Contact,
+    Controller,
+    Motor,
+    SimulationStopped,
+    Slope,
+    Torque,
+    TorqueTable,
+    Trajectory,
+    Vehicle,
+    simulate,
+)
+from omniroll.effects.effect import Effect
+
+SEED = 97
+GRAVITY = 9.7
+DURATION = 0.05
+MOST_EVALUATIONS = 2e7  # of a run: some ten seconds
+OF_LOADS = ("loads", "tips")  # words of the reasons for which a run with dynamic loads may stop
+MODELS, LAWS, LOADS = ("massless", "free"), ("coulomb", "coulomb", "regularised", "viscous"), ("static", "dynamic")
+KINDS = list(itertools.product(MODELS, LAWS, LOADS))
+
+
+def torques(random: np.random.Generator, wheels: int) -> tuple[Effect, ...]:
+    return (Torque(tuple(0.2 * random.normal(size=wheels))),)
+
+
+def motors(random: np.random.Generator, wheels: int) -> tuple[Effect, ...]:
+    motor = Motor(tuple(random.normal(scale=4, size=wheels)), 0.02, 1.5, gear_ratio=4, current_limit=1.0)
+    return motor, Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
+
+
+def controller(random: np.random.Generator, wheels: int) -> tuple[Effect, ...]:
+    target = tuple(random.normal(size=3))
+    return Controller(target, 0.1, 0.02, limit=0.3), Bearings(wheel_coulomb=1e-3, wheel_speed=0.5)
+
+
+def table(random: np.random.Generator, wheels: int) -> tuple[Effect, ...]:
+    rising = TorqueTable((0.0, 0.02, 0.05), 0.3 * random.normal(size=(3, wheels)))
+    return rising, Bearings(roller_coulomb=1e-5, roller_speed=0.5, roller_viscous=1e-6)
+
+
+ACTING = (torques, motors, controller, table)
+
+
+def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
+    """A vehicle and the arguments of its run."""
+    random = np.random.default_rng([SEED, number])
+    place = int(random.integers(len(KINDS)))
+    model, law, loads = KINDS[place]
+    wheels = int(random.choice((3, 4, 5, 6) if law == "coulomb" else (3, 5, 6)))
+    friction = float(10 ** random.uniform(-3, 0.3))
+    numbers: dict[str, Any] = {"coefficient": 20 * friction} if law == "viscous" else {"friction": friction}
+    if law == "regularised":
+        numbers["speed"] = float(10 ** random.uniform(-4, -1))
+    if law == "coulomb":
+        numbers["static_friction"] = friction * float(random.choice((1.0, 1.5)))
+    if loads == "dynamic":
+        numbers["height"] = float(random.uniform(0.03, 0.2))
+    if law != "viscous" or loads == "dynamic":
+        numbers["normal_gravity"] = GRAVITY
+    rates = tuple(random.normal(size=wheels)) if random.random() < 0.7 else None  # None: they roll
+    acting = ACTING[(place + place // 4) % 4](random, wheels)
+    ground = Contact(law=law, loads=loads, **numbers, wheel_rates=rates)
+    effects = (ground, *acting, Slope(float(random.uniform(0, 0.3)), 1.0))
+    nu = tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0)
+    task = {"nu": nu, "duration": DURATION, "roller_model": model, "effects": effects, "control": False}
+    return Vehicle.paper(wheels, int(random.integers(4, 8))), task
+
+
+def outcome(number: int) -> tuple[Trajectory, str]:
+    """The run of a scene, and why it has stopped, or nothing."""
+    vehicle, task = scene(number)
+    try:
+        return simulate(vehicle, **task), ""
+    except SimulationStopped as stopped:
+        return stopped.trajectory, str(stopped)
+
+
+def judged(number: int) -> dict[str, float]:
+    """What is measured of a scene."""
+    vehicle, task = scene(number)
+    run, reason = outcome(number)
+    dynamic = task["effects"][0].loads == "dynamic"
+    arrays = [run.nu, run.slip, run.ground_force, run.energy, *([run.ground_load] if dynamic else [])]
+    pulls = -run.ground_load[:-1].min(initial=0.0) / (vehicle.mass * GRAVITY) if dynamic else 0.0
+    energy = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    return {
+        "broken": not all(np.isfinite(array).all() for array in arrays),
+        "stopped": bool(reason) and not (dynamic and any(word in reason for word in OF_LOADS)),
+        "pulls": pulls,
+        "balance": abs(run.ledger.residual) / energy if energy > 0 else 0.0,
+        "evaluations": run.stats["evaluations"],
+    }
+
+
+def anywhere(scale: Scale) -> list[Measurement]:
+    found = [judged(number) for number in range(scale.of(4, 10_000))]
+
+    def measured(what: str, value: float, bound: float) -> Measurement:
+        return Measurement(what, "compiled", "double", "all", value, bound)
+
+    return [
+        measured("runs with a value that is not finite", sum(one["broken"] for one in found), 0),
+        measured("runs that stop for a reason that is not their loads", sum(one["stopped"] for one in found), 0),
+        measured("ground that pulls / weight", max(one["pulls"] for one in found), 1e-9),
+        measured("energy that the ledger does not account for, relative", max(one["balance"] for one in found), 1e-9),
+        measured("evaluations of the costliest run", max(one["evaluations"] for one in found), MOST_EVALUATIONS),
+    ]
+
+
+CASES = [
+    Case(
+        name="ground-anywhere",
+        section="Effects",
+        title="10^4 random vehicles on any ground: all laws, loads that follow or do not, slopes, drives, bearings",
+        naive="hangs in endless changes of mode, or pulls",
+        promise="each run ends or stops since its loads do; its numbers are finite and its energy is accounted for",
+        run=anywhere,
+    ),
+]
