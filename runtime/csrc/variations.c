@@ -154,19 +154,14 @@ static void put_slopes(variations_t *w, long long step, long long row)
     }
 }
 
-/* What a number of the vehicle does by itself, in the lane of its column. */
-ALWAYS_INLINE double by_number(const variations_t *w, const nodes_t *by, int stride, int place, int column, int node)
+/* Add what the numbers of the vehicle do by themselves, each in the lane of its column: to the vectors of columns at a
+ * node, what `by` has at a place. */
+ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int node, lanes_t *to)
 {
-    const int number = column < w->columns ? w->run->number[column] : 0;
-    return number ? by[(number - 1)*stride + place].node[node] : 0;
-}
-
-ALWAYS_INLINE lanes_t by_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int group, int node)
-{
-    lanes_t found;
-    for (int k = 0; k < LANES; k++)
-        found[k] = by_number(w, by, stride, place, group*LANES + k, node);
-    return found;
+    double *const column = (double *)to;
+    for (int p = 0; p < w->columns; p++)
+        if (w->run->number[p])
+            column[p] += by[(w->run->number[p] - 1)*stride + place].node[node];
 }
 
 /* Where what the core feels stands among the deviations. */
@@ -180,16 +175,20 @@ ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
     return w->carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
 }
 
+#define AT_ONCE 4               /* sums that are made beside each other */
+
 /* values + h times the integrals up to each node of rates (NODES x groups), of one number. */
 static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
 {
     const int groups = w->groups;
-    for (int j = 0; j < NODES; j++)
-        for (int g = 0; g < groups; g++) {
-            lanes_t sum = {0};
+    for (int g = 0; g < groups; g++)
+        for (int j = 0; j < NODES; j += AT_ONCE) {
+            lanes_t sum[AT_ONCE] = {{0}};
             for (int k = 0; k < NODES; k++)
-                sum += w->once[j].node[k]*rate[k*groups + g];
-            value[j*groups + g] += h*sum;
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += w->once[j + i].node[k]*rate[k*groups + g];
+            for (int i = 0; i < AT_ONCE; i++)
+                value[(j + i)*groups + g] += h*sum[i];
         }
 }
 
@@ -203,13 +202,14 @@ static void put_felt(variations_t *w, double h)
         const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
-        for (int j = 0; j < NODES; j++)
+        for (int j = 0; j < NODES; j++) {
             for (int g = 0; g < groups; g++) {
-                rate[j*groups + g] = by_numbers(w, by, stride, is_chi ? place - 3 : 2, g, j);
-                for (int c = 0; c < 3; c++)
-                    rate[j*groups + g] += carries[c]*w->moved[c*groups + g];
+                rate[j*groups + g] = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
+                    + carries[2]*w->moved[2*groups + g];
                 at[j*groups + g] = w->moved[place*groups + g];
             }
+            add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
+        }
         integrate(w, h, rate, at);
     }
 }
@@ -226,7 +226,7 @@ ALWAYS_INLINE int is_zero(const nodes_t *x)
 }
 
 /* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. */
-static void put_matrix(variations_t *w, double h, int a, int width)
+static void put_matrix(variations_t *w, double h, int a)
 {
     const nodes_t *const slope = w->slope + a*w->directions;
     for (int c = 0; c < w->core; c++) {
@@ -249,7 +249,6 @@ static void put_matrix(variations_t *w, double h, int a, int width)
                 to[j/LANES][j%LANES] += 1;
         }
     }
-    (void)width;
 }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
@@ -257,9 +256,9 @@ static void put_right(variations_t *w, double h, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
-    for (int j = 0; j < NODES; j++)
+    for (int j = 0; j < NODES; j++) {
         for (int g = 0; g < groups; g++) {
-            lanes_t sum = by_numbers(w, w->core_by, w->core, a, g, j);
+            lanes_t sum = {0};
             for (int c = 0; c < w->core; c++)
                 sum += slope[c].node[j]*w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g];
             for (int f = 0; f < w->felt; f++)
@@ -270,6 +269,8 @@ static void put_right(variations_t *w, double h, int a, int width)
                 sum += slope[fed + u].node[j]*h*gauss_node.node[j]*w->given[(w->inputs + u)*groups + g];
             w->row[a*NODES + j][width + g] = sum;
         }
+        add_numbers(w, w->core_by, w->core, a, j, w->row[a*NODES + j] + width);
+    }
 }
 
 /* Eliminate below the pivots; then the right sides become the solution. Rows: `width` vectors of the matrix, then
@@ -334,26 +335,31 @@ static void put_carried_rates(variations_t *w, double h)
     lanes_t *const heading = w->felt_at;            /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
-        for (int j = 0; j < NODES; j++)
-            for (int g = 0; g < groups; g++) {
-                lanes_t sum = i < wheels ? by_numbers(w, w->chi_by, wheels, i, g, j) : by_numbers(w, w->pose_by, 3, 2, g, j);
-                for (int c = 0; c < 3; c++)
-                    sum += w->carries[i][c]*core[(c*NODES + j)*groups + g];
-                w->carried_at[(place*NODES + j)*groups + g] = sum;
-            }
+        for (int j = 0; j < NODES; j++) {
+            lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
+            for (int g = 0; g < groups; g++)
+                to[g] = w->carries[i][0]*core[j*groups + g] + w->carries[i][1]*core[(NODES + j)*groups + g]
+                    + w->carries[i][2]*core[(2*NODES + j)*groups + g];
+            if (i < wheels)
+                add_numbers(w, w->chi_by, wheels, i, j, to);
+            else
+                add_numbers(w, w->pose_by, 3, 2, j, to);
+        }
     }
     for (int j = 0; j < NODES; j++)
         for (int g = 0; g < groups; g++)
             heading[j*groups + g] = w->moved[(5 + wheels)*groups + g];
     integrate(w, h, w->carried_at + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
-        for (int j = 0; j < NODES; j++)
+        for (int j = 0; j < NODES; j++) {
+            lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
             for (int g = 0; g < groups; g++) {
-                lanes_t sum = by_numbers(w, w->pose_by, 3, c, g, j) + w->pose_slope[c][3].node[j]*heading[j*groups + g];
+                to[g] = w->pose_slope[c][3].node[j]*heading[j*groups + g];
                 for (int d = 0; d < 3; d++)
-                    sum += w->pose_slope[c][d].node[j]*core[(d*NODES + j)*groups + g];
-                w->carried_at[((wheels + c)*NODES + j)*groups + g] = sum;
+                    to[g] += w->pose_slope[c][d].node[j]*core[(d*NODES + j)*groups + g];
             }
+            add_numbers(w, w->pose_by, 3, c, j, to);
+        }
 }
 
 /* The rates at a node of what stands at a place among the deviations. */
@@ -375,7 +381,7 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
     for (int k = 0; k < unknowns; k++)
         w->row[k] = w->system + k*(width + groups);
     for (int a = 0; a < w->core; a++) {
-        put_matrix(w, h, a, width);
+        put_matrix(w, h, a);
         put_right(w, h, a, width);
     }
     solve(w->row, unknowns, width, groups);

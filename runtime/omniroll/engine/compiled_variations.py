@@ -66,7 +66,7 @@ class Models:
         vehicle.wheels, vehicle.rollers_per_wheel = wheels, self.plain.rollers_per_wheel
         for suffix, values in (("", self.own), (SUFFIX, moved)):
             for name, value in values.items():
-                array = np.ascontiguousarray(value, float)
+                array = np.asarray(value, float, order="C")
                 setattr(vehicle, name + suffix, ffi.from_buffer("double[]", array) if array.ndim else float(array))
                 self.kept.append(array)
         storage = [ffi.new("omniroll_wheel[]", wheels)]

@@ -183,6 +183,7 @@ class Sweep:
         if module is not None:
             self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
         self.variations: Variations | None = None
+        self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
     def followed(self) -> Followed:
         return Followed(
@@ -257,7 +258,7 @@ class Sweep:
         motion, trajectory = self.motion, self.trajectory
         step_of = {int(row): step for step, row in enumerate(trajectory.step_rows)}
         switch_of = {int(row) - 1: switch for switch, row in enumerate(motion.switched)}
-        self.switches, self.momenta_maps = SwitchMaps(motion, self.columns), None
+        self.switches = SwitchMaps(motion, self.columns)
         if "momenta" in self.deviations.inputs:
             self.momenta_maps = momenta_maps(motion, self.columns)
         maps, given = self._maps(), self.deviations.input_size + self.moving
