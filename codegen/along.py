@@ -46,7 +46,9 @@ class Along:
         """Where a rule may read what one of these functions computes."""
         return cls(rules, {step.name: step for f in functions for step in steps(f.body) if step.kind == "let"})
 
-    def functions(self, functions: Sequence[Function], fields: tuple[Array, ...]) -> tuple[list[Function], tuple[Array, ...]]:
+    def functions(
+        self, functions: Sequence[Function], fields: tuple[Array, ...]
+    ) -> tuple[list[Function], tuple[Array, ...]]:
         extended = (*fields, *map(moved, fields))
         return [self.function(f, extended) for f in functions], extended
 

@@ -1,4 +1,5 @@
-/* Deviations followed along a run, from row to row: through its steps and its switches.
+/* Deviations followed along a run, from row to row: through its steps and its switches. A library by itself, with the
+ * set's functions and their slopes; a run that is asked for no derivatives does not load it.
  *
  * variations.c   a step
  * passages.c     a switch */
@@ -148,8 +149,8 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
             for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
                 moved_spin[k][p%LANES] = spins[p*count + k];
         }
-        set_axial_speeds_along(wheels, &w->column[g], at, at + point_chi(w), spin, moved, moved + point_chi(w), moved_spin,
-                               axial, moved_axial);
+        set_axial_speeds_along(wheels, &w->column[g], at, at + point_chi(w), spin, moved, moved + point_chi(w),
+                               moved_spin, axial, moved_axial);
         take_free(w, run->contact, g, moved_axial);
 #if SET_CORE_PARTS
         start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), moved_axial,

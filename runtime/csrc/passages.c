@@ -1,18 +1,11 @@
-/* How deviations pass a switch: the rule of the switch with its slopes, and the deviation of its time. With the map g of
- * the switch and the rates f before and after it,
+/* How deviations pass a switch: the rule of the switch with its slopes, and the deviation of its time. With the map g
+ * of the switch and the rates f before and after it,
  *
  *     d+ = g' (d- + f- dt) - f+ dt,   dt = -dchi_i/chi_i'
  *
  * (the saltation matrix). The columns stand in the lanes. */
 
-/* The state of a row with what moves it, for one vector of columns. Rates are those of the row. */
-typedef struct {
-    lanes_t nu[3], chi[MOST_WHEELS], heading;
-    lanes_t *core, *core_rate;
-    lanes_t nu_rate[3], chi_rate[MOST_WHEELS], pose_rate[3];
-} instant_t;
-
-#define GRAZING 1e-6                /* of the fastest wheel's rate: a wheel that passes its joint more slowly grazes it */
+#define GRAZING 1e-6                /* of the fastest wheel's rate: a slower wheel grazes its joint     */
 
 static void put_state(const variations_t *w, long long row, lanes_t *point)
 {
@@ -88,7 +81,8 @@ static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
         spins[k] = lanes_of(w->run->spins[row*count + k]), still[k] = lanes_of(0);
     lanes_t zero[MOST_WHEELS + 3] = {{0}}, moved[count];
     put_state(w, row, w->point);
-    set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial, moved);
+    set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial,
+                           moved);
 }
 #endif
 
@@ -177,38 +171,120 @@ static void strike(const variations_t *w, int group, const int *direction, lanes
 }
 #endif
 
-/* The state and its deviations after the wheels have switched together, in one vector of columns. */
-static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
+#if SET_HAS_IMPACT && SET_HAS_ROLLERS
+/* The spins with which the rollers enter that the wheels pass to; those that leave keep their axial speeds. */
+static void exchange_rollers(variations_t *w, int group, long long row, const int *direction, const lanes_t *at,
+                             const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
 {
-    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
-    lanes_t chi_before[MOST_WHEELS], chi_moved[MOST_WHEELS];
-    memcpy(chi_before, at + chi, wheels*sizeof *at);
-    memcpy(chi_moved, moved + chi, wheels*sizeof *at);
-    for (int i = 0; i < wheels; i++)
-        if (direction[i])
-            at[chi + i] = lanes_of(w->run->y[(row + 1)*w->run->row_size + w->run->place[3 + i]]), moved[chi + i] = lanes_of(0);
-#if SET_HAS_IMPACT
-    lanes_t spin[MOST_WHEELS] = {{0}}, spin_moved[MOST_WHEELS] = {{0}};
-#if SET_HAS_ROLLERS
-    const int count = MOST_FREE(w), places = w->rollers - 1;
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = MOST_FREE(w), places = w->rollers - 1;
     const long long *const contact = w->run->contact + row*wheels;
-    lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count], own[MOST_WHEELS], own_moved[MOST_WHEELS];
-    axial_in_row(w, row, axial);                /* leaves the row's state in w->point */
+    const vehicle_t *const v = &w->column[group];
+    lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
+    lanes_t own[MOST_WHEELS], own_moved[MOST_WHEELS];
+    axial_in_row(w, row, axial);
     put_free(w, contact, group, axial_moved);
-    set_spins_from_axial_along(wheels, &w->column[group], at, chi_before, axial, moved, chi_moved, axial_moved, spins,
-                               spins_moved);
-    set_contact_axial_along(wheels, &w->column[group], at, chi_before, moved, chi_moved, own, own_moved);
+    set_spins_from_axial_along(wheels, v, at, at + chi, axial, moved, moved + chi, axial_moved, spins, spins_moved);
+    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, own, own_moved);
     for (int i = 0; i < wheels; i++)
         if (direction[i]) {
             const int comes = i*places + (direction[i] > 0 ? places - 1 : 0);
             spin[i] = spins[comes], spin_moved[i] = spins_moved[comes];
             w->axial[(i*w->rollers + (int)contact[i])*w->groups + group] = own_moved[i];
         }
+}
 #endif
+
+/* The state and its deviations after the wheels have switched together, in one vector of columns. */
+static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
+#if SET_HAS_IMPACT
+    lanes_t chi_before[MOST_WHEELS], chi_moved[MOST_WHEELS], spin[MOST_WHEELS] = {{0}}, spin_moved[MOST_WHEELS] = {{0}};
+    memcpy(chi_before, at + chi, wheels*sizeof *at);
+    memcpy(chi_moved, moved + chi, wheels*sizeof *at);
+#if SET_HAS_ROLLERS
+    exchange_rollers(w, group, row, direction, at, moved, spin, spin_moved);
+#endif
+#endif
+    for (int i = 0; i < wheels; i++)
+        if (direction[i]) {
+            at[chi + i] = lanes_of(w->run->y[(row + 1)*w->run->row_size + w->run->place[3 + i]]);
+            moved[chi + i] = lanes_of(0);
+        }
+#if SET_HAS_IMPACT
     if (w->run->impact)
         strike(w, group, direction, at, moved, chi_before, chi_moved, spin, spin_moved);
 #else
-    (void)group, (void)chi_before, (void)chi_moved;
+    (void)group;
+#endif
+}
+
+#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
+#define AXIAL_FOLLOWS 1             /* the rollers' axial speeds follow from the core                       */
+#else
+#define AXIAL_FOLLOWS 0
+#endif
+
+/* Up to the switch, in one vector of columns: from where the phase has begun to the row, `time` later in the motions
+ * beside the run. In `moved` are the deviations there. */
+ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, long long row, const lanes_t *rate,
+                                  lanes_t time, lanes_t *at, lanes_t *moved)
+{
+    for (int k = 0; k < w->size; k++)
+        w->moved[k*w->groups + group] += rate[k]*time;
+    put_state(w, row, at);
+    memset(moved, 0, point_size(w)*sizeof *moved);
+    put_moved(w, w->moved, group, moved);
+#if AXIAL_FOLLOWS
+    const long long first = w->run->phase_start[phase];
+    lanes_t start[point_size(w)], start_moved[point_size(w)];
+    memset(start_moved, 0, sizeof start_moved);
+    put_state(w, first, start);
+    put_moved(w, w->began, group, start_moved);
+    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
+                 w->run->elapsed[row] - w->run->elapsed[first], time);
+#else
+    (void)phase;
+#endif
+}
+
+/* Take what the switch has made of a state, whose core begins anew. */
+ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lanes_t *at, lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
+#if SET_CORE_PARTS
+    const int count = w->wheels*(w->rollers - 1);
+    lanes_t axial[count], axial_moved[count];
+    axial_in_row(w, row + 1, axial);
+    put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
+    start_core_along(wheels, &w->column[group], at, at + point_chi(w), axial, moved, moved + point_chi(w), axial_moved,
+                     at + POINT_CORE, moved + POINT_CORE);
+#else
+    (void)at, (void)row;
+#endif
+    for (int k = 0; k < w->core; k++)
+        w->moved[(k < 3 ? k : 3 + wheels + k)*groups + group] = moved[k];
+    for (int i = 0; i < wheels; i++)
+        w->moved[(3 + i)*groups + group] = moved[point_chi(w) + i];
+}
+
+/* Back to the time of the row, in one vector of columns: the motions beside the run have switched `time` later. */
+ALWAYS_INLINE void come_back(variations_t *w, int group, long long row, const lanes_t *rate, lanes_t time)
+{
+#if AXIAL_FOLLOWS
+    lanes_t start[point_size(w)], start_moved[point_size(w)], moved[point_size(w)];
+    memset(start_moved, 0, sizeof start_moved);
+    memset(moved, 0, sizeof moved);
+    put_state(w, row, start);
+    put_moved(w, w->moved, group, start_moved);
+#endif
+    for (int k = 0; k < w->size; k++)
+        w->moved[k*w->groups + group] -= rate[k]*time;
+#if AXIAL_FOLLOWS
+    put_moved(w, w->moved, group, moved);
+    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
+#else
+    (void)row;
 #endif
 }
 
@@ -216,62 +292,19 @@ static void apply_switch(variations_t *w, int group, long long row, const int *d
  * switch says how the time deviates. */
 static void pass_switch(variations_t *w, long long phase, long long row, const int *direction)
 {
-    const int wheels = OWN_WHEELS(w->wheels), groups = w->groups, size = w->size, points = point_size(w);
-    lanes_t before[size], after[size], at[points], moved[points], time;
-    const long long *const contact = w->run->contact + row*wheels;
+    lanes_t rate[w->size], at[point_size(w)], moved[point_size(w)], time[w->groups];
     int first = 0;
     while (!direction[first])
         first++;
-    rates_in_row(w, row, before);
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
-    const double *const elapsed = w->run->elapsed;
-    lanes_t start[points], start_moved[points];
-    memset(start_moved, 0, sizeof start_moved);
-    put_state(w, w->run->phase_start[phase], start);
-#endif
-    for (int g = 0; g < groups; g++) {
-        time = -w->moved[(3 + first)*groups + g]/before[3 + first];
-        for (int k = 0; k < size; k++)
-            w->moved[k*groups + g] += before[k]*time;
-        put_state(w, row, at);
-        memset(moved, 0, sizeof moved);
-        put_moved(w, w->moved, g, moved);
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
-        put_moved(w, w->began, g, start_moved);
-        follow_axial(w, g, contact, start, start_moved, at, moved, elapsed[row] - elapsed[w->run->phase_start[phase]], time);
-#endif
+    rates_in_row(w, row, rate);
+    for (int g = 0; g < w->groups; g++) {
+        time[g] = -w->moved[(3 + first)*w->groups + g]/rate[3 + first];
+        come_to_switch(w, g, phase, row, rate, time[g], at, moved);
         apply_switch(w, g, row, direction, at, moved);
-#if SET_CORE_PARTS
-        const int count = w->wheels*(w->rollers - 1);
-        lanes_t axial[count], axial_moved[count];
-        axial_in_row(w, row + 1, axial);
-        put_free(w, contact + wheels, g, axial_moved);
-        start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), axial_moved,
-                         at + POINT_CORE, moved + POINT_CORE);
-        for (int k = 0; k < w->core - 3; k++)
-            w->moved[(6 + wheels + k)*groups + g] = moved[POINT_CORE + k];
-#endif
-        for (int k = 0; k < 3; k++)
-            w->moved[k*groups + g] = moved[k];
-        for (int i = 0; i < wheels; i++)
-            w->moved[(3 + i)*groups + g] = moved[point_chi(w) + i];
-        w->along[point_size(w) + g] = time;         /* for what comes after all vectors have passed */
+        take_switched(w, g, row, at, moved);
     }
-    (void)contact, (void)phase;
     begin_phase(w, phase + 1);
-    rates_in_row(w, row + 1, after);
-    for (int g = 0; g < groups; g++) {
-        time = w->along[point_size(w) + g];
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
-        put_state(w, row + 1, start);
-        put_moved(w, w->moved, g, start_moved);
-#endif
-        for (int k = 0; k < size; k++)
-            w->moved[k*groups + g] -= after[k]*time;
-#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
-        memset(moved, 0, sizeof moved);
-        put_moved(w, w->moved, g, moved);
-        follow_axial(w, g, contact + wheels, start, start_moved, start, moved, 0, -time);
-#endif
-    }
+    rates_in_row(w, row + 1, rate);
+    for (int g = 0; g < w->groups; g++)
+        come_back(w, g, row + 1, rate, time[g]);
 }

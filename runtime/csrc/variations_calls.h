@@ -34,8 +34,10 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run);
 void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
- * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one grazes. */
-long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase, int as_one);
+ * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
+ * grazes. */
+long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
+                          int as_one);
 
 /* The rates of the deviations, NODES x m x P, at the nodes of each of some steps, each in its phase. */
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,

@@ -86,7 +86,9 @@ class CompiledVariations:
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
     """
 
-    def __init__(self, module, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray):
+    def __init__(
+        self, module, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray | None
+    ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
@@ -138,11 +140,11 @@ class CompiledVariations:
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive,
-            "dense": dense, "moved": self.rows, "given": self.inputs, "axial": self.axial,
+            "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y,
+            "drive": drive, "dense": dense, "moved": self.rows, "given": self.inputs,
         }  # fmt: skip
-        if plain.has_spins:
-            numbers["spins"] = trajectory.spins
+        if self.axial is not None:
+            numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():
             setattr(run, name, self._pointer(array, float))
         size = self.module.lib.omniroll_variations_work_size(self.struct)

@@ -217,7 +217,8 @@ def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
-        print(f"omniroll: compiling the {engines[0].kind} of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
+        what = f"{kind} of {set_name(base, effects)}"
+        print(f"omniroll: compiling the {what}, once; it takes seconds", file=sys.stderr)
         building.engine_library(place, _engine_sources(), constants, engines[0])
 
     return _made(base, effects, [engine.file for engine in engines], build)
