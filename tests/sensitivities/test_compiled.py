@@ -86,6 +86,7 @@ import sys
 from omniroll.kernels import building
 here = building.levels_here()
 building.levels_here = lambda: [level for level in here if level != "x86-64-v4"]  # valgrind knows no AVX-512
+import omniroll
 names = ("nu[0]", "nu[1]", "nu[2]", "chi[0]", "chi[1]", "pose[2]", "mass", "yaw_inertia", "wheel_inertia",
          "roller_inertia", "wheel_radius", "platform_radius")
 omniroll.simulate(omniroll.Vehicle.paper(), nu=(1, 0.3, 0.8), chi=(0.1, -0.2, 0.15), duration=10,
