@@ -11,10 +11,9 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
 {
     const omniroll_variations_t *const run = w->run;
     for (int k = 0; k < w->size; k++) {
-        const int pose = k - 3 - w->wheels;
-        if (pose != 0 && pose != 1)
-            point[k < 3 ? k : pose < 0 ? point_chi(w) + k - 3 : pose == 2 ? point_heading(w) : pose]
-                = lanes_of(run->y[row*run->row_size + run->place[k]]);
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = lanes_of(run->y[row*run->row_size + run->place[k]]);
     }
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
@@ -62,10 +61,9 @@ ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int grou
 ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int group, lanes_t *point)
 {
     for (int k = 0; k < w->size; k++) {
-        const int pose = k - 3 - w->wheels;
-        if (pose != 0 && pose != 1)
-            point[k < 3 ? k : pose < 0 ? point_chi(w) + k - 3 : pose == 2 ? point_heading(w) : pose]
-                = moved[k*w->groups + group];
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = moved[k*w->groups + group];
     }
 }
 

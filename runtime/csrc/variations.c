@@ -1,8 +1,8 @@
 /* How deviations grow along a step of a run: the variational equations, solved by collocation at its nodes.
  *
  * Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp. The core c has to be
- * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core, with
- * constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the length,
+ * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core,
+ * with constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the length,
  *
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
@@ -49,6 +49,17 @@ ALWAYS_INLINE int point_momenta(const variations_t *w) { return point_inputs(w) 
 ALWAYS_INLINE int point_still(const variations_t *w) { return point_momenta(w) + 2*w->wheels; }
 ALWAYS_INLINE int point_rates(const variations_t *w) { return point_still(w) + w->wheels*w->rollers; }
 ALWAYS_INLINE int point_size(const variations_t *w) { return point_rates(w) + w->core; }
+
+/* Where what stands at a place among the deviations is in a point; -1 for x and y, which nothing feels. */
+ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
+{
+    const int pose = place - 3 - w->wheels;
+    if (place < 3)
+        return place;
+    if (pose < 0)
+        return point_chi(w) + place - 3;
+    return pose > 2 ? pose : pose == 2 ? point_heading(w) : -1;
+}
 
 /* The place of a direction among those. */
 ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
@@ -130,13 +141,13 @@ static void put_point(variations_t *w, long long step, long long row, int b)
     const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
     const nodes_t *const weight = (const nodes_t *)run->weight;
     for (int k = 0; k < w->size; k++) {
-        const int pose = k - 3 - w->wheels;
-        if (pose == 0 || pose == 1)
+        const int place = point_of_place(w, k);
+        if (place < 0)
             continue;
         lanes_t sum = {0};
         for (int c = 0; c <= run->degree; c++)
             sum += weight[c].lanes[b]*dense[c*run->row_size + run->place[k]];
-        w->point[k < 3 ? k : pose < 0 ? point_chi(w) + k - 3 : pose == 2 ? point_heading(w) : pose] = sum;
+        w->point[place] = sum;
     }
     const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
