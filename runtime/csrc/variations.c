@@ -2,7 +2,8 @@
  *
  * Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp. The core c has to be
  * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core,
- * with constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the length,
+ * with constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the
+ * length,
  *
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
@@ -79,7 +80,8 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 {
     return (point_t){.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
                      .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
-                     .momenta = own + point_momenta(w), .still = own + point_still(w), .core_dot = own + point_rates(w) + POINT_CORE};
+                     .momenta = own + point_momenta(w), .still = own + point_still(w),
+                     .core_dot = own + point_rates(w) + POINT_CORE};
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
