@@ -20,7 +20,11 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
-ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
+# No library of others takes vectors from the engine. Loops over wheels and lanes are short: peeled, they keep in
+# registers what they else store.
+ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops")
+THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels of optimisation the last holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
@@ -177,18 +181,23 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
+    quick   whether the compiler is to be quick about it: runs take up to a tenth longer
     kind    "engine" for runs, "variations" for their sensitivities
     """
 
     level: str
     wheels: int | None
     sharp: bool = False
+    quick: bool = False
     kind: str = "engine"
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
-        """For any vehicle with the rollers of a model."""
-        return cls(level, None, base != "massless")
+        """For any vehicle with the rollers of a model.
+
+        It holds every effect, and most people never run it.
+        """
+        return cls(level, None, base != "massless", quick=True)
 
     @property
     def file(self) -> str:
@@ -198,7 +207,8 @@ class Engine:
     @property
     def flags(self) -> list[str]:
         wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
-        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *(["-DOMNIROLL_SHARP"] if self.sharp else [])]
+        sharp = ["-DOMNIROLL_SHARP"] if self.sharp else []
+        return [*ENGINE_FLAGS, *(QUICK if self.quick else THOROUGH), f"-march={self.level}", *wheels, *sharp]
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
