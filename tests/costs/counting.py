@@ -1,7 +1,7 @@
 """Instructions of the compiled engine, counted by valgrind's callgrind: no other program on the machine moves them.
 
-A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else. callgrind
-has no AVX-512, so that the engine of the level x86-64-v3 runs, of all sets alike: eight numbers are two vectors there.
+A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else. Under it
+there is no AVX-512: engines of the level x86-64-v3 run, of all sets alike. Four numbers are a vector there.
 """
 
 import importlib
@@ -77,7 +77,8 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
         done = subprocess.run(command, cwd=HERE.parent, capture_output=True, text=True, timeout=LONGEST)
         assert done.returncode == 0, done.stderr[-2000:]
         figures = json.loads(done.stdout.splitlines()[-1])
-        found = dict(match.groups() for file in Path(folder).glob("out*") for match in WRITTEN.finditer(file.read_text()))
+        texts = [file.read_text() for file in Path(folder).glob("out*")]
+        found = dict(match.groups() for text in texts for match in WRITTEN.finditer(text))
         return {name: Count(int(found[name]), **figures[name]) for name in names}
 
 
@@ -95,8 +96,8 @@ class CountedEngine:
         return getattr(self._lib, name)
 
     def omniroll_run(self, run, model) -> int:
-        places = [int(self._ffi.cast("intptr_t", pointer)) for pointer in (run, model)]
-        return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in (self._engine, *places)))
+        places = [self._engine, *(int(self._ffi.cast("intptr_t", pointer)) for pointer in (run, model))]
+        return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in places))
 
 
 def run(task: Mapping, marks: SimpleNamespace | None = None) -> dict[str, int]:

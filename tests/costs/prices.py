@@ -1,15 +1,17 @@
 """What effects cost: instructions of an evaluation and of a phase with each effect by itself, over those of the bare
-vehicle. `python -m costs.prices` from tests/ prints the tables."""
+vehicle; and what a knot, a sample and a current limit cost. `python -m costs.prices` from tests/ prints the tables."""
 
 import sys
 from dataclasses import dataclass
 
+import numpy as np
+
 import omniroll
-from omniroll import Bearings, Contact, Controller, Motor, Slope, Torque, TorqueTable
+from omniroll import Bearings, Controller, Motor, Slope, Torque, TorqueTable
 from omniroll.engine.simulate import checked_task
 from omniroll.scenes.costs import operations
 
-from .counting import counted
+from .counting import Count, counted
 
 PAPER = omniroll.Vehicle.paper()
 PLACES = ((0.15, 0.01), (-0.07, 0.14), (-0.08, -0.12))
@@ -33,17 +35,33 @@ EFFECTS = {
 }
 VEHICLES = {"layout": PAPER.replace(wheel_places=PLACES)}
 
+# Events that leave the motion as it is, and the same run without them.
+EVERY = 0.01  # s
+TIMES = np.arange(0, LENGTHS[1] + 2 * EVERY, EVERY)
+SWINGS = np.where(np.arange(len(TIMES)) % 2, 1.0, -1.0)[:, None] * np.ones(3)  # V
+IDLE = {"torque_constant": 1e-7, "resistance": 1.0, "times": tuple(TIMES)}  # it moves nothing
+EVENTS = {
+    "a knot": (TorqueTable(tuple(TIMES), 1e-3 * TIMES[:, None] * np.ones(3)),),
+    "no knot": (TorqueTable((0.0, 100.0), 1e-3 * np.array([0.0, 100.0])[:, None] * np.ones(3)),),
+    "a sample": (Controller((0, 0, 0), 1e-12, EVERY),),
+    "no sample": (Torque(0.0),),
+    "a limit": (Motor(SWINGS, current_limit=0.5, **IDLE),),
+    "no limit": (Motor(SWINGS, **IDLE),),
+}
+WITHOUT = {"a knot": "no knot", "a sample": "no sample", "a limit": "no limit"}
+
 
 def task(name):
     """The arguments of a run, from the name of its effect and its duration."""
     effect, _, duration = name.rpartition("|")
     return {
         "vehicle": VEHICLES.get(effect, PAPER), "nu": NU, "duration": float(duration), "accuracy": ACCURACY,
-        "effects": EFFECTS.get(effect, ()),
+        "effects": (EFFECTS | EVENTS).get(effect, ()),
     }  # fmt: skip
 
 
 def operations_of(effect):
+    """Of an evaluation, as `omniroll explain` counts them."""
     options = task(f"{effect}|1")
     return sum(cost.total for cost in operations(checked_task(options.pop("vehicle"), **options)))
 
@@ -55,17 +73,58 @@ def measured(effects):
     return {effect: found[f"{effect}|{LENGTHS[1]}"] - found[f"{effect}|{LENGTHS[0]}"] for effect in effects}
 
 
+@dataclass(frozen=True)
+class Price:
+    """An effect's count beside that of the bare vehicle."""
+
+    effect: str
+    count: Count
+    bare: Count
+
+    @property
+    def operations(self) -> float:
+        """Of an evaluation, over the bare vehicle's."""
+        return operations_of(self.effect) / operations_of("bare")
+
+    @property
+    def of_evaluation(self) -> float:
+        """Instructions, over the bare vehicle's."""
+        return self.count.per_evaluation / self.bare.per_evaluation
+
+    @property
+    def of_phase(self) -> float:
+        return self.count.per_phase / self.bare.per_phase
+
+
+def prices() -> list[Price]:
+    found = measured([*EFFECTS, *VEHICLES])
+    return [Price(name, count, found["bare"]) for name, count in found.items()]
+
+
+def prices_of_events() -> dict[str, float]:
+    """Of a knot, a sample and a current limit: instructions, over those of a phase of the bare vehicle."""
+    found = measured(["bare", *EVENTS])
+    prices = {}
+    for name, without in WITHOUT.items():
+        more = found[name] - found[without]
+        prices[name] = more.instructions / more.phases / found["bare"].per_phase
+    return prices
+
+
 def main():
-    names = sys.argv[1:] or [*EFFECTS, *VEHICLES]
-    found = measured(names if "bare" in names else ["bare", *names])
-    bare, bare_operations = found["bare"], operations_of("bare")
-    print(f"{'effect':22}{'ops':>6}{'ratio':>7}{'instr/ev':>9}{'ratio':>7}{'over':>6} |{'phases':>7}{'steps':>6}{'rej':>5}{'ev/step':>8}{'kinstr/ph':>10}{'ratio':>7}")
-    for name, count in found.items():
-        ops, each = operations_of(name), count.per_evaluation
-        r_ops, r_each = ops / bare_operations, each / bare.per_evaluation
-        print(f"{name:22}{ops:6}{r_ops:7.2f}{each:9.0f}{r_each:7.2f}{r_each / r_ops:6.2f} |{count.phases:7}{count.steps:6}"
-              f"{count.rejected_steps:5}{count.evaluations / count.steps / 16:8.1f}{count.per_phase / 1000:10.1f}{count.per_phase / bare.per_phase:7.2f}")
+    heads = "operations instr/evaluation over phases steps rejected sweeps kinstr/phase ratio".split()
+    print(f"{'effect':20}" + "".join(f"{head:>14}" for head in heads))
+    for price in prices():
+        count = price.count
+        cells = [
+            f"{price.operations:.2f}", f"{price.of_evaluation:.2f}", f"{price.of_evaluation / price.operations:.2f}",
+            count.phases, count.steps, count.rejected_steps, f"{count.evaluations / count.steps / 16:.1f}",
+            f"{count.per_phase / 1000:.1f}", f"{price.of_phase:.2f}",
+        ]  # fmt: skip
+        print(f"{price.effect:20}" + "".join(f"{cell:>14}" for cell in cells))
+    for name, price in prices_of_events().items():
+        print(f"{name}: {price:.2f} bare phases")
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -24,7 +24,7 @@ PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 # registers what they else store.
 ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
-QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels of optimisation the last holds
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
