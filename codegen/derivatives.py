@@ -1,7 +1,7 @@
-"""The derivatives that a set was asked for: by state and inputs for sharp tips, and by numbers of the vehicle.
+"""The derivatives by numbers of the vehicle that a set was asked for.
 
-Maxima says which functions there are (effects/derivatives.mac, "derivatives" in the data), the rules of slopes, and
-has the usual form by state and inputs as a program of its own. Here functions are differentiated as they are computed
+Maxima says which functions there are (effects/derivatives.mac, "derivatives" in the data) and the rules of slopes; the
+derivatives by state and inputs are programs of its own. Here functions are differentiated as they are computed
 (tangents.py). A number of the vehicle reaches a function through the constants of the model: `prepare` is
 differentiated once, and its slopes are further constants of the model.
 
@@ -39,25 +39,22 @@ class Derivatives:
     """What the data says of derivatives.
 
     rules       of slopes
-    programs    {function: (the function that it differentiates, {output: symbols})}
     by_numbers  the functions that are differentiated by numbers
     """
 
     rules: Rules
-    programs: Mapping[str, tuple[str, Mapping[str, Sequence[str]]]]
     by_numbers: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
-        programs = {f["name"]: (f["of"], dict(f["by"])) for f in data.get("programs", ())}
-        return cls(Rules.read(data.get("rules", ())), programs, tuple(data.get("by_numbers", ())))
+        return cls(Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ())))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
     ) -> tuple[list[Function], tuple[Array, ...]]:
         """The functions of a set and the fields of its model, with the derivatives that these effects ask for."""
         named = {f.name: f for f in functions}
-        found = [*functions, *self._by_state(named)]
+        found = list(functions)
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
             return found, fields
@@ -67,40 +64,10 @@ class Derivatives:
         found = [numbers.prepare if f.prepares else f for f in found] + [numbers.function(f) for f in wanted]
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
 
-    def _by_state(self, named: Mapping[str, Function]) -> Iterator[Function]:
-        for name, (of, by) in self.programs.items():
-            usual = named.get(name.removesuffix(SHARP))
-            if of in named and usual is not None:
-                yield by_symbols(named[of], usual, name, by, self.rules)
-
 
 def tangents_of(function: Function, rules: Rules) -> Tangents:
     names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
     return Tangents(Canonical(Order(names)), rules)
-
-
-def by_symbols(
-    function: Function, usual: Function, name: str, by: Mapping[str, Sequence[str]], rules: Rules
-) -> Function:
-    """The function with its derivatives by some of its symbols, called as `usual`, which has the same outputs."""
-    once, each = [], []
-    for array in usual.outputs:
-        asked = by.get(array.name, ())
-        for place, symbol in enumerate(asked):
-            element = function.elements.get(symbol)
-            if element is not None:
-                rest = (place,) if len(asked) > 1 else ()
-                is_own = "i" in element.index
-                target = lambda e, a=array, r=rest, w=is_own: Element(a, ("i", *e.index) if w else (*e.index, *r))  # noqa: E731
-                (each if is_own else once).append(Column(symbol, {symbol: ONE}, target))
-    tangents = tangents_of(function, rules)
-    loop, elements = tangents.through_all(function, each)
-    body = (*tangents.carried(function.body, once), loop)
-    summary = f"{usual.summary[:-1]}, for sharp tips."
-    return without_dead_steps(replace(
-        function, name=name, summary=summary, arguments=usual.arguments, body=body, cases=usual.cases,
-        elements=function.elements | elements,
-    ))  # fmt: skip
 
 
 class Numbers:

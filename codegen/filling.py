@@ -17,6 +17,7 @@ PLACE_WORDS = {
     "wheel": "per wheel",
     "slot": "per free-roller slot",
     "pair": "per pair of wheels",
+    "earlier": "per wheel and wheel before it",
     "roller": "per free roller",
 }
 

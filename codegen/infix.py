@@ -4,9 +4,9 @@ ratio.
 
 from .expressions import Call, Expression, Number, Sum, Symbol, negated, split_coefficient
 from .operations import fraction
-from .programs import ContractError, Function, steps
+from .programs import INDICES, ContractError, Function, steps
 
-OWN_NAMES = frozenset({"i", "j", "k", "wheels", "rollers_per_wheel", "model", "slots"})
+OWN_NAMES = frozenset({*INDICES, "wheels", "rollers_per_wheel", "model", "slots"})
 
 
 class Infix:

@@ -3,16 +3,17 @@
 from collections import Counter
 
 from .expressions import Call, Expression, Number, Power, Product, Sum, number, operands
-from .programs import Function, Loop, Step, steps
+from .programs import EARLIER, Function, Loop, Step, steps
 
 KINDS = ("add", "mul", "div", "sqrt", "sincos", "exp")
 PLACES = {(): "once", ("i",): "wheel", ("i", "j"): "roller", ("j",): "slot"}
-PAIR = "pair"
+OF_PAIRS = {("i", "k"): "pair", ("i", EARLIER): "earlier"}  # of functions that have such loops
 
 
 def count_operations(function: Function) -> dict[str, dict[str, int]]:
     """{place: {kind: number}}. Places: once; wheel, slot: for each turn of that loop; roller: for each turn
-    of both. pair, where a function has it: for each wheel, for each wheel.
+    of both. Where a function has them: pair, for each wheel, for each wheel; earlier, for each wheel, for each wheel
+    before it.
 
     A product with a power of two counts as one multiplication; sine and cosine count as one each; signs are
     free.
@@ -24,7 +25,7 @@ def count_operations(function: Function) -> dict[str, dict[str, int]]:
             if isinstance(node, Loop):
                 walk(node.body, (*around, node.index))
             elif node.expression is not None:
-                place = PLACES.get(around, PAIR)
+                place = (PLACES | OF_PAIRS)[around]
                 counts.setdefault(place, Counter(dict.fromkeys(KINDS, 0)))
                 counts[place] += operations(node.expression)
                 counts[place]["add"] += node.kind == "add"

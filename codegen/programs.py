@@ -6,6 +6,8 @@ index 0 ... N-1) and over free-roller slots ("j", index 0 ... n-2). A symbol com
   - N, n (the two counts), slot (1 ... n-1 in a "j" loop) and pi;
   - in a "k" loop, which goes over all wheels within an "i" loop and which derivatives alone have: own, 1 where the two
     wheels are the same and 0 elsewhere;
+  - elements of outputs that the function has put there itself, to read them again: its own wheel's, and in a loop over
+    the earlier wheels ("earlier", index 0 ... i-1) theirs;
   - steps: `let` (assigned once), `var` (an accumulator: declared, then changed by `add` and `update`).
 
 Steps that belong together are a group: in the data {"use": name} stands for the steps of that name. Groups are opened
@@ -18,7 +20,8 @@ from dataclasses import dataclass, field, replace
 
 from .expressions import Canonical, Expression, Order, symbols
 
-INDICES = ("i", "j", "k")
+EARLIER = "earlier"
+INDICES = ("i", "j", "k", EARLIER)
 OWN = "own"
 CONSTANTS = {"N": "", "n": "", "pi": "", "slot": "j", OWN: "ik"}  # name: indices that it needs
 SHAPES = {"N": "i", "n-1": "j"}
@@ -223,7 +226,7 @@ def _arguments(data: dict, table: Mapping[str, dict], where: str, has_model: boo
 
 def _elements(function: Function, table: Mapping[str, dict]) -> dict[str, Element]:
     """Symbols read from arrays: the model's fields and scalar inputs by their own name, then what the table of
-    arguments names.
+    arguments names, of outputs what is kept in them.
     """
     inputs = function.inputs
     own = [*(function.fields if function.reads_model else ()), *(a for a in inputs if not a.shape)]
@@ -232,6 +235,9 @@ def _elements(function: Function, table: Mapping[str, dict]) -> dict[str, Elemen
         for symbol, (name, *index) in table[array.name].get("elements", {}).items():
             if name != array.name:
                 raise ContractError(f"element {symbol}: of {name}, and stands with {array.name}")
+            elements[symbol] = _element(array, index)
+    for array in function.outputs:
+        for symbol, (_, *index) in table[array.name].get("kept", {}).items():
             elements[symbol] = _element(array, index)
     return elements
 
@@ -245,7 +251,7 @@ def _element(array: Array, index: list) -> Element:
 def _fits(k: int | str, size: int | str) -> bool:
     if isinstance(k, int) and isinstance(size, int):
         return 0 <= k < size
-    return isinstance(size, str) and SHAPES.get(size) == k
+    return isinstance(size, str) and (SHAPES.get(size) == k or (size, k) == ("N", EARLIER))
 
 
 @dataclass
@@ -261,7 +267,8 @@ class _Reader:
     def node(self, node: dict, known: dict[str, str], indices: tuple[str, ...]) -> Step | Loop:
         if "loop" in node:
             index = node["loop"]
-            if index not in SHAPES.values() or index in indices or (index == "i" and indices):
+            known_index = index in SHAPES.values() or (index, indices) == (EARLIER, ("i",))
+            if not known_index or index in indices or (index == "i" and indices):
                 raise ContractError(f"loop over {index} within {list(indices)}")
             return Loop(index, self.block(node["body"], known, (*indices, index)))
         kind = next((k for k in ("let", "var", "add", "update", "put") if k in node), None)

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from .infix import Infix, broken, local_names
 from .operations import count_intermediates, count_operations
-from .programs import Array, Element, Function, Step
+from .programs import EARLIER, Array, Element, Function, Step
 
 KEYWORDS = frozenset(
     [
@@ -143,4 +143,4 @@ class PythonFunction(Infix):
 
     def count(self, index: str) -> str:
         """Number of turns of the loop over this index."""
-        return self.with_counts(COUNTS["n-1" if index == "j" else "N"])
+        return "i" if index == EARLIER else self.with_counts(COUNTS["n-1" if index == "j" else "N"])

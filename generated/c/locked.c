@@ -591,7 +591,8 @@ void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll
         t3 = t3*kept_3 + fold_target_3*gain_3;
         const omniroll_real locked_yaw = t6*(half_rollers - sine*sine);
         const omniroll_real fold_yaw = d3 + locked_yaw;
-        t3 = d3*t3/fold_yaw;
+        const omniroll_real kept_yaw = d3/fold_yaw;
+        t3 = t3*kept_yaw;
         d3 = fold_yaw;
     }
     const omniroll_real z2 = f2 - u12*f1;
@@ -774,7 +775,8 @@ void omniroll_impact_sharp(const omniroll_model *model, const omniroll_real *nu,
         t3 = t3*kept_3 + fold_target_3*gain_3;
         const omniroll_real locked_yaw = t6*(half_rollers - sine*sine);
         const omniroll_real fold_yaw = d3 + locked_yaw;
-        t3 = d3*t3/fold_yaw;
+        const omniroll_real kept_yaw = d3/fold_yaw;
+        t3 = t3*kept_yaw;
         d3 = fold_yaw;
         f3 += -B*leaving_i*sine_3;
     }

@@ -579,7 +579,7 @@ def forward_dynamics_sharp(model, nu, chi):
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     Returns:
       nu_dot[3] [1/s^2]: quasi-accelerations.
-    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 70.
+    Operations: once 9 add, 15 mul, 6 div; per wheel 28 add, 75 mul, 6 div, 2 sincos. Intermediates: 71.
     """
     nu_dot = [None] * 3
     B = model.B
@@ -680,7 +680,8 @@ def forward_dynamics_sharp(model, nu, chi):
         t3 = t3*kept_3 + fold_target_3*gain_3
         locked_yaw = t6*(half_rollers - sine*sine)
         fold_yaw = d3 + locked_yaw
-        t3 = d3*t3/fold_yaw
+        kept_yaw = d3/fold_yaw
+        t3 = t3*kept_yaw
         d3 = fold_yaw
     z2 = f2 - u12*f1
     z3 = f3 - u13*f1 - u23*z2
@@ -799,7 +800,7 @@ def impact_sharp(model, nu, chi, entering, leaving):
     is.
     Returns:
       nu_after[3] [1/s]: quasi-velocities after the switch.
-    Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 55.
+    Operations: once 12 add, 10 mul, 6 div; per wheel 20 add, 52 mul, 6 div, 2 sincos. Intermediates: 56.
     """
     nu_after = [None] * 3
     B = model.B
@@ -881,7 +882,8 @@ def impact_sharp(model, nu, chi, entering, leaving):
         t3 = t3*kept_3 + fold_target_3*gain_3
         locked_yaw = t6*(half_rollers - sine*sine)
         fold_yaw = d3 + locked_yaw
-        t3 = d3*t3/fold_yaw
+        kept_yaw = d3/fold_yaw
+        t3 = t3*kept_yaw
         d3 = fold_yaw
         f3 = f3 + -B*leaving_i*sine_3
     z2 = f2 - u12*f1

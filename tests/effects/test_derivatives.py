@@ -160,15 +160,20 @@ def test_in_doubles_they_keep_their_digits(model):
             assert error <= 64 * EPS * condition * max(np.abs(wanted).max(), 1e-300), name
 
 
+@pytest.mark.parametrize("form", ["", "_sharp"])
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("effects", [(), ALL], ids=["bare", "all"])
-def test_they_cost_at_most_six_times_the_accelerations(model, effects):
-    def operations(names, function, wheels):
-        (entry,) = (f for f in sets.functions(model, names) if f["name"] == function)
-        once, wheel = (sum(entry["operations"][place].values()) for place in ("once", "wheel"))
-        return once + wheels * wheel
+def test_they_cost_at_most_six_times_the_accelerations(model, effects, form):
+    """The answers of rows near sharp tips are carried past the wheels after them: a little more with each wheel."""
+    if form and model == "massless":
+        pytest.skip("massless rollers have no form for sharp tips")
 
-    for wheels in (3, 4, 6):
+    def operations(names, function, wheels):
+        (entry,) = (f for f in sets.functions(model, names) if f["name"] == function + form)
+        times = {"once": 1, "wheel": wheels, "slot": 0, "roller": 0, "earlier": wheels * (wheels - 1) // 2}
+        return sum(times[place] * sum(counted.values()) for place, counted in entry["operations"].items())
+
+    for wheels in (3, 4, 6, 12):
         price = operations((*effects, "derivatives"), "forward_dynamics_derivatives", wheels)
         assert price <= 6 * operations(effects, "forward_dynamics", wheels)
 

@@ -160,12 +160,8 @@ def operations(model, effects, function, wheels):
 @pytest.mark.parametrize("model, effects, numbers", SETS)
 def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(model, effects, numbers):
     wanted = asked(effects, numbers)
-    module = sets.python_module(model, wanted)
     count = sum(int(np.prod(np.shape(known_state(model, effects)[1].get(name, 0.0)))) for name in numbers)
     for wheels in (3, 4):
         plain = operations(model, wanted, "forward_dynamics", wheels)
         price = operations(model, wanted, "forward_dynamics_derivatives", wheels)
         assert price + operations(model, wanted, "forward_dynamics_by_numbers", wheels) <= (6 + count / 2) * plain
-        if hasattr(module, "forward_dynamics_derivatives_sharp"):  # every wheel's column goes through all wheels
-            sharp = operations(model, wanted, "forward_dynamics_sharp", wheels)
-            assert operations(model, wanted, "forward_dynamics_derivatives_sharp", wheels) <= (1 + 3 * wheels) * sharp

@@ -1,14 +1,14 @@
-"""Derivatives of runs: over many switches, at ties, at a joint, of numbers that do nothing."""
+"""Derivatives of runs: over switches, beside runs in 40 digits, at ties, at a joint, of numbers that do nothing."""
 
 import numpy as np
 
 import omniroll
-from hard import rounding
+from hard import rounding, true_sensitivities
 from hard.case import Case, Measurement, Scale
 from hard.effect_kernels import with_effects
 from hard.kernel_errors import python_kernels
 from hard.sampling import Sample, sample
-from hard.setting import EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
+from hard.setting import DOUBLE, EPS, JOINT, PAPER, Setting, settings, speeds_of_wheels
 from omniroll import NoDerivativeError, Trajectory
 from omniroll.engine.switching import tau
 from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS
@@ -39,6 +39,60 @@ def faster(scale: Scale) -> list[Measurement]:
             error = max(error, float(np.abs(along - duration * rate).max()))
         found.append(setting.measurement("error over the largest derivative", error / growth, 1e-9))
     return found
+
+
+VISCOUS = omniroll.Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
+REGULARISED = omniroll.Bearings(wheel_coulomb=1e-5, wheel_speed=0.5)
+MOTORS = omniroll.Motor(voltage=(0.02, 0.05, -0.03), torque_constant=0.02, resistance=1.5)
+MASSLESS, LOCKED, FREE = "massless", "locked", "free"
+TRUE_RUNS = (  # roller model, law, effects, number, switches in full
+    (MASSLESS, "smooth", (), "nu[0]", 1000),
+    (LOCKED, "smooth", (), "nu[0]", 1000),
+    (LOCKED, "impact", (), "nu[0]", 1000),
+    (FREE, "smooth", (), "nu[0]", 1000),
+    (FREE, "impact", (), "nu[0]", 1000),
+    (LOCKED, "smooth", (), "wheel_radius", 100),
+    (FREE, "impact", (), "chi[1]", 100),
+    (FREE, "impact", (), "roller_inertia", 100),
+    (FREE, "impact", (VISCOUS,), "wheel_viscous", 100),
+    (LOCKED, "impact", (REGULARISED,), "mass", 100),
+    (FREE, "smooth", (MOTORS,), "mass", 100),
+    (MASSLESS, "smooth", (omniroll.Slope(0.01),), "wheel_angles[1]", 100),
+)  # fmt: skip
+SPINS = np.random.default_rng(0).normal(size=(3, PAPER.rollers_per_wheel - 1))
+
+
+def beside_true_runs(scale: Scale) -> list[Measurement]:
+    """The derivatives at the end of runs against central differences of runs in 40 digits."""
+    return [
+        beside_true_run(Setting(model, law, "compiled"), effects, number, scale.of(3, most))
+        for model, law, effects, number, most in TRUE_RUNS
+    ]
+
+
+def beside_true_run(setting: Setting, effects: tuple, number: str, most: int) -> Measurement:
+    """Of one run with so many switches, the growth of the motion beside it said: the largest of the derivatives."""
+    start = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, -0.2, 0.15), "spins": SPINS, "effects": effects}
+    start["duration"] = duration_of(setting, start, most)
+    run = followed(setting, (number,), **start)
+    own = run.sensitivity(number, start["duration"])
+    parts = ("nu", "chi", "pose", *(["spins"] if setting.model == FREE else []))
+    true = true_sensitivities.derivative(setting.task(**start), run, number)
+    error = np.abs(np.concatenate([getattr(own, part).ravel() for part in parts]) - true).max()
+    growth = np.abs(true).max()
+    acting = "".join(f", {type(effect).__name__}" for effect in effects)
+    by = f"{setting.name}{acting}, by {number}, {len(run.switches)} switches, growth {growth:.1e}"
+    return Measurement("error over the largest derivative", "compiled", DOUBLE, by, float(error / growth), 1e-9)
+
+
+def duration_of(setting: Setting, start: dict, switches: int) -> float:
+    """How long a run takes that has so many switches, or as many as it has in 800 s."""
+    duration = 1.0
+    while len(run := setting.run(**start, duration=duration).switches) <= switches and duration < 800:
+        duration *= 2
+    if len(run) <= switches:
+        return duration
+    return float(run.t[switches - 1] + run.t[switches]) / 2
 
 
 def refusal(setting: Setting, name: str, start: dict) -> tuple[tuple[int, ...], float] | None:
@@ -140,6 +194,14 @@ CASES = [
         naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
         promise="a start k times as fast gives the derivatives of the same motion, k times as fast",
         run=faster,
+    ),
+    Case(
+        name="derivatives-beside-40-digits",
+        section=SECTION,
+        title="Derivatives of a run against differences of runs in 40 digits",
+        naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
+        promise="1e-9 of the largest derivative over up to 1000 switches",
+        run=beside_true_runs,
     ),
     Case(
         name="derivatives-at-ties",

@@ -1,0 +1,173 @@
+"""The true derivatives of a run by one of its numbers: central differences of two runs in 40 digits.
+
+The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13. What a difference loses is the
+square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step.
+
+A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
+rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
+proved: the time at which it is there is solved for in 40 digits, and no other wheel may be beyond its joint.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from flint import arb, ctx
+
+import omniroll
+from omniroll.engine.runs import Task
+from omniroll.studies.accuracy.mechanics import Mechanics, flat, nested_numbers
+
+DIGITS = 42  # of computing: extrapolation loses some
+COLUMNS = 12
+ERROR = 1e-27  # of a step, relative
+WAY = 0.3  # of a step: the fastest wheel turns by this part of the joint's angle
+LANDING = 2  # steps of Newton's rule, from a time that is good to 1e-9
+FEW = 4  # columns for these: the steps are short
+CHANGE = "1e-13"
+State = list[Any]
+CONSTANTS = {"wheel_viscous": "axle_damping"}  # numbers of effects that the kernels call otherwise
+
+
+@contextmanager
+def digits() -> Iterator[None]:
+    """The working precision of python-flint, which is global to it; put back afterwards."""
+    before = ctx.prec
+    ctx.dps = DIGITS
+    try:
+        yield
+    finally:
+        ctx.prec = before
+
+
+class Moved(Mechanics):
+    """The mechanics of a task with one number larger by `change`: of its start or of its kernel's constants."""
+
+    def __init__(self, task: Task, name: str, change: Any):
+        super().__init__(task, arb)
+        number, *places = name.replace("]", "").split("[")
+        number = CONSTANTS.get(number, number)
+        self.moved, self.place, self.change = number, tuple(map(int, places)), change
+        kernel = task.kernel
+        if number in kernel.constant_names:
+            constants = [nested_numbers(value.tolist(), arb) for value in kernel.constants]
+            which = kernel.constant_names.index(number)
+            constants[which] = larger(constants[which], self.place, change)
+            self.without, self.model = self.model, self.module.prepare(self.wheels, self.rollers, *constants)
+        else:
+            self.without = self.model
+
+    def start(self) -> tuple[State, Any]:
+        """The spins of free rollers stay where another number is moved."""
+        y, axial = super().start()
+        nu, chi = self.view(y, "nu"), self.view(y, "chi")
+        for name in ("nu", "chi", "pose"):
+            if name == self.moved:
+                y[self.vector.slices[name]] = larger(y[self.vector.slices[name]], self.place, self.change)
+        if not self.free:
+            return y, None
+        spins = self.module.spins_from_axial(self.without, nu, chi, axial)
+        axial = self.module.axial_speeds(self.model, self.view(y, "nu"), self.view(y, "chi"), spins)
+        return self.with_rollers(y, axial), axial
+
+
+def larger(values: Any, place: tuple[int, ...], change: Any) -> Any:
+    """Nested lists with the number at `place`, or without a place all of them, larger by `change`."""
+    if not isinstance(values, list):
+        return values + change
+    return [larger(value, place[1:], change) if not place or place[0] == k else value for k, value in enumerate(values)]
+
+
+def step(rates: Callable[[State], State], y: State, h: Any, columns: int) -> tuple[State, float]:
+    """y after h by Gragg's rule in 2, 4, 6 ... parts, and how far the last two columns are apart."""
+    slope, table = rates(y), []
+    for column in range(1, columns + 1):
+        part = h / (2 * column)
+        before, now = y, moved(y, part, slope)
+        for _ in range(2 * column - 1):
+            before, now = now, moved(before, 2 * part, rates(now))
+        row = [[((a + b + part * c) / 2).mid() for a, b, c in zip(before, now, rates(now), strict=True)]]
+        for known, other in enumerate(table, start=1):
+            ratio = arb(column) / (column - known)
+            gain = 1 / (ratio * ratio - 1)
+            row.append([(a + (a - b) * gain).mid() for a, b in zip(row[-1], other, strict=True)])
+        table = row
+    return table[-1], max(abs(float(a - b)) for a, b in zip(table[-1], table[-2], strict=True))
+
+
+def moved(y: State, by: Any, slope: State) -> State:
+    return [(a + by * b).mid() for a, b in zip(y, slope, strict=True)]
+
+
+class Flow:
+    """One run."""
+
+    def __init__(self, mechanics: Mechanics):
+        self.m = mechanics
+        self.y, self.axial = mechanics.start()
+        self.now, self.part = arb(0), 1.0
+
+    def to(self, goal: Any) -> None:
+        """Within a phase, as far as elapsed time `goal`."""
+        m = self.m
+        while (left := goal - self.now) > 0:
+            speed = max(abs(float(v)) for v in m.wheel_speeds(self.y[:3]))
+            h = min(left, arb(self.part * WAY * float(m.joint) / max(speed, 1e-3)), key=float)
+            end, apart = step(m.rates, self.y, h, COLUMNS)
+            if apart > ERROR * max(1.0, *(abs(float(v)) for v in end)):
+                self.part /= 2
+                continue
+            self.part = min(1.0, 1.3 * self.part)
+            self.y, self.now = end, (self.now + h).mid()
+
+    def land(self, wheel: int, direction: int) -> None:
+        """At the time when a wheel is at its joint, which is near."""
+        m = self.m
+        for _ in range(LANDING):
+            short = (m.joint - direction * self.y[3 + wheel]) / (direction * m.wheel_speeds(self.y[:3])[wheel])
+            self.y, _ = step(m.rates, self.y, short.mid(), FEW)
+            self.now = (self.now + short).mid()
+        if abs(float(m.joint - direction * self.y[3 + wheel])) > 1e-33:
+            raise ValueError(f"wheel {wheel} is not at its joint")
+
+    def switch(self, moves: dict[int, int]) -> None:
+        m = self.m
+        beyond = [abs(float(self.y[3 + k])) - float(m.joint) for k in range(m.wheels) if k not in moves]
+        if max(beyond, default=-1.0) > 0:
+            raise ValueError("another wheel is beyond its joint")
+        self.y, self.axial = m.switched(self.y, self.axial, moves)
+
+
+def end(task: Task, run: omniroll.Trajectory, name: str, change: Any) -> State:
+    """nu, chi, pose and spins at the end of a run with a number moved."""
+    mechanics = Moved(task, name, change)
+    flow = Flow(mechanics)
+    flow.y = mechanics.begin(flow.y, flow.axial, flow.now)
+    for time, wheel, direction in switches(run):
+        flow.to(arb(time))
+        flow.land(wheel, direction)
+        flow.axial = mechanics.axial_at(flow.y, flow.axial)
+        flow.switch({wheel: direction})
+        flow.y = mechanics.begin(flow.y, flow.axial, flow.now)
+    flow.to(arb(task.duration))
+    flow.axial = mechanics.axial_at(flow.y, flow.axial)
+    nu, chi, pose = (mechanics.view(flow.y, part) for part in ("nu", "chi", "pose"))
+    spins = mechanics.module.spins_from_axial(mechanics.model, nu, chi, flow.axial) if mechanics.free else []
+    return [*nu, *chi, *pose, *flat(spins)]
+
+
+def switches(run: omniroll.Trajectory) -> Sequence[tuple[float, int, int]]:
+    """(elapsed time, wheel, direction) of each; wheels that switch together are not meant."""
+    times = [float(t) for t in run.switches.t]
+    if len(set(times)) < len(times):
+        raise ValueError("wheels switch together")
+    return list(zip(times, map(int, run.switches.wheel), map(int, run.switches.direction), strict=True))
+
+
+def derivative(task: Task, run: omniroll.Trajectory, name: str) -> np.ndarray:
+    """The derivative of nu, chi, pose and spins at the end by a number."""
+    with digits():
+        change = arb(CHANGE)
+        above, below = (end(task, run, name, side * change) for side in (1, -1))
+        return np.array([float((a - b) / (2 * change)) for a, b in zip(above, below, strict=True)])
