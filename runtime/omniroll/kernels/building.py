@@ -26,6 +26,7 @@ ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
 QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
+VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
@@ -181,12 +182,14 @@ class Engine:
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
     quick   whether the compiler is to be quick about it: runs take up to a tenth longer
+    kind    "engine" for runs, "variations" for their sensitivities
     """
 
     level: str
     wheels: int | None
     sharp: bool = False
     quick: bool = False
+    kind: str = "engine"
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
@@ -199,7 +202,7 @@ class Engine:
     @property
     def file(self) -> str:
         """The name of its library."""
-        return f"engine-{self.level}-{self.wheels or 'any'}{'-sharp' * self.sharp}.so"
+        return f"{self.kind}-{self.level}-{self.wheels or 'any'}{'-sharp' * self.sharp}.so"
 
     @property
     def flags(self) -> list[str]:
@@ -209,11 +212,14 @@ class Engine:
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
-    """Compile the engine for a set, without the set's pair.
+    """Compile the engine for a set, without the set's pair; for sensitivities with it.
 
     folder     of the set
     sources    folder of the engine's C files
     constants  folder of gauss.h and controller.h
     """
-    files = [sources / name for name in ENGINE_SOURCES]
-    compile_library(files, folder / engine.file, [folder, sources, constants], engine.flags)
+    if engine.kind == "variations":
+        files, flags = [folder / "omniroll.c", *(sources / name for name in VARIATIONS_SOURCES)], PAIR_FLAGS
+    else:
+        files, flags = [sources / name for name in ENGINE_SOURCES], ()
+    compile_library(files, folder / engine.file, [folder, sources, constants], [*flags, *engine.flags])
