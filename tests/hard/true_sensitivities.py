@@ -1,7 +1,7 @@
 """The true derivatives of a run by one of its numbers: central differences of two runs in 40 digits.
 
-The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13. What a difference loses is the
-square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step.
+The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13 of itself. What a difference
+loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step.
 
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
 rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
@@ -23,7 +23,8 @@ DIGITS = 42  # of computing: extrapolation loses some
 COLUMNS = 12
 ERROR = 1e-27  # of a step, relative
 WAY = 0.3  # of a step: the fastest wheel turns by this part of the joint's angle
-LANDING = 2  # steps of Newton's rule, from a time that is good to 1e-9
+LANDING = 6  # most steps of Newton's rule
+LANDED = 1e-33  # rad
 FEW = 4  # columns for these: the steps are short
 CHANGE = "1e-13"
 State = list[Any]
@@ -125,11 +126,13 @@ class Flow:
         """At the time when a wheel is at its joint, which is near."""
         m = self.m
         for _ in range(LANDING):
-            short = (m.joint - direction * self.y[3 + wheel]) / (direction * m.wheel_speeds(self.y[:3])[wheel])
-            self.y, _ = step(m.rates, self.y, short.mid(), FEW)
+            way = m.joint - direction * self.y[3 + wheel]
+            if abs(float(way)) <= LANDED:
+                return
+            short = (way / (direction * m.wheel_speeds(self.y[:3])[wheel])).mid()
+            self.y, _ = step(m.rates, self.y, short, FEW)
             self.now = (self.now + short).mid()
-        if abs(float(m.joint - direction * self.y[3 + wheel])) > 1e-33:
-            raise ValueError(f"wheel {wheel} is not at its joint")
+        raise ValueError(f"wheel {wheel} is not at its joint")
 
     def switch(self, moves: dict[int, int]) -> None:
         m = self.m
@@ -165,9 +168,18 @@ def switches(run: omniroll.Trajectory) -> Sequence[tuple[float, int, int]]:
     return list(zip(times, map(int, run.switches.wheel), map(int, run.switches.direction), strict=True))
 
 
+def size(task: Task, name: str) -> float:
+    """The magnitude of a number, 1 where it is 0."""
+    number, *places = name.replace("]", "").split("[")
+    number = CONSTANTS.get(number, number)
+    kernel = task.kernel
+    value = kernel.constant(number) if number in kernel.constant_names else getattr(task.state, number)
+    return abs(float(np.asarray(value)[tuple(map(int, places))].max())) or 1.0
+
+
 def derivative(task: Task, run: omniroll.Trajectory, name: str) -> np.ndarray:
     """The derivative of nu, chi, pose and spins at the end by a number."""
     with digits():
-        change = arb(CHANGE)
+        change = arb(CHANGE) * size(task, name)
         above, below = (end(task, run, name, side * change) for side in (1, -1))
         return np.array([float((a - b) / (2 * change)) for a, b in zip(above, below, strict=True)])
