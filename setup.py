@@ -2,8 +2,8 @@
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
 goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
-the set without effects, and the general ones, which run scenes whose own set cannot be compiled. With
-$OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
+the set without effects, the same for sensitivities, and the general ones, which run scenes whose own set cannot be
+compiled. With $OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
 """
 
 import json
@@ -13,6 +13,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,6 +23,7 @@ from setuptools.command.build_ext import build_ext
 
 ROOT = Path(__file__).resolve().parent
 SETS = ("massless", "locked", "free")
+ALONG = "derivatives_along"  # codegen/along.py
 
 
 NEEDED = ("declarations.h", "functions.json", ".so", ".sha256")  # what is kept of a general set
@@ -55,9 +57,12 @@ class BuildLibraries(build_ext):
         registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
         general = [(model, effects) for model in models for effects in building.general_sets(registry, model)]
         place = top / "omniroll/kernels/built"
-        folders = list(write_sets([*((model, ()) for model in models), *general], place))
+        plain, along = [(model, ()) for model in models], [(model, (ALONG,)) for model in models]
+        folders = list(write_sets([*plain, *general, *along], place))
+        followed = [folders.pop() for _ in models]
         engines = [building.Engine(level, wheels) for level in levels for wheels in (*building.UNROLLED, None)]
         jobs = [(folder, engine) for folder in folders[: len(models)] for engine in engines]
+        jobs += [(folder, replace(engine, kind="variations")) for folder in followed for engine in engines]
         lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
         own = folders[len(models) :]
         jobs += [(f, building.Engine.general(lowest, model)) for f, (model, _) in zip(own, general, strict=True)]
@@ -73,7 +78,9 @@ class BuildLibraries(build_ext):
             if os.environ.get("OMNIROLL_MUST_COMPILE") and shutil.which(building.compiler()[0]):
                 raise SystemExit(f"omniroll: {problem}") from None
             print(f"omniroll: {problem}; the kernels in Python are there", file=sys.stderr)
-        for text in (text for folder in own for text in folder.iterdir() if not text.name.endswith(NEEDED)):
+        for text in (
+            text for folder in [*own, *followed] for text in folder.iterdir() if not text.name.endswith(NEEDED)
+        ):
             text.unlink()
         (place / building.SOURCES).write_text(made_from, encoding="ascii")
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from .along import SUFFIX
 from .filling import template
 from .programs import Array, EffectSet, Function
 from .specialise import Registry, State
@@ -22,6 +23,7 @@ CONSTANT, COLLAPSED, SINGLE = "constant", "collapsed", "single"
 SPINS = "spins"  # the core has these in the place of the axial speeds, where wheels roll
 # Functions that the engine calls as they are, at transitions and for the followers.
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
+OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
 ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
@@ -89,6 +91,7 @@ class EngineSet:
         self.held = STUCK if self.spins_stick else HELD[self.spins]
         self.holds = effects.function(self.held) is not None
         inertia = self.holds or (self.acted and not self.slips)
+        self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * self.spins_stick
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
@@ -233,6 +236,46 @@ class EngineSet:
         }
         return Call(function, (*(places[array.name] for array in function.inputs), "later"))
 
+    @property
+    def differentiated(self) -> list[Function]:
+        """The functions that sensitivities call, in the set's order."""
+        calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
+        names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS}
+        return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
+
+    @property
+    def later_follows(self) -> bool:
+        """Whether a function gives the rollers' axial speeds later in a phase."""
+        return bool(self.core) and (self.rollers == COLLAPSED or self.spins)
+
+    def called_along(self, function: Function) -> str:
+        """The name in C of a function with its slopes in a direction."""
+        has_form = self.set.function(f"{function.name}_sharp") is not None
+        return f"SOLVED({function.name}{SUFFIX})" if has_form else f"lanes_{function.name}{SUFFIX}"
+
+    def along(self, call: Call) -> list[str]:
+        """The arguments of a call with slopes: what it takes, how that moves; what it gives, how that moves."""
+        taken, given = call.arguments[: len(call.function.inputs)], call.arguments[len(call.function.inputs) :]
+        return [*taken, *map(moving, taken), *given, *map(moving, given)]
+
+    @staticmethod
+    def moved(names: Sequence[str]) -> list[str]:
+        """What moves these arguments."""
+        return [moving(name) for name in names]
+
+    @property
+    def feels_chi(self) -> bool:
+        """Whether the rates of the core depend on the wheels' angles."""
+        return any(array.name == "chi" for call in self.core_calls() for array in call.function.inputs)
+
+    @staticmethod
+    def parameters_along(function: Function) -> list[str]:
+        """The parameters of the function with slopes that sensitivities call in its place."""
+        own = [(f"const lanes_t *{a.name}" if a.shape else f"lanes_t {a.name}") for a in function.inputs]
+        given = [f"lanes_t *{a.name}" for a in function.outputs]
+        return ["const int wheels", "const vehicle_t *v", *own, *(f"{o}{SUFFIX}" for o in own), *given,
+                *(f"{o}{SUFFIX}" for o in given)]  # fmt: skip
+
     def _giving(self, states: Sequence[State]) -> list[Function]:
         """The functions that give the rates of these states, each once."""
         names = {state.function for state in states}
@@ -245,7 +288,7 @@ class EngineSet:
         so does what is `given` beside the point."""
         plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_SPINS)
         known = {name: f"at->{name}" for name in plain}
-        known |= {state.name: self.place("at->core", state.name) for state in self.core}
+        known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given
         calls = []
@@ -266,6 +309,14 @@ class EngineSet:
         return calls
 
 
+def moving(argument: str) -> str:
+    """How an argument moves in a direction, as C text: at another point, or under its name with the suffix."""
+    if argument.startswith("at->"):
+        return argument.replace("at->", "along->")
+    name, plus, place = argument.partition(" + ")
+    return f"{name}{SUFFIX}{plus}{place}"
+
+
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
@@ -273,3 +324,26 @@ def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
     runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
+
+
+def along_set(effects: EffectSet, registry: Registry) -> str:
+    """The header along_set.h, for sensitivities: what the engine calls of the set whose functions have slopes.
+
+    effects  the set without these
+    """
+    facts = deviating(effects, registry)
+    facts.plain = [f for f in facts.differentiated if f.name in (*PLAIN, *OF_ROLLERS)]
+    return template("along_set.h", facts=facts)
+
+
+def differentiated(effects: EffectSet, registry: Registry) -> set[str]:
+    """The names of the functions of a set that sensitivities call."""
+    return {f.name for f in deviating(effects, registry).differentiated}
+
+
+def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
+    """The facts of a set with what deviates as its core: energies feed nothing back."""
+    facts = EngineSet(effects, registry)
+    facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
+    facts.core = [state for state in facts.core if state.size != "energy"]
+    return facts

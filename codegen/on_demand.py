@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from .along import ALONG
 from .derivation import FORMAT, Derivation, kernel_to_json
-from .engine_sets import engine_set
+from .engine_sets import along_set, differentiated, engine_set
 from .operations import count_intermediates, count_operations
 from .pair import Pair, kernel_in_lanes, pair
 from .programs import EffectSet, Function
@@ -50,7 +51,16 @@ class Programs:
 
     def kernel(self, base: str, wanted: Sequence[str]) -> "SetKernel":
         """The kernel of the roller model `base` with the effects `wanted`. ContractError for an unknown effect."""
+        if ALONG in wanted:
+            return self._along(base, [name for name in wanted if name != ALONG])
         return SetKernel(self, specialised(self.base(base), wanted, self.registry, self._meaning(base, wanted)))
+
+    def _along(self, base: str, effects: Sequence[str]) -> "AlongKernel":
+        """The functions that sensitivities call of a set, with their slopes in a direction."""
+        plain, wanted = self.kernel(base, effects).effects, (*effects, ALONG)
+        names = differentiated(plain, self.registry)
+        found = specialised(self.base(base), wanted, self.registry, self._meaning(base, wanted), names)
+        return AlongKernel(self, found, plain)
 
     def _meaning(self, base: str, wanted: Sequence[str]) -> str:
         return ", ".join([f"{base} rollers", *self.registry.ordered(wanted)])
@@ -121,3 +131,15 @@ class SetKernel:
     def files(self) -> dict[str, str]:
         """All texts of the set."""
         return self.c_files() | self.python_files()
+
+
+@dataclass
+class AlongKernel(SetKernel):
+    """The same of a set whose functions have slopes in a direction; `plain` is the set without these."""
+
+    plain: EffectSet
+
+    def c_files(self) -> dict[str, str]:
+        """What sensitivities are compiled from, by the names of the files."""
+        header = along_set(self.plain, self.programs.registry)
+        return {name: text for name, text in super().c_files().items() if text} | {"along_set.h": header}

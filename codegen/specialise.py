@@ -6,10 +6,11 @@ Nothing of it is left: no branch, no product with zero, no state.
 """
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from .along import ALONG, Along
 from .derivatives import REQUEST, Derivatives, putting
 from .expressions import Canonical, Expression, Number, Order, Symbol, symbols
 from .programs import (
@@ -88,11 +89,12 @@ class Registry:
 
     def ordered(self, effects: Sequence[str]) -> tuple[str, ...]:
         """The effects and what they need, in the registry's order. ContractError for one that it does not know."""
-        asked = sorted({name for name in effects if name.startswith(REQUEST)})
+        asked = sorted({name for name in effects if name.startswith(REQUEST) or name == ALONG})
         unknown = sorted({*effects} - self.neutral.keys() - {*asked})
         if unknown:
             raise ContractError(f"unknown effects: {', '.join(unknown)}")
-        own = {*effects, *([REQUEST.removesuffix("_by_")] if asked else [])} - {*asked}
+        by_numbers = any(name.startswith(REQUEST) for name in asked)
+        own = {*effects, *([REQUEST.removesuffix("_by_")] if by_numbers else [])} - {*asked}
         wanted = {*own, *(needed for name in own for needed in self.needs[name])}
         return (*(name for name in self.neutral if name in wanted), *asked)
 
@@ -122,17 +124,29 @@ def set_name(base: str, effects: Sequence[str], needs: Mapping[str, Sequence[str
     return f"{name[:LONGEST_NAME]}_{hashlib.sha256(name.encode()).hexdigest()[:16]}"
 
 
-def specialised(base: EffectSet, effects: Sequence[str], registry: Registry, meaning: str = "") -> EffectSet:
-    """The set of the base's roller model with these further effects, with what they need, and no others."""
+def specialised(
+    base: EffectSet,
+    effects: Sequence[str],
+    registry: Registry,
+    meaning: str = "",
+    names: Collection[str] | None = None,
+) -> EffectSet:
+    """The set of the base's roller model with these further effects, with what they need, and no others.
+
+    names  of the functions that it has; None: all that the effects call for
+    """
     present = registry.ordered(effects)
     name, neutral = registry.set_name(base.name, present), registry.absent(present)
     fields = _there(base.fields, present)
     functions = [
         _function(replace(f, set=name, fields=fields), present, neutral)
         for f in base.functions
-        if is_called_for(f, present)
+        if is_called_for(f, present) and (names is None or f.name in names)
     ]
-    functions, fields = registry.derivatives.added(functions, fields, present)
+    if ALONG in present:
+        functions, fields = Along.of(registry.derivatives.rules, base.functions).functions(functions, fields)
+    else:
+        functions, fields = registry.derivatives.added(functions, fields, present)
     return EffectSet(name, present, meaning, *_needed(fields, tuple(functions)), base=base.name)
 
 

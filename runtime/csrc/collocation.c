@@ -183,11 +183,14 @@ typedef struct {
 ALWAYS_INLINE nodes_t times(const nodes_t *table, const nodes_t *values)
 {
     nodes_t sum;
-    for (int b = 0; b < BLOCKS; b++)
-        sum.lanes[b] = values->node[0]*table[0].lanes[b];
-    for (int m = 1; m < NODES; m++)
-        for (int b = 0; b < BLOCKS; b++)
-            sum.lanes[b] += values->node[m]*table[m].lanes[b];
+    IN_REGISTERS
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t of_block = values->node[0]*table[0].lanes[b];
+        IN_REGISTERS
+        for (int m = 1; m < NODES; m++)
+            of_block += values->node[m]*table[m].lanes[b];
+        sum.lanes[b] = of_block;
+    }
     return sum;
 }
 
@@ -199,12 +202,32 @@ ALWAYS_INLINE void integrate_to_nodes(double start, double h, const nodes_t *rat
         at->lanes[b] = start + h*sum.lanes[b];
 }
 
+/* Of all nodes, halves upon halves: in the same order whatever the number of lanes. */
+ALWAYS_INLINE double total(lanes_t *blocks)
+{
+    IN_REGISTERS
+    for (int half = BLOCKS/2; half > 0; half /= 2) {
+        IN_REGISTERS
+        for (int b = 0; b < half; b++)
+            blocks[b] += blocks[b + half];
+    }
+    lanes_t sum = blocks[0];
+    IN_REGISTERS
+    for (int half = LANES/2; half > 0; half /= 2) {
+        IN_REGISTERS
+        for (int k = 0; k < half; k++)
+            sum[k] += sum[k + half];
+    }
+    return sum[0];
+}
+
 ALWAYS_INLINE double weighted(const nodes_t *rate, const nodes_t *weights)
 {
-    lanes_t sum = rate->lanes[0]*weights->lanes[0];
-    for (int b = 1; b < BLOCKS; b++)
-        sum += rate->lanes[b]*weights->lanes[b];
-    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    lanes_t sum[BLOCKS];
+    IN_REGISTERS
+    for (int b = 0; b < BLOCKS; b++)
+        sum[b] = rate->lanes[b]*weights->lanes[b];
+    return total(sum);
 }
 
 /* Size of the last two Legendre coefficients: what the polynomial may have missed. */

@@ -7,22 +7,27 @@
 NEVER_INLINE void nearer_at(const int wheels, const vehicle_t *vehicle, const omniroll_bearing_t *contacts,
                             double joint, const double *chi, double *nearer, double *per_chi)
 {
-    lanes_t nu[3], at[MOST_WHEELS], chi_dot[MOST_WHEELS], spin[MOST_WHEELS];
-    for (int k = 0; k < 3; k++) {
-        nu[k] = lanes_of(0);
-        nu[k][k] = nu[k][3 + k] = 1;
+    double rows[MOST_WHEELS][6];        /* at chi and beside it, for each of nu                              */
+    for (int first = 0; first < 6; first += LANES) {
+        lanes_t nu[3], at[MOST_WHEELS], chi_dot[MOST_WHEELS], spin[MOST_WHEELS];
+        for (int k = 0; k < 3; k++)
+            nu[k] = lanes_of(0);
+        for (int i = 0; i < wheels; i++)
+            at[i] = lanes_of(chi[i]);
+        for (int k = first; k < first + LANES && k < 6; k++) {
+            nu[k%3][k - first] = 1;
+            for (int i = 0; i < wheels && k >= 3; i++)
+                at[i][k - first] -= (chi[i] < 0 ? -BESIDE : BESIDE)*joint;
+        }
+        set_wheel_rates(wheels, vehicle, nu, at, chi_dot, spin);
+        for (int i = 0; i < wheels; i++)
+            for (int k = first; k < first + LANES && k < 6; k++)
+                rows[i][k] = spin[i][k - first];
     }
     for (int i = 0; i < wheels; i++) {
-        at[i] = lanes_of(chi[i]);
-        for (int k = 3; k < 6; k++)
-            at[i][k] -= (chi[i] < 0 ? -BESIDE : BESIDE)*joint;
-    }
-    set_wheel_rates(wheels, vehicle, nu, at, chi_dot, spin);
-    for (int i = 0; i < wheels; i++) {
-        const double here[3] = {spin[i][0], spin[i][1], spin[i][2]}, beside[3] = {spin[i][3], spin[i][4], spin[i][5]};
         const double size = length3(contacts[i].row);
-        nearer[i] = length3(here)/size;
-        per_chi[i] = (nearer[i] - length3(beside)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint);
+        nearer[i] = length3(rows[i])/size;
+        per_chi[i] = (nearer[i] - length3(rows[i] + 3)/size)/((chi[i] < 0 ? -BESIDE : BESIDE)*joint);
     }
 }
 

@@ -10,18 +10,20 @@
 #define SLOPE_DIFFERENCE 1e-10      /* of the size of a speed, for slopes                                   */
 #define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
 #define MOST_RENEWALS 2             /* of the slopes in a try                                               */
+#define MOVES 7                     /* moved states that count as an evaluation at all nodes                */
+#define WAY_BLOCKS (WAYS/LANES)
 #define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
 
 /* Its parts; `core` numbers beside nu. */
 static void lay_out_coupled(coupled_t *c, parts_t *parts, int size, long long core)
 {
-    const long long square = (long long)size*size, vectors = WAYS/LANES;
+    const long long square = (long long)size*size;
     c->size = size;
     c->missing = lanes_part(parts, BLOCKS*(core + 3));
-    c->real = lanes_part(parts, square*vectors);
-    c->imaginary = lanes_part(parts, square*vectors);
-    c->found_real = lanes_part(parts, size*vectors);
-    c->found_imaginary = lanes_part(parts, size*vectors);
+    c->real = lanes_part(parts, square*WAY_BLOCKS);
+    c->imaginary = lanes_part(parts, square*WAY_BLOCKS);
+    c->found_real = lanes_part(parts, size*WAY_BLOCKS);
+    c->found_imaginary = lanes_part(parts, size*WAY_BLOCKS);
     c->slope = numbers_part(parts, square);
     c->small = numbers_part(parts, square + size);
     c->own = numbers_part(parts, core);
@@ -124,7 +126,6 @@ static void find_slopes(step_t *s, const int wheels, int node)
         move_lanes(s, wheels, first, 1, &at);
 #if SET_LOADS
         point.loads->knows_response = 0;
-        s->sweeps += SET_FRICTION ? LOADS_RESPOND - 1 : 0;
 #endif
         core_rates(wheels, &point, nu_dot);
         move_lanes(s, wheels, first, -1, &at);
@@ -141,8 +142,13 @@ static void find_slopes(step_t *s, const int wheels, int node)
                     c->own[n] = slope;
             }
         }
-        s->sweeps += 1;
     }
+    const int evaluations = (moves + MOVES - 1)/MOVES;
+#if SET_LOADS
+    s->sweeps += SET_FRICTION ? LOADS_RESPOND*evaluations : evaluations;
+#else
+    s->sweeps += evaluations;
+#endif
 }
 
 /* The change of small rates in a time: (1 - time slope)^-1 times them, in their place, of the coupled speeds. */
@@ -156,30 +162,60 @@ static void after(const coupled_t *c, double time, double *rates)
     solve_rows(m, size, rates);
 }
 
-/* Complex numbers in lanes. */
+/* Complex numbers, one for each way. */
 typedef struct {
-    lanes_t real, imaginary;
-} complex_lanes_t;
+    ways_t real, imaginary;
+} complex_ways_t;
 
-ALWAYS_INLINE complex_lanes_t product(complex_lanes_t a, complex_lanes_t b)
+ALWAYS_INLINE complex_ways_t product(complex_ways_t a, complex_ways_t b)
 {
-    return (complex_lanes_t){a.real*b.real - a.imaginary*b.imaginary, a.real*b.imaginary + a.imaginary*b.real};
+    complex_ways_t found;
+    IN_REGISTERS
+    for (int v = 0; v < WAY_BLOCKS; v++) {
+        const lanes_t a_real = a.real.lanes[v], a_imaginary = a.imaginary.lanes[v];
+        found.real.lanes[v] = a_real*b.real.lanes[v] - a_imaginary*b.imaginary.lanes[v];
+        found.imaginary.lanes[v] = a_real*b.imaginary.lanes[v] + a_imaginary*b.real.lanes[v];
+    }
+    return found;
 }
 
-ALWAYS_INLINE complex_lanes_t inverse(complex_lanes_t a)
+ALWAYS_INLINE complex_ways_t inverse(complex_ways_t a)
 {
-    const lanes_t size = 1/(a.real*a.real + a.imaginary*a.imaginary);
-    return (complex_lanes_t){a.real*size, -a.imaginary*size};
+    IN_REGISTERS
+    for (int v = 0; v < WAY_BLOCKS; v++) {
+        const lanes_t real = a.real.lanes[v], imaginary = a.imaginary.lanes[v], size = 1/(real*real + imaginary*imaginary);
+        a.real.lanes[v] = real*size, a.imaginary.lanes[v] = -imaginary*size;
+    }
+    return a;
 }
 
-ALWAYS_INLINE complex_lanes_t entry(const ways_t *real, const ways_t *imaginary, int place)
+ALWAYS_INLINE void take_from(ways_t *real, ways_t *imaginary, complex_ways_t less)
 {
-    return (complex_lanes_t){real[place].lanes[0], imaginary[place].lanes[0]};
+    IN_REGISTERS
+    for (int v = 0; v < WAY_BLOCKS; v++)
+        real->lanes[v] -= less.real.lanes[v], imaginary->lanes[v] -= less.imaginary.lanes[v];
 }
 
-ALWAYS_INLINE void put_entry(ways_t *real, ways_t *imaginary, int place, complex_lanes_t value)
+ALWAYS_INLINE complex_ways_t entry(const ways_t *real, const ways_t *imaginary, int place)
 {
-    real[place].lanes[0] = value.real, imaginary[place].lanes[0] = value.imaginary;
+    return (complex_ways_t){real[place], imaginary[place]};
+}
+
+ALWAYS_INLINE void put_entry(ways_t *real, ways_t *imaginary, int place, complex_ways_t value)
+{
+    real[place] = value.real, imaginary[place] = value.imaginary;
+}
+
+/* real_part - h (value of the way) slope. */
+ALWAYS_INLINE complex_ways_t less_way(double real_part, double h, double slope)
+{
+    complex_ways_t found;
+    IN_REGISTERS
+    for (int v = 0; v < WAY_BLOCKS; v++) {
+        found.real.lanes[v] = real_part - h*way_real.lanes[v]*slope;
+        found.imaginary.lanes[v] = -(h*way_imaginary.lanes[v])*slope;
+    }
+    return found;
 }
 
 /* Gauss's elimination of 1 - h (value of the way) slope: L below the diagonal, 1/U on it. Most speeds know nothing of each
@@ -187,28 +223,25 @@ ALWAYS_INLINE void put_entry(ways_t *real, ways_t *imaginary, int place, complex
 static void eliminate_coupled(const coupled_t *c, double h)
 {
     const int size = c->size;
-    const complex_lanes_t way = {h*way_real.lanes[0], h*way_imaginary.lanes[0]};
     for (int j = 0; j < size; j++)
         for (int k = 0; k < size; k++) {
             const double slope = c->slope[j*size + k];
-            const complex_lanes_t value = {(j == k) - way.real*slope, -way.imaginary*slope};
-            put_entry(c->real, c->imaginary, j*size + k, value);
+            put_entry(c->real, c->imaginary, j*size + k, less_way(j == k, h, slope));
             c->filled[j*size + k] = slope != 0;
         }
     for (int k = 0; k < size; k++) {
-        const complex_lanes_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
+        const complex_ways_t pivot = inverse(entry(c->real, c->imaginary, k*size + k));
         put_entry(c->real, c->imaginary, k*size + k, pivot);
         for (int j = k + 1; j < size; j++) {
             if (!c->filled[j*size + k])
                 continue;
-            const complex_lanes_t factor = product(entry(c->real, c->imaginary, j*size + k), pivot);
+            const complex_ways_t factor = product(entry(c->real, c->imaginary, j*size + k), pivot);
             put_entry(c->real, c->imaginary, j*size + k, factor);
             for (int l = k + 1; l < size; l++) {
                 if (!c->filled[k*size + l])
                     continue;
-                const complex_lanes_t less = product(factor, entry(c->real, c->imaginary, k*size + l));
-                c->real[j*size + l].lanes[0] -= less.real;
-                c->imaginary[j*size + l].lanes[0] -= less.imaginary;
+                take_from(&c->real[j*size + l], &c->imaginary[j*size + l],
+                          product(factor, entry(c->real, c->imaginary, k*size + l)));
                 c->filled[j*size + l] = 1;
             }
         }
@@ -216,24 +249,30 @@ static void eliminate_coupled(const coupled_t *c, double h)
 }
 
 /* Values at the nodes in the ways. */
-ALWAYS_INLINE complex_lanes_t to_ways(const nodes_t *values)
+ALWAYS_INLINE complex_ways_t to_ways(const nodes_t *values)
 {
-    complex_lanes_t sum = {lanes_of(0), lanes_of(0)};
-    for (int m = 0; m < NODES; m++) {
-        sum.real += values->node[m]*to_real_way[m].lanes[0];
-        sum.imaginary += values->node[m]*to_imaginary_way[m].lanes[0];
+    complex_ways_t sum;
+    IN_REGISTERS
+    for (int v = 0; v < WAY_BLOCKS; v++) {
+        lanes_t real = lanes_of(0), imaginary = lanes_of(0);
+        for (int m = 0; m < NODES; m++) {
+            real += values->node[m]*to_real_way[m].lanes[v];
+            imaginary += values->node[m]*to_imaginary_way[m].lanes[v];
+        }
+        sum.real.lanes[v] = real, sum.imaginary.lanes[v] = imaginary;
     }
     return sum;
 }
 
 /* And back. */
-ALWAYS_INLINE void from_ways(complex_lanes_t ways, nodes_t *values)
+ALWAYS_INLINE void from_ways(const complex_ways_t *ways, nodes_t *values)
 {
+    IN_REGISTERS
     for (int b = 0; b < BLOCKS; b++) {
-        values->lanes[b] = lanes_of(0);
+        lanes_t sum = lanes_of(0);
         for (int k = 0; k < WAYS; k++)
-            values->lanes[b] += ways.real[k]*from_real_way[k].lanes[b]
-                + ways.imaginary[k]*from_imaginary_way[k].lanes[b];
+            sum += ways->real.way[k]*from_real_way[k].lanes[b] + ways->imaginary.way[k]*from_imaginary_way[k].lanes[b];
+        values->lanes[b] = sum;
     }
 }
 
@@ -244,29 +283,28 @@ static void solve_coupled(step_t *s)
     const int size = c->size, own = size - 3;
     ways_t *const real = c->found_real, *const imaginary = c->found_imaginary;
     for (int j = 0; j < size; j++) {
-        complex_lanes_t rest = to_ways(&c->missing[j < own ? j : s->core + j - own]);
+        complex_ways_t rest = to_ways(&c->missing[j < own ? j : s->core + j - own]);
         for (int k = 0; k < j; k++)
             if (c->filled[j*size + k]) {
-                const complex_lanes_t less = product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k));
-                rest.real -= less.real, rest.imaginary -= less.imaginary;
+                take_from(&rest.real, &rest.imaginary,
+                          product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k)));
             }
         put_entry(real, imaginary, j, rest);
     }
     for (int j = size - 1; j >= 0; j--) {
-        complex_lanes_t rest = entry(real, imaginary, j);
+        complex_ways_t rest = entry(real, imaginary, j);
         for (int k = j + 1; k < size; k++)
             if (c->filled[j*size + k]) {
-                const complex_lanes_t less = product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k));
-                rest.real -= less.real, rest.imaginary -= less.imaginary;
+                take_from(&rest.real, &rest.imaginary,
+                          product(entry(c->real, c->imaginary, j*size + k), entry(real, imaginary, k)));
             }
         rest = product(rest, entry(c->real, c->imaginary, j*size + j));
         put_entry(real, imaginary, j, rest);
-        from_ways(rest, &c->missing[j < own ? j : s->core + j - own]);
+        from_ways(&rest, &c->missing[j < own ? j : s->core + j - own]);
     }
-    const complex_lanes_t way = {s->h*way_real.lanes[0], s->h*way_imaginary.lanes[0]};
     for (int n = own; n < s->core; n++) {
-        const complex_lanes_t factor = {1 - way.real*c->own[n], -way.imaginary*c->own[n]};
-        from_ways(product(to_ways(&c->missing[n]), inverse(factor)), &c->missing[n]);
+        const complex_ways_t change = product(to_ways(&c->missing[n]), inverse(less_way(1, s->h, c->own[n])));
+        from_ways(&change, &c->missing[n]);
     }
 }
 
@@ -291,7 +329,8 @@ ALWAYS_INLINE void rates_between(double start, double h, const nodes_t *at, node
     nodes_t moved;
     for (int b = 0; b < BLOCKS; b++)
         moved.lanes[b] = at->lanes[b] - start;
-    from_ways(product(to_ways(&moved), inverse((complex_lanes_t){h*way_real.lanes[0], h*way_imaginary.lanes[0]})), rate);
+    const complex_ways_t found = product(to_ways(&moved), inverse(less_way(0, -h, 1)));
+    from_ways(&found, rate);
 }
 
 /* A better guess where friction is steep: the slip stays, and not the rate. Friction with a small named speed is steep only

@@ -1,16 +1,23 @@
 /* Some doubles that are computed with as one number: the number type of the generated kernels in the compiled
  * engine.
  *
- * The lanes are eight nodes of a step (collocation.c) or sixteen vehicles (batch.c). GNU C vector extensions, gcc
- * and clang: the compiler splits the vector where the machine's registers are shorter. */
+ * The lanes are nodes of a step (collocation.c), as many as a register of the machine holds, or sixteen vehicles (batch.c).
+ * GNU C vector extensions, gcc and clang. Longer vectors give the same results, but gcc moves them through memory word by
+ * word where they stand in an array: the engine would be nine times slower. No result depends on the number of lanes. */
 #ifndef OMNIROLL_LANES_H
 #define OMNIROLL_LANES_H
 
 #include <string.h>
 
-#ifndef LANES
+#ifdef LANES                        /* batch.c has its own */
+#elif defined __AVX512F__
 #define LANES 8
+#elif defined __AVX__
+#define LANES 4
+#else
+#define LANES 2
 #endif
+#define IN_REGISTERS _Pragma("GCC unroll 16")   /* before a loop over few numbers, so that they stay in registers */
 typedef double lanes_t __attribute__((vector_size(8*LANES)));
 typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
 

@@ -409,7 +409,7 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     s->sticking = work->sticking;
 #if SET_ROLLERS_STICK
     int count = 0;
-    s->contact = run->bearings + run->axle_count, s->first_contact = 0;
+    s->contact = run->bearings != NULL ? run->bearings + run->axle_count : NULL, s->first_contact = 0;
     for (int i = 0; i < rows_count(run); i++) {
         if (run->bearings[i].mode != 0)
             continue;

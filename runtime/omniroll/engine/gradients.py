@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.sensitivities import Followed, Sweep
@@ -86,6 +87,21 @@ class Chain(Sweep):
             sampler.output = with_tangent(sampler.output.real, own_output.T)
         return super()._begin(phase, unit[: ends[0]], None if axial is None else unit[ends[0] : ends[1]])
 
+    def _put_start(self, compiled: CompiledVariations) -> None:
+        super()._put_start(compiled)
+        self._phase_begun(0)
+
+    def _end_of_stretch(self, row: int, phase: int, last: int) -> int:
+        phases = self.motion.phases
+        return row + 1 if self.moving else int(phases[phase + 1]) if phase + 1 < len(phases) else last
+
+    def _phase_begun(self, row: int) -> None:
+        phase = int(np.searchsorted(self.motion.phases, row))
+        if phase == len(self.motion.phases) or self.motion.phases[phase] != row:
+            return
+        axial = None if self.axial is None else self.axial[phase].reshape(len(self.columns), -1).T
+        self.rows[row] = self._begin(phase, self.rows[row].copy(), None if axial is None else axial.copy())
+
     def _handed_on(self, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
         """(W, W + P) what a phase starts with."""
         parts = [moved, *([] if axial is None else [axial])]
@@ -108,7 +124,7 @@ class Chain(Sweep):
         moved = self.rows[row]
         between = trajectory.t[row] < times
         if between.any():
-            followed = Followed(self.columns.names, self.rows, self.inputs, phases, None)
+            followed = Followed(self.columns.names, self.rows, self.inputs, phases, self.axial, compiled=self.compiled)
             moved[between] += followed.since_row(self.motion, self.columns, row[between], times[between])
         seen = np.einsum("km,kmc->kc", weights, moved)
         phase = np.searchsorted(phases, row, side="right") - 1

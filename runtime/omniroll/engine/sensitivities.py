@@ -14,18 +14,20 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
 from omniroll.engine.columns import columns_of
+from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Variations
+from omniroll.engine.variations import Variations, gauss
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
@@ -87,6 +89,7 @@ class Followed:
     nodes: int | None = None
     look: "Look | None" = None
     variations: Variations | None = None
+    compiled: CompiledVariations | None = None
 
     @classmethod
     def along(cls, trajectory: Trajectory, names: tuple[str, ...], nodes: int | None = None) -> "Followed":
@@ -128,14 +131,34 @@ class Followed:
         return self.look
 
     def __getstate__(self) -> dict:
-        return vars(self) | {"look": None, "variations": None}
+        return vars(self) | {"look": None, "variations": None, "compiled": None}
 
     def since_row(self, motion: "Motion", columns: "Columns", row: np.ndarray, times: np.ndarray) -> np.ndarray:
         """(k, m, P) what the deviations have come to since the rows (k,)."""
-        trajectory, variations = motion.trajectory, self.variations or columns.variations(motion)
+        trajectory = motion.trajectory
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
+        compiled = self.compiled_for(motion, columns)
+        if compiled is not None:
+            return self._since_row_compiled(compiled, step, times)
+        variations = self.variations or columns.variations(motion)
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
+
+    def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
+        if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
+        return self.compiled
+
+    def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
+        trajectory = compiled.motion.trajectory
+        rows, elapsed = trajectory.step_rows, trajectory.elapsed
+        wanted, back = np.unique(step, return_inverse=True)
+        rates = compiled.rates_in_steps(wanted, self.phase_of(rows[wanted]))
+        starts = elapsed[rows[step]]
+        lengths = elapsed[rows[step] + 1] - starts
+        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
+        weights = gauss(rates.shape[1]).integrals(x) * lengths[:, None]
+        return np.einsum("ks,ksmp->kmp", weights, rates[back])
 
 
 class Sweep:
@@ -144,8 +167,6 @@ class Sweep:
     def __init__(self, motion: Motion, columns: Columns):
         self.motion, self.columns = motion, columns
         self.trajectory, self.deviations = motion.trajectory, motion.deviations
-        self.drives = DriveDeviations(columns.effects, columns.kernel, columns.signals, self.trajectory.start_time)
-        self.passage = Passage(motion, columns.kernel)
         self.size = len(self.deviations.state)
         self.moving = self.deviations.moving
         given = self.deviations.input_size + self.moving
@@ -154,21 +175,90 @@ class Sweep:
         numbers[np.arange(len(columns.numbered)), columns.numbered] = 1.0
         self.inputs = np.zeros((len(self.trajectory.step_rows), given + len(numbers), len(columns)))
         self.inputs[:, given:] = numbers
-        self.axial: list[np.ndarray] = []
+        plain = self.motion.plain
+        shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
+        self.axial = np.zeros(shape) if plain.has_spins else None
+        module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
+        self.compiled: CompiledVariations | None = None
+        if module is not None:
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
         self.variations: Variations | None = None
+        self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
     def followed(self) -> Followed:
-        axial = np.array(self.axial) if self.motion.plain.has_spins else None
         return Followed(
-            self.columns.names, self.rows, self.inputs, self.motion.phases, axial, self.columns.nodes,
-            variations=self.variations,
+            self.columns.names, self.rows, self.inputs, self.motion.phases, self.axial, self.columns.nodes,
+            variations=self.variations, compiled=self.compiled,
         )  # fmt: skip
 
     def run(self) -> None:
+        """Fill the rows: in C where its library is there."""
+        if self.compiled is not None:
+            self._run_compiled(self.compiled)
+        else:
+            self._run_in_python()
+
+    def _run_compiled(self, compiled: CompiledVariations) -> None:
+        """In C up to whatever is left to Python: what drives give, and switches of several wheels."""
+        trajectory, last, row = self.trajectory, len(self.trajectory) - 1, 0
+        steps = {int(row): step for step, row in enumerate(trajectory.step_rows)} if self.moving else {}
+        self._put_start(compiled)
+        while row < last:
+            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
+            if self.moving and row in steps:
+                self._give(steps[row], row, self.rows[row])
+            elif self.moving and self._jumped(row):
+                row += 1
+                continue
+            end = self._end_of_stretch(row, phase, last)
+            reached = compiled.follow(row, end, phase)
+            if reached < end:
+                self._pass_together(compiled, reached)
+                reached += 1
+            row = reached
+            self._phase_begun(row)
+
+    def _end_of_stretch(self, row: int, phase: int, last: int) -> int:
+        """The row up to which nothing is left to Python, but for switches that are not plain."""
+        return row + 1 if self.moving else last
+
+    def _phase_begun(self, row: int) -> None:
+        """The walk has come to a row: for those who look at phases."""
+
+    def _jumped(self, row: int) -> bool:
+        """Whether drives jump between this row and the next at a time that deviates; the next row is filled then."""
+        if row + 1 in self.motion.switched or (times := self.drives.jump(self.trajectory.elapsed[row + 1])) is None:
+            return False
+        rates = self.motion.rates
+        self.rows[row + 1] = self.rows[row] + (rates[row] - rates[row + 1])[:, None] * times
+        return True
+
+    def _put_start(self, compiled: CompiledVariations) -> None:
+        places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
+        for name in ("nu", "chi", "pose"):
+            if name in given:
+                self.rows[0, places[name]] = given[name].T
+        if plain.has_spins:
+            still = np.zeros((len(self.columns), plain.wheels, plain.rollers_per_wheel - 1))
+            compiled.deviate(given.get("spins", still))
+
+    def _pass_together(self, compiled: CompiledVariations, row: int) -> None:
+        """A switch of several wheels, or of one that grazes its joint."""
+        self.phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
+        self.began = self.rows[self.motion.phases[self.phase]]
+        found = self._passed_apart(row, self.rows[row])
+        if found is None:
+            compiled.follow(row, row + 1, self.phase, as_one=True)
+            return
+        self.rows[row + 1], axial = found
+        if axial is not None:
+            self.axial[self.phase + 1] = axial.T.reshape(self.axial.shape[1:])
+
+    def _run_in_python(self) -> None:
         motion, trajectory = self.motion, self.trajectory
         step_of = {int(row): step for step, row in enumerate(trajectory.step_rows)}
         switch_of = {int(row) - 1: switch for switch, row in enumerate(motion.switched)}
-        self.switches, self.momenta_maps = SwitchMaps(motion, self.columns), None
+        self.switches = SwitchMaps(motion, self.columns)
         if "momenta" in self.deviations.inputs:
             self.momenta_maps = momenta_maps(motion, self.columns)
         maps, given = self._maps(), self.deviations.input_size + self.moving
@@ -201,7 +291,7 @@ class Sweep:
         self.phase, self.began = phase, moved
         if axial is not None:
             shape = (self.motion.plain.wheels, self.motion.plain.rollers_per_wheel)
-            self.axial.append(axial.T.reshape(-1, *shape))
+            self.axial[phase] = axial.T.reshape(-1, *shape)
         if self.momenta_maps is not None:
             by_axial, by_numbers = self.momenta_maps
             self.momenta = by_axial[phase] @ axial + by_numbers[phase]
@@ -245,7 +335,16 @@ class Sweep:
             for own, first in zip(found[name], (0, self.deviations.input_size), strict=True):
                 inputs[first + k * width : first + (k + 1) * width] = own.T
 
+    @cached_property
+    def drives(self) -> DriveDeviations:
+        columns = self.columns
+        return DriveDeviations(columns.effects, columns.kernel, columns.signals, self.trajectory.start_time)
+
     # Switches
+
+    @cached_property
+    def passage(self) -> Passage:
+        return Passage(self.motion, self.columns.kernel)
 
     def _instant(self, row: int) -> Instant:
         motion = self.motion
@@ -257,18 +356,25 @@ class Sweep:
         Wheels that switch together still do where a number grows by its own size, or they do not.
         """
         if self.switches.together[switch] or self.switches.grazed[switch]:
-            before, wheels = self._instant(row), np.flatnonzero(self.motion.directions[row + 1])
-            times = self._time_deviations(before, moved, wheels)
-            apart = self.columns.sizes * np.ptp(times, axis=0)
-            parted = apart > tau(self.trajectory.t[row], self.trajectory.elapsed[row])
-            if parted.any():
-                self._refuse_impacts(before, parted, wheels)
-                return self._one_after_the_other(row, moved, times)
+            found = self._passed_apart(row, moved)
+            if found is not None:
+                return found
         return self.switches.through(switch, moved, self._axial_of_phase(), self.began)
+
+    def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
+        """The same where the wheels do not switch as one in the motions beside the run; None where they do."""
+        before, wheels = self._instant(row), np.flatnonzero(self.motion.directions[row + 1])
+        times = self._time_deviations(before, moved, wheels)
+        apart = self.columns.sizes * np.ptp(times, axis=0)
+        parted = apart > tau(self.trajectory.t[row], self.trajectory.elapsed[row])
+        if not parted.any():
+            return None
+        self._refuse_impacts(before, parted, wheels)
+        return self._one_after_the_other(row, moved, times)
 
     def _axial_of_phase(self) -> np.ndarray | None:
         """(A, P) the deviations of the axial speeds at the start of the phase."""
-        return self.axial[-1].reshape(len(self.columns), -1).T if self.axial else None
+        return None if self.axial is None else self.axial[self.phase].reshape(len(self.columns), -1).T
 
     def _refuse_impacts(self, before: Instant, parted: np.ndarray, wheels: np.ndarray) -> None:
         if self.trajectory.switching == "impact" and self.motion.plain.roller_model != "massless":
@@ -312,7 +418,7 @@ class Sweep:
             at = f"t = {float(self.trajectory.t[row])!r}, wheels {', '.join(map(str, wheels))}"
             text = f"the wheels switch together, at {at}: the derivatives by {names} are those for numbers that grow"
             warnings.warn(OneSidedWarning(text), stacklevel=2)
-        if not self.axial:
+        if self.axial is None:
             return own, None
         return own, np.stack([tangent_of(found[order].axial[k]).ravel() for k, order in enumerate(rising)], axis=1)
 
@@ -336,7 +442,7 @@ class Sweep:
     def _phase_from(self, row: int) -> Phase:
         """The present phase, which has started in this row, on numbers that carry its deviations."""
         motion, trajectory = self.motion, self.trajectory
-        axial = with_tangent(motion.axial[row], self.axial[-1]) if self.axial else None
+        axial = None if self.axial is None else with_tangent(motion.axial[row], self.axial[self.phase])
         y = self.passage.carrying(motion.y[[row]], self.began.T)
         return Phase(trajectory.elapsed[[row]], trajectory.contact[[row]], y, axial)
 

@@ -20,8 +20,13 @@ from pathlib import Path
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=default")
 # In spite of -ffp-contract=off, GCC fuses a sum and a difference that stand side by side when it makes vectors of them.
 PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
-ENGINE_FLAGS = ("-Wno-psabi",)  # no library of others takes vectors from the engine
+# No library of others takes vectors from the engine. Loops over wheels and lanes are short: peeled, they keep in
+# registers what they else store.
+ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops")
+THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
+QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
+VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
@@ -176,34 +181,45 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
+    quick   whether the compiler is to be quick about it: runs take up to a tenth longer
+    kind    "engine" for runs, "variations" for their sensitivities
     """
 
     level: str
     wheels: int | None
     sharp: bool = False
+    quick: bool = False
+    kind: str = "engine"
 
     @classmethod
     def general(cls, level: str, base: str) -> "Engine":
-        """For any vehicle with the rollers of a model."""
-        return cls(level, None, base != "massless")
+        """For any vehicle with the rollers of a model.
+
+        It holds every effect, and most people never run it.
+        """
+        return cls(level, None, base != "massless", quick=True)
 
     @property
     def file(self) -> str:
         """The name of its library."""
-        return f"engine-{self.level}-{self.wheels or 'any'}{'-sharp' * self.sharp}.so"
+        return f"{self.kind}-{self.level}-{self.wheels or 'any'}{'-sharp' * self.sharp}.so"
 
     @property
     def flags(self) -> list[str]:
         wheels = [f"-DOMNIROLL_WHEELS={self.wheels}"] if self.wheels else []
-        return [*ENGINE_FLAGS, f"-march={self.level}", *wheels, *(["-DOMNIROLL_SHARP"] if self.sharp else [])]
+        sharp = ["-DOMNIROLL_SHARP"] if self.sharp else []
+        return [*ENGINE_FLAGS, *(QUICK if self.quick else THOROUGH), f"-march={self.level}", *wheels, *sharp]
 
 
 def engine_library(folder: Path, sources: Path, constants: Path, engine: Engine) -> None:
-    """Compile the engine for a set, without the set's pair.
+    """Compile the engine for a set, without the set's pair; for sensitivities with it.
 
     folder     of the set
     sources    folder of the engine's C files
     constants  folder of gauss.h and controller.h
     """
-    files = [sources / name for name in ENGINE_SOURCES]
-    compile_library(files, folder / engine.file, [folder, sources, constants], engine.flags)
+    if engine.kind == "variations":
+        files, flags = [folder / "omniroll.c", *(sources / name for name in VARIATIONS_SOURCES)], PAIR_FLAGS
+    else:
+        files, flags = [sources / name for name in ENGINE_SOURCES], ()
+    compile_library(files, folder / engine.file, [folder, sources, constants], [*flags, *engine.flags])

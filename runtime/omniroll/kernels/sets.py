@@ -44,6 +44,7 @@ import cffi
 from omniroll import generated_data
 from omniroll.codegen import cache as cache_folder
 from omniroll.codegen import specialise
+from omniroll.codegen.along import ALONG
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import building
 from omniroll.kernels.building import NUMBER_TYPES, CompilationError
@@ -167,6 +168,16 @@ def engine(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False
         return _where_there_is_room(lambda: _opened_engine(base, effects, wheels if unrolled else None, sharp))
 
 
+def variations(base: str, effects: tuple[str, ...], wheels: int, sharp: bool = False) -> SimpleNamespace:
+    """`ffi` and `lib` of what follows the deviations of runs with the engine of a set; arguments as of `engine`.
+
+    Raises KernelsMissingError where it cannot be had.
+    """
+    unrolled = wheels if wheels in building.UNROLLED else None
+    with MAKING:
+        return _where_there_is_room(lambda: _opened_variations(base, (*effects, ALONG), unrolled, sharp))
+
+
 @cache
 def _opened_pair(base: str, effects: tuple[str, ...], number_type: str) -> SimpleNamespace:
     place, file = _pair(base, effects, number_type)
@@ -175,8 +186,14 @@ def _opened_pair(base: str, effects: tuple[str, ...], number_type: str) -> Simpl
 
 @cache
 def _opened_engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> SimpleNamespace:
-    place, file = _engine(base, effects, wheels, sharp)
+    place, file = _engine(base, effects, wheels, sharp, "engine")
     return _opened(place, file, "double", [(_engine_sources() / "engine_calls.h").read_text(encoding="utf-8")])
+
+
+@cache
+def _opened_variations(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> SimpleNamespace:
+    place, file = _engine(base, effects, wheels, sharp, "variations")
+    return _opened(place, file, "double", [(_engine_sources() / "variations_calls.h").read_text(encoding="utf-8")])
 
 
 def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
@@ -194,13 +211,14 @@ def _pair(base: str, effects: tuple[str, ...], number_type: str) -> tuple[Path, 
     return _made(base, effects, [file], lambda place: building.kernel_library(place, number_type))
 
 
-def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> tuple[Path, str]:
-    """The folder and the library of a set's engine, at the widest level that runs here."""
-    engines = [building.Engine(level, wheels, sharp) for level in building.levels_here()]
+def _engine(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool, kind: str) -> tuple[Path, str]:
+    """The folder and the library of a set's engine of a kind, at the widest level that runs here."""
+    engines = [building.Engine(level, wheels, sharp, quick=True, kind=kind) for level in building.levels_here()]
     constants = Path(str(resources.files("omniroll.generated") / "c"))
 
     def build(place: Path) -> None:
-        print(f"omniroll: compiling the engine of {set_name(base, effects)}, once; it takes seconds", file=sys.stderr)
+        what = f"{kind} of {set_name(base, effects)}"
+        print(f"omniroll: compiling the {what}, once; it takes seconds", file=sys.stderr)
         building.engine_library(place, _engine_sources(), constants, engines[0])
 
     return _made(base, effects, [engine.file for engine in engines], build)

@@ -47,7 +47,7 @@ def value(coefficients: Sequence[float], x: float) -> float:
     return row[0]
 
 
-def _weights(degree: int, x: np.ndarray) -> np.ndarray:
+def weights_at(degree: int, x: np.ndarray) -> np.ndarray:
     """(d + 1, T) the factors of the coefficients in p(x), at x (T,)."""
     counts = np.array([[comb(degree, k)] for k in range(degree + 1)], float)
     return counts * _powers(degree, x) * _powers(degree, 1 - x)[::-1]
@@ -62,12 +62,12 @@ def _powers(degree: int, x: np.ndarray) -> np.ndarray:
 
 def bernstein_through(x: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Coefficients (d + 1, c) of the polynomials that are `values` (d + 1, c) at x (d + 1,)."""
-    return np.linalg.solve(_weights(len(x) - 1, x).T, values)
+    return np.linalg.solve(weights_at(len(x) - 1, x).T, values)
 
 
 def values_at(coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
     """p(x) (T, c) of polynomials (T, d + 1, c), each at its own x (T,)."""
-    weights = _weights(coefficients.shape[1] - 1, x)
+    weights = weights_at(coefficients.shape[1] - 1, x)
     # One layout in memory, so that the sums are always made in one order.
     return (np.ascontiguousarray(weights.T)[:, None] @ np.ascontiguousarray(coefficients))[:, 0]
 

@@ -127,7 +127,7 @@ def sheet(runs: Mapping[str, Trajectory], end: float, title: str) -> "Figure":
 
 def save(figure: "Figure", path: Path) -> Path:
     """Write a figure as PNG; its path."""
-    figure.savefig(path, metadata={"Software": None})
+    figure.savefig(path, format="png", metadata={"Software": None})
     return path
 
 

@@ -1,0 +1,241 @@
+/* Deviations followed along a run, from row to row: through its steps and its switches. A library by itself, with the
+ * set's functions and their slopes; a run that is asked for no derivatives does not load it.
+ *
+ * variations.c   a step
+ * passages.c     a switch */
+#include "variations.c"
+
+#include "passages.c"
+
+/* Memory laid out part by part, each aligned; without a base its size. */
+ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
+{
+    void *const found = base + *size;
+    *size += (bytes + 127)/128*128;
+    return found;
+}
+
+static long long lay_out(variations_t *w, const omniroll_variations_t *run, char *base)
+{
+    const int models = run->models, wheels = run->wheels, numbers = models - 1;
+    const long long lane = sizeof(lanes_t), nodes = sizeof(nodes_t);
+    long long size = 0;
+    w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
+    w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
+    w->core = 3 + core_size(wheels, run->rollers_per_wheel);
+    w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
+    w->inputs = SET_INPUTS*wheels + HELD_MOMENTA(wheels);
+    w->directions = w->core + w->felt + w->inputs;
+    const long long groups = w->groups, unknowns = NODES*w->core;
+    const long long model = LANES_MODEL_SIZE(wheels, run->rollers_per_wheel)*lane;
+    w->vehicle = part(base, &size, models*(long long)sizeof *w->vehicle);
+    w->column = part(base, &size, groups*(long long)sizeof *w->column);
+    for (int k = 0; k < models + groups; k++) {
+        lanes_t *const arrays = part(base, &size, model);
+        if (base)
+            lanes_spread(run->model[k < models ? k : 0], arrays, k < models ? &w->vehicle[k] : &w->column[k - models]);
+    }
+    w->moved = part(base, &size, w->size*groups*lane);
+    w->began = part(base, &size, w->size*groups*lane);
+    w->given = part(base, &size, (w->inputs + SET_INPUTS*wheels)*groups*lane);
+    w->axial = part(base, &size, wheels*w->rollers*groups*lane);
+    w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
+    w->free_axial = part(base, &size, wheels*w->rollers*(long long)sizeof(double));
+    w->point = part(base, &size, point_size(w)*lane);
+    w->along = part(base, &size, (point_size(w) + groups)*lane);
+    w->slope = part(base, &size, w->core*w->directions*nodes);
+    w->core_by = part(base, &size, numbers*w->core*nodes);
+    w->chi_by = part(base, &size, numbers*wheels*nodes);
+    w->pose_by = part(base, &size, numbers*3*nodes);
+    w->felt_at = part(base, &size, (w->felt + 1)*NODES*groups*lane);
+    w->core_at = part(base, &size, w->core*NODES*groups*lane);
+    w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
+    w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
+    w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
+    return size;
+}
+
+long long omniroll_variations_work_size(const omniroll_variations_t *run)
+{
+    variations_t w;
+    return lay_out(&w, run, 0)/(long long)sizeof(double);
+}
+
+static void prepare(variations_t *w, const omniroll_variations_t *run)
+{
+    lay_out(w, run, (char *)run->work);
+    for (int p = 0; p < run->columns; p++)
+        if (run->number[p])
+            lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
+    memset(w->point, 0, point_size(w)*sizeof *w->point);
+    memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
+    for (int j = 0; j < NODES; j++)
+        for (int k = 0; k < NODES; k++) {
+            w->once[j].node[k] = gauss_integral[k].node[j];
+            w->twice[j].node[k] = 0;
+            for (int i = 0; i < NODES; i++)
+                w->twice[j].node[k] += gauss_integral[i].node[j]*gauss_integral[k].node[i];
+        }
+}
+
+/* Rows of numbers (rows x columns) into vectors, and back. */
+static void into_lanes(const variations_t *w, const double *from, int rows, lanes_t *to)
+{
+    memset(to, 0, rows*w->groups*sizeof *to);
+    for (int k = 0; k < rows; k++)
+        memcpy(to + k*w->groups, from + (long long)k*w->columns, w->columns*sizeof *from);
+}
+
+static void out_of_lanes(const variations_t *w, const lanes_t *from, int rows, double *to)
+{
+    for (int k = 0; k < rows; k++)
+        memcpy(to + (long long)k*w->columns, from + k*w->groups, w->columns*sizeof *to);
+}
+
+/* Axial speeds' deviations of a phase (columns x wheels x rollers), from the vectors or into them. */
+static void exchange_axial(const variations_t *w, long long phase, int out)
+{
+    const int count = w->wheels*w->rollers;
+    double *const own = w->run->axial + phase*w->columns*count;
+    for (int p = 0; p < w->columns; p++)
+        for (int k = 0; k < count; k++) {
+            lanes_t *const lanes = &w->axial[k*w->groups + p/LANES];
+            if (out)
+                own[p*count + k] = (*lanes)[p%LANES];
+            else
+                (*lanes)[p%LANES] = own[p*count + k];
+        }
+}
+
+static double *row_of(const variations_t *w, long long row)
+{
+    return w->run->moved + row*w->size*w->columns;
+}
+
+/* The phase that a row belongs to, with the deviations at its start. */
+static void enter_phase(variations_t *w, long long phase)
+{
+    if (SET_HAS_ROLLERS)
+        exchange_axial(w, phase, 0);
+    into_lanes(w, row_of(w, w->run->phase_start[phase]), w->size, w->began);
+    begin_phase(w, phase);
+}
+
+/* Inputs of drives as the caller has put them down, and of rollers for the caller. */
+static void exchange_given(variations_t *w, long long step)
+{
+    const int drives = SET_INPUTS*w->wheels, held = HELD_MOMENTA(w->wheels);
+    double *const own = w->run->given + step*w->run->given_size*w->columns;
+    into_lanes(w, own, drives, w->given);
+    out_of_lanes(w, w->given + drives*w->groups, held, own + drives*w->columns);
+    into_lanes(w, own + w->inputs*w->columns, drives, w->given + w->inputs*w->groups);
+}
+
+void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
+{
+#if SET_HAS_ROLLERS
+    variations_t own, *const w = &own;
+    prepare(w, run);
+    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w), points = point_size(w);
+    lanes_t axial[count], moved_axial[count], spin[count], moved_spin[count], at[points], moved[points];
+    into_lanes(w, run->moved, w->size, w->moved);
+    put_state(w, 0, at);
+    for (int g = 0; g < w->groups; g++) {
+        memset(moved, 0, sizeof moved);
+        put_moved(w, w->moved, g, moved);
+        for (int k = 0; k < count; k++) {
+            spin[k] = lanes_of(run->spins[k]), moved_spin[k] = lanes_of(0);
+            for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
+                moved_spin[k][p%LANES] = spins[p*count + k];
+        }
+        set_axial_speeds_along(wheels, &w->column[g], at, at + point_chi(w), spin, moved, moved + point_chi(w),
+                               moved_spin, axial, moved_axial);
+        take_free(w, run->contact, g, moved_axial);
+#if SET_CORE_PARTS
+        start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), moved_axial,
+                         at + POINT_CORE, moved + POINT_CORE);
+        for (int k = 0; k < w->core - 3; k++)
+            w->moved[(6 + wheels + k)*w->groups + g] = moved[POINT_CORE + k];
+#endif
+    }
+    for (int i = 0; i < wheels; i++)
+        for (int g = 0; g < w->groups; g++)
+            w->axial[(i*w->rollers + (int)run->contact[i])*w->groups + g] = lanes_of(0);
+    out_of_lanes(w, w->moved, w->size, run->moved);
+    exchange_axial(w, 0, 1);
+#else
+    (void)run, (void)spins;
+#endif
+}
+
+/* Whether a wheel that switches after a row grazes its joint. */
+static int grazes(const variations_t *w, long long row, const int *direction)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t rate[MOST_WHEELS], moved[MOST_WHEELS];
+    const lanes_t still[3] = {{0}};
+    double fastest = 0;
+    put_state(w, row, w->point);
+    set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate, moved);
+    for (int i = 0; i < wheels; i++)
+        fastest = lanes_abs(rate[i])[0] > fastest ? lanes_abs(rate[i])[0] : fastest;
+    for (int i = 0; i < wheels; i++)
+        if (direction[i] && !(lanes_abs(rate[i])[0] > GRAZING*fastest))
+            return 1;
+    return 0;
+}
+
+long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
+                                   int as_one)
+{
+    variations_t own, *const w = &own;
+    int direction[MOST_WHEELS];
+    prepare(w, run);
+    enter_phase(w, phase);
+    into_lanes(w, row_of(w, first), w->size, w->moved);
+    for (long long row = first; row < last; row++) {
+        if (run->step_of[row] >= 0) {
+            exchange_given(w, run->step_of[row]);
+            vary_along(w, run->step_of[row], row, 0);
+        } else {
+            const int switching = directions_of(w, row, direction);
+            if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
+                return row;
+            if (switching) {
+                pass_switch(w, phase++, row, direction);
+                memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);
+                if (SET_HAS_ROLLERS)
+                    exchange_axial(w, phase, 1);
+            }
+        }
+        out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
+    }
+    return last;
+}
+
+void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
+                             const long long *phases, double *rates)
+{
+    variations_t own, *const w = &own;
+    prepare(w, run);
+    long long phase = -1;
+    for (long long k = 0; k < count; k++) {
+        if (phase < 0 || phases[k] != phase)
+            enter_phase(w, phase = phases[k]);
+        const long long row = run->step_rows[steps[k]];
+        into_lanes(w, row_of(w, row), w->size, w->moved);
+        exchange_given(w, steps[k]);
+        vary_along(w, steps[k], row, rates + k*NODES*w->size*w->columns);
+    }
+}
+
+const char *omniroll_variations_states(void)
+{
+    return SET_STATE_NAMES;
+}
+
+const char *omniroll_variations_inputs(void)
+{
+    return SET_INPUT_NAMES;
+}

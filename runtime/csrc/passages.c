@@ -1,0 +1,308 @@
+/* How deviations pass a switch: the rule of the switch with its slopes, and the deviation of its time. With the map g
+ * of the switch and the rates f before and after it,
+ *
+ *     d+ = g' (d- + f- dt) - f+ dt,   dt = -dchi_i/chi_i'
+ *
+ * (the saltation matrix). The columns stand in the lanes. */
+
+#define GRAZING 1e-6                /* of the fastest wheel's rate: a slower wheel grazes its joint     */
+
+static void put_state(const variations_t *w, long long row, lanes_t *point)
+{
+    const omniroll_variations_t *const run = w->run;
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = lanes_of(run->y[row*run->row_size + run->place[k]]);
+    }
+    for (int k = 0; k < SET_INPUTS*w->wheels; k++)
+        point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
+    for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
+        point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
+}
+
+/* The rates in a row of all that deviates: one number in all lanes. The row's state is left in w->point. */
+NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    put_state(w, row, w->point);
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    lanes_t moved[MOST_WHEELS + 3];
+    const lanes_t still[3] = {{0}};
+    rates_along(wheels, &at, &along, rate, moved);
+    set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate + 3, moved);
+    set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
+    for (int k = 0; k < w->core - 3; k++)
+        rate[6 + wheels + k] = at.core_dot[k];
+}
+
+/* The physical roller at a free place of a wheel. */
+ALWAYS_INLINE int roller_at(const variations_t *w, const long long *contact, int wheel, int slot)
+{
+    return (int)((contact[wheel] + slot + 1)%w->rollers);
+}
+
+/* Axial speeds' deviations of the free rollers by place, from those by physical roller. */
+ALWAYS_INLINE void put_free(const variations_t *w, const long long *contact, int group, lanes_t *free)
+{
+    for (int i = 0; i < w->wheels; i++)
+        for (int s = 0; s < w->rollers - 1; s++)
+            free[i*(w->rollers - 1) + s] = w->axial[(i*w->rollers + roller_at(w, contact, i, s))*w->groups + group];
+}
+
+ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int group, const lanes_t *free)
+{
+    for (int i = 0; i < w->wheels; i++)
+        for (int s = 0; s < w->rollers - 1; s++)
+            w->axial[(i*w->rollers + roller_at(w, contact, i, s))*w->groups + group] = free[i*(w->rollers - 1) + s];
+}
+
+/* One vector of columns of the deviations of what a point has. */
+ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int group, lanes_t *point)
+{
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = moved[k*w->groups + group];
+    }
+}
+
+#if SET_HAS_ROLLERS
+#define MOST_FREE(w) ((w)->wheels*((w)->rollers - 1))
+
+/* The free rollers' axial speeds in a row, by place. */
+static void axial_in_row(const variations_t *w, long long row, lanes_t *axial)
+{
+    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
+    lanes_t spins[count], still[count];
+    for (int k = 0; k < count; k++)
+        spins[k] = lanes_of(w->run->spins[row*count + k]), still[k] = lanes_of(0);
+    lanes_t zero[MOST_WHEELS + 3] = {{0}}, moved[count];
+    put_state(w, row, w->point);
+    set_axial_speeds_along(wheels, w->vehicle, w->point, w->point + point_chi(w), spins, zero, zero, still, axial,
+                           moved);
+}
+#endif
+
+/* A phase begins in a row: what it holds constant, and how that deviates. */
+static void begin_phase(variations_t *w, long long phase)
+{
+#if SET_HAS_ROLLERS
+    const int count = MOST_FREE(w);
+    const long long row = w->run->phase_start[phase];
+    lanes_t axial[count], moved[count], momenta[2*MOST_WHEELS], momenta_moved[2*MOST_WHEELS];
+    axial_in_row(w, row, axial);
+    for (int k = 0; k < count; k++)
+        w->free_axial[k] = axial[k][0];
+#if SET_HOLDS_MOMENTA
+    const int wheels = OWN_WHEELS(w->wheels);
+    for (int g = 0; g < w->groups; g++) {
+        put_free(w, w->run->contact + row*wheels, g, moved);
+        set_momenta_along(wheels, &w->column[g], axial, moved, momenta, momenta_moved);
+        for (int k = 0; k < 2*wheels; k++) {
+            w->momenta[k] = momenta[k][0];
+            w->given[(SET_INPUTS*wheels + k)*w->groups + g] = momenta_moved[k];
+        }
+    }
+#else
+    (void)moved, (void)momenta, (void)momenta_moved;
+#endif
+#else
+    (void)w, (void)phase;
+#endif
+}
+
+/* +1 or -1 where a wheel's contact has passed on between two rows, else 0; how many have. */
+static int directions_of(const variations_t *w, long long row, int *direction)
+{
+    const long long *const contact = w->run->contact + row*w->wheels;
+    int count = 0;
+    for (int i = 0; i < w->wheels; i++) {
+        const long long passed = (contact[w->wheels + i] - contact[i] + w->rollers)%w->rollers;
+        direction[i] = passed == 1 ? -1 : passed == w->rollers - 1 ? 1 : 0;
+        count += direction[i] != 0;
+    }
+    return count;
+}
+
+/* Deviations of the free rollers' axial speeds, where they follow from the core: later in the phase than `before`. */
+#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
+static void follow_axial(variations_t *w, int group, const long long *contact, const lanes_t *before,
+                         const lanes_t *before_moved, const lanes_t *after, const lanes_t *after_moved,
+                         double elapsed, lanes_t elapsed_moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), count = MOST_FREE(w);
+    lanes_t axial[count], moved[count], later[count], later_moved[count];
+    for (int k = 0; k < count; k++)
+        axial[k] = lanes_of(w->free_axial[k]);
+    put_free(w, contact, group, moved);
+    axial_later_along(wheels, &w->column[group], after, after + point_chi(w), axial, before + POINT_CORE,
+                      after + POINT_CORE, lanes_of(elapsed), after_moved, after_moved + point_chi(w), moved,
+                      before_moved + POINT_CORE, after_moved + POINT_CORE, elapsed_moved, later, later_moved);
+    take_free(w, contact, group, later_moved);
+}
+#endif
+
+/* nu after the switch, from `at` and its deviations `moved`; chi in them is that after the switch, chi_before and
+ * chi_moved were before it. entering: deviations of the spins of the rollers that come. */
+#if SET_HAS_IMPACT
+static void strike(const variations_t *w, int group, const int *direction, lanes_t *at, lanes_t *moved,
+                   const lanes_t *chi_before, const lanes_t *chi_moved, const lanes_t *spin, const lanes_t *spin_moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
+    const vehicle_t *const v = &w->column[group];
+    lanes_t rate[MOST_WHEELS], rate_moved[MOST_WHEELS], demanded[MOST_WHEELS], demanded_moved[MOST_WHEELS];
+    lanes_t left[MOST_WHEELS], left_moved[MOST_WHEELS], nu[3], nu_moved[3];
+    set_wheel_rates_along(wheels, v, at, at + chi, moved, moved + chi, rate, demanded, rate_moved, demanded_moved);
+    set_wheel_rates_along(wheels, v, at, chi_before, moved, chi_moved, rate, left, rate_moved, left_moved);
+    for (int i = 0; i < wheels; i++) {
+        const double switches = direction[i] != 0;
+        demanded[i] = switches*(spin[i] - demanded[i]);
+        demanded_moved[i] = switches*(spin_moved[i] - demanded_moved[i]);
+        left[i] *= SET_HAS_ROLLERS ? 0 : switches;
+        left_moved[i] *= SET_HAS_ROLLERS ? 0 : switches;
+    }
+    set_impact_along(wheels, v, at, at + chi, demanded, left, moved, moved + chi, demanded_moved, left_moved, nu,
+                     nu_moved);
+    memcpy(at, nu, sizeof nu);
+    memcpy(moved, nu_moved, sizeof nu_moved);
+}
+#endif
+
+#if SET_HAS_IMPACT && SET_HAS_ROLLERS
+/* The spins with which the rollers enter that the wheels pass to; those that leave keep their axial speeds. */
+static void exchange_rollers(variations_t *w, int group, long long row, const int *direction, const lanes_t *at,
+                             const lanes_t *moved, lanes_t *spin, lanes_t *spin_moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w), count = MOST_FREE(w), places = w->rollers - 1;
+    const long long *const contact = w->run->contact + row*wheels;
+    const vehicle_t *const v = &w->column[group];
+    lanes_t axial[count], axial_moved[count], spins[count], spins_moved[count];
+    lanes_t own[MOST_WHEELS], own_moved[MOST_WHEELS];
+    axial_in_row(w, row, axial);
+    put_free(w, contact, group, axial_moved);
+    set_spins_from_axial_along(wheels, v, at, at + chi, axial, moved, moved + chi, axial_moved, spins, spins_moved);
+    set_contact_axial_along(wheels, v, at, at + chi, moved, moved + chi, own, own_moved);
+    for (int i = 0; i < wheels; i++)
+        if (direction[i]) {
+            const int comes = i*places + (direction[i] > 0 ? places - 1 : 0);
+            spin[i] = spins[comes], spin_moved[i] = spins_moved[comes];
+            w->axial[(i*w->rollers + (int)contact[i])*w->groups + group] = own_moved[i];
+        }
+}
+#endif
+
+/* The state and its deviations after the wheels have switched together, in one vector of columns. */
+static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), chi = point_chi(w);
+#if SET_HAS_IMPACT
+    lanes_t chi_before[MOST_WHEELS], chi_moved[MOST_WHEELS], spin[MOST_WHEELS] = {{0}}, spin_moved[MOST_WHEELS] = {{0}};
+    memcpy(chi_before, at + chi, wheels*sizeof *at);
+    memcpy(chi_moved, moved + chi, wheels*sizeof *at);
+#if SET_HAS_ROLLERS
+    exchange_rollers(w, group, row, direction, at, moved, spin, spin_moved);
+#endif
+#endif
+    for (int i = 0; i < wheels; i++)
+        if (direction[i]) {
+            at[chi + i] = lanes_of(w->run->y[(row + 1)*w->run->row_size + w->run->place[3 + i]]);
+            moved[chi + i] = lanes_of(0);
+        }
+#if SET_HAS_IMPACT
+    if (w->run->impact)
+        strike(w, group, direction, at, moved, chi_before, chi_moved, spin, spin_moved);
+#else
+    (void)group;
+#endif
+}
+
+#if SET_HAS_ROLLERS && !SET_HOLDS_MOMENTA
+#define AXIAL_FOLLOWS 1             /* the rollers' axial speeds follow from the core                       */
+#else
+#define AXIAL_FOLLOWS 0
+#endif
+
+/* Up to the switch, in one vector of columns: from where the phase has begun to the row, `time` later in the motions
+ * beside the run. In `moved` are the deviations there. */
+ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, long long row, const lanes_t *rate,
+                                  lanes_t time, lanes_t *at, lanes_t *moved)
+{
+    for (int k = 0; k < w->size; k++)
+        w->moved[k*w->groups + group] += rate[k]*time;
+    put_state(w, row, at);
+    memset(moved, 0, point_size(w)*sizeof *moved);
+    put_moved(w, w->moved, group, moved);
+#if AXIAL_FOLLOWS
+    const long long first = w->run->phase_start[phase];
+    lanes_t start[point_size(w)], start_moved[point_size(w)];
+    memset(start_moved, 0, sizeof start_moved);
+    put_state(w, first, start);
+    put_moved(w, w->began, group, start_moved);
+    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, at, moved,
+                 w->run->elapsed[row] - w->run->elapsed[first], time);
+#else
+    (void)phase;
+#endif
+}
+
+/* Take what the switch has made of a state, whose core begins anew. */
+ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lanes_t *at, lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
+#if SET_CORE_PARTS
+    const int count = w->wheels*(w->rollers - 1);
+    lanes_t axial[count], axial_moved[count];
+    axial_in_row(w, row + 1, axial);
+    put_free(w, w->run->contact + (row + 1)*wheels, group, axial_moved);
+    start_core_along(wheels, &w->column[group], at, at + point_chi(w), axial, moved, moved + point_chi(w), axial_moved,
+                     at + POINT_CORE, moved + POINT_CORE);
+#else
+    (void)at, (void)row;
+#endif
+    for (int k = 0; k < w->core; k++)
+        w->moved[(k < 3 ? k : 3 + wheels + k)*groups + group] = moved[k];
+    for (int i = 0; i < wheels; i++)
+        w->moved[(3 + i)*groups + group] = moved[point_chi(w) + i];
+}
+
+/* Back to the time of the row, in one vector of columns: the motions beside the run have switched `time` later. */
+ALWAYS_INLINE void come_back(variations_t *w, int group, long long row, const lanes_t *rate, lanes_t time)
+{
+#if AXIAL_FOLLOWS
+    lanes_t start[point_size(w)], start_moved[point_size(w)], moved[point_size(w)];
+    memset(start_moved, 0, sizeof start_moved);
+    memset(moved, 0, sizeof moved);
+    put_state(w, row, start);
+    put_moved(w, w->moved, group, start_moved);
+#endif
+    for (int k = 0; k < w->size; k++)
+        w->moved[k*w->groups + group] -= rate[k]*time;
+#if AXIAL_FOLLOWS
+    put_moved(w, w->moved, group, moved);
+    follow_axial(w, group, w->run->contact + row*w->wheels, start, start_moved, start, moved, 0, -time);
+#else
+    (void)row;
+#endif
+}
+
+/* The deviations after the switch between a row and the next, from those before it. The first of the wheels that
+ * switch says how the time deviates. */
+static void pass_switch(variations_t *w, long long phase, long long row, const int *direction)
+{
+    lanes_t rate[w->size], at[point_size(w)], moved[point_size(w)], time[w->groups];
+    int first = 0;
+    while (!direction[first])
+        first++;
+    rates_in_row(w, row, rate);
+    for (int g = 0; g < w->groups; g++) {
+        time[g] = -w->moved[(3 + first)*w->groups + g]/rate[3 + first];
+        come_to_switch(w, g, phase, row, rate, time[g], at, moved);
+        apply_switch(w, g, row, direction, at, moved);
+        take_switched(w, g, row, at, moved);
+    }
+    begin_phase(w, phase + 1);
+    rates_in_row(w, row + 1, rate);
+    for (int g = 0; g < w->groups; g++)
+        come_back(w, g, row + 1, rate, time[g]);
+}

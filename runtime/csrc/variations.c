@@ -1,0 +1,411 @@
+/* How deviations grow along a step of a run: the variational equations, solved by collocation at its nodes.
+ *
+ * Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp. The core c has to be
+ * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core,
+ * with constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the
+ * length,
+ *
+ *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
+ *
+ * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
+ * are called with directions: eight nodes in the lanes. The columns stand in the lanes of everything else. */
+#include "set_in_lanes.h"
+
+#include "along_set.h"
+#include "gauss.h"
+#include "variations_calls.h"
+
+#define BLOCKS (NODES/LANES)
+#define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
+
+/* What all steps and switches of a call work on. `groups`: vectors of columns. */
+typedef struct {
+    const omniroll_variations_t *run;
+    int wheels, rollers, columns, groups;
+    int size, core, felt, inputs, directions;   /* numbers: all, of the core, of what it feels, that it is given */
+    vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
+    vehicle_t *column;          /* groups: each lane has the number of its column               */
+    lanes_t *moved;             /* size x groups: deviations now                                */
+    lanes_t *began;             /* the same at the start of the phase                           */
+    lanes_t *given;             /* (inputs + SET_INPUTS*wheels) x groups: inputs, and how fast drives change */
+    lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
+    double *momenta;            /* of the phase                                                 */
+    double *free_axial;         /* wheels*(rollers - 1): at its start, by place                 */
+    lanes_t *point, *along;     /* state, inputs and rates at nodes, and a direction            */
+    nodes_t *slope;             /* core x directions                                            */
+    nodes_t *core_by, *chi_by, *pose_by;    /* of each number: core, wheels, 3                  */
+    nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
+    double carries[MOST_WHEELS + 1][3];     /* W                                                */
+    nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
+    lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
+    lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
+} variations_t;
+
+/* Where what a point needs stands among w->point and w->along. */
+enum { POINT_NU = 0, POINT_CORE = 3 };
+ALWAYS_INLINE int point_chi(const variations_t *w) { return w->core; }
+ALWAYS_INLINE int point_heading(const variations_t *w) { return w->core + w->wheels; }
+ALWAYS_INLINE int point_inputs(const variations_t *w) { return point_heading(w) + 1; }
+ALWAYS_INLINE int point_momenta(const variations_t *w) { return point_inputs(w) + SET_INPUTS*w->wheels; }
+ALWAYS_INLINE int point_still(const variations_t *w) { return point_momenta(w) + 2*w->wheels; }
+ALWAYS_INLINE int point_rates(const variations_t *w) { return point_still(w) + w->wheels*w->rollers; }
+ALWAYS_INLINE int point_size(const variations_t *w) { return point_rates(w) + w->core; }
+
+/* Where what stands at a place among the deviations is in a point; -1 for x and y, which nothing feels. */
+ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
+{
+    const int pose = place - 3 - w->wheels;
+    if (place < 3)
+        return place;
+    if (pose < 0)
+        return point_chi(w) + place - 3;
+    return pose > 2 ? pose : pose == 2 ? point_heading(w) : -1;
+}
+
+/* The place of a direction among those. */
+ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
+{
+    if (d < w->core)
+        return d;
+    d -= w->core;
+    if (SET_FEELS_CHI && d < w->wheels)
+        return point_chi(w) + d;
+    d -= SET_FEELS_CHI*w->wheels;
+    if (SET_HAS_HEADING && d == 0)
+        return point_heading(w);
+    return point_inputs(w) + d - SET_HAS_HEADING;
+}
+
+ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
+{
+    return (point_t){.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
+                     .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
+                     .momenta = own + point_momenta(w), .still = own + point_still(w),
+                     .core_dot = own + point_rates(w) + POINT_CORE};
+}
+
+/* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
+NEVER_INLINE void slopes_of_core(variations_t *w, int b)
+{
+    const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
+    for (int d = 0; d < directions + w->run->models - 1; d++) {
+        const int number = d - directions;
+        lanes_t *const way = number < 0 ? &w->along[place_of_direction(w, d)] : 0;
+        nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->core;
+        const int stride = number < 0 ? directions : 1;
+        if (way)
+            *way = lanes_of(1);
+        const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
+        const point_t along = point_of(w, at.vehicle, w->along);
+        lanes_t nu_dot[3], nu_dot_along[3];
+        rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+        for (int a = 0; a < w->core; a++)
+            to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
+        if (way)
+            *way = lanes_of(0);
+    }
+}
+
+/* The same of the rates of the wheels and of the pose. Those of the wheels are linear in nu, with constants. */
+NEVER_INLINE void slopes_of_carried(variations_t *w, int b)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t rate[3], rate_along[3], chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
+    for (int d = 0; d < 4 + w->run->models - 1; d++) {
+        const int number = d - 4;
+        const vehicle_t *const v = &w->vehicle[number < 0 ? 0 : number + 1];
+        lanes_t nu[3] = {{0}}, heading = {0};
+        if (d < 3)
+            nu[d] = lanes_of(1);
+        else if (d == 3)
+            heading = lanes_of(1);
+        set_pose_rates_along(wheels, v, w->point, w->point[point_heading(w)], nu, heading, rate, rate_along);
+        for (int c = 0; c < 3; c++)
+            *(number < 0 ? &w->pose_slope[c][d].lanes[b] : &w->pose_by[3*number + c].lanes[b]) = rate_along[c];
+        if (d == 3)
+            continue;
+        set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
+        for (int i = 0; i < wheels; i++) {
+            if (number < 0)
+                w->carries[i][d] = chi_dot_along[i][0];
+            else
+                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
+        }
+        if (number < 0)
+            w->carries[wheels][d] = rate_along[2][0];
+    }
+}
+
+/* State and inputs at a block of the nodes of the step that starts in a row. */
+static void put_point(variations_t *w, long long step, long long row, int b)
+{
+    const omniroll_variations_t *const run = w->run;
+    const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
+    const nodes_t *const weight = (const nodes_t *)run->weight;
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place < 0)
+            continue;
+        lanes_t sum = {0};
+        for (int c = 0; c <= run->degree; c++)
+            sum += weight[c].lanes[b]*dense[c*run->row_size + run->place[k]];
+        w->point[place] = sum;
+    }
+    const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
+    for (int k = 0; k < SET_INPUTS*w->wheels; k++)
+        w->point[point_inputs(w) + k] = first[k] + gauss_node.lanes[b]*(then[k] - first[k]);
+    for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
+        w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
+}
+
+static void put_slopes(variations_t *w, long long step, long long row)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        put_point(w, step, row, b);
+        slopes_of_core(w, b);
+        slopes_of_carried(w, b);
+    }
+}
+
+/* Add what the numbers of the vehicle do by themselves, each in the lane of its column: to the vectors of columns at a
+ * node, what `by` has at a place. */
+ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int node, lanes_t *to)
+{
+    double *const column = (double *)to;
+    for (int p = 0; p < w->columns; p++)
+        if (w->run->number[p])
+            column[p] += by[(w->run->number[p] - 1)*stride + place].node[node];
+}
+
+/* Where what the core feels stands among the deviations. */
+ALWAYS_INLINE int place_of_felt(const variations_t *w, int f)
+{
+    return SET_FEELS_CHI && f < w->wheels ? 3 + f : 5 + w->wheels;
+}
+
+ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
+{
+    return w->carries[SET_FEELS_CHI && f < w->wheels ? f : w->wheels];
+}
+
+#define AT_ONCE 4               /* sums that are made beside each other */
+
+/* values + h times the integrals up to each node of rates (NODES x groups), of one number. */
+static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
+{
+    const int groups = w->groups;
+    for (int g = 0; g < groups; g++)
+        for (int j = 0; j < NODES; j += AT_ONCE) {
+            lanes_t sum[AT_ONCE] = {{0}};
+            for (int k = 0; k < NODES; k++)
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += w->once[j + i].node[k]*rate[k*groups + g];
+            for (int i = 0; i < AT_ONCE; i++)
+                value[(j + i)*groups + g] += h*sum[i];
+        }
+}
+
+/* What the core feels at the nodes, but for what the core's own rates do to it. */
+static void put_felt(variations_t *w, double h)
+{
+    const int groups = w->groups;
+    for (int f = 0; f < w->felt; f++) {
+        const double *const carries = carries_felt(w, f);
+        const int place = place_of_felt(w, f), is_chi = place < 3 + w->wheels;
+        const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
+        const int stride = is_chi ? w->wheels : 3;
+        lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
+        for (int j = 0; j < NODES; j++) {
+            for (int g = 0; g < groups; g++) {
+                rate[j*groups + g] = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
+                    + carries[2]*w->moved[2*groups + g];
+                at[j*groups + g] = w->moved[place*groups + g];
+            }
+            add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
+        }
+        integrate(w, h, rate, at);
+    }
+}
+
+ALWAYS_INLINE int is_zero(const nodes_t *x)
+{
+    lane_mask_t any = {0};
+    for (int b = 0; b < BLOCKS; b++)
+        any |= x->lanes[b] != 0;
+    long long found = 0;
+    for (int k = 0; k < LANES; k++)
+        found |= any[k];
+    return !found;
+}
+
+/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. */
+static void put_matrix(variations_t *w, double h, int a)
+{
+    const nodes_t *const slope = w->slope + a*w->directions;
+    for (int c = 0; c < w->core; c++) {
+        nodes_t once = slope[c], twice = {{{0}}};
+        for (int f = 0; c < 3 && f < w->felt; f++)
+            for (int b = 0; b < BLOCKS; b++)
+                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
+        const int linear = !is_zero(&once), squared = !is_zero(&twice);
+        for (int j = 0; j < NODES; j++) {
+            lanes_t *const to = w->row[a*NODES + j] + c*BLOCKS;
+            for (int b = 0; b < BLOCKS; b++) {
+                lanes_t sum = {0};
+                if (linear)
+                    sum -= h*once.node[j]*w->once[j].lanes[b];
+                if (squared)
+                    sum -= h*h*twice.node[j]*w->twice[j].lanes[b];
+                to[b] = sum;
+            }
+            if (c == a)
+                to[j/LANES][j%LANES] += 1;
+        }
+    }
+}
+
+/* Their right sides: what the deviations at the start, the inputs and the numbers do. */
+static void put_right(variations_t *w, double h, int a, int width)
+{
+    const int groups = w->groups, fed = w->core + w->felt;
+    const nodes_t *const slope = w->slope + a*w->directions;
+    for (int j = 0; j < NODES; j++) {
+        for (int g = 0; g < groups; g++) {
+            lanes_t sum = {0};
+            for (int c = 0; c < w->core; c++)
+                sum += slope[c].node[j]*w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g];
+            for (int f = 0; f < w->felt; f++)
+                sum += slope[w->core + f].node[j]*w->felt_at[(f*NODES + j)*groups + g];
+            for (int u = 0; u < w->inputs; u++)
+                sum += slope[fed + u].node[j]*w->given[u*groups + g];
+            for (int u = 0; u < SET_INPUTS*w->wheels; u++)
+                sum += slope[fed + u].node[j]*h*gauss_node.node[j]*w->given[(w->inputs + u)*groups + g];
+            w->row[a*NODES + j][width + g] = sum;
+        }
+        add_numbers(w, w->core_by, w->core, a, j, w->row[a*NODES + j] + width);
+    }
+}
+
+/* Eliminate below the pivots; then the right sides become the solution. Rows: `width` vectors of the matrix, then
+ * `groups` of right sides. */
+NEVER_INLINE void solve(lanes_t **row, int unknowns, int width, int groups)
+{
+    for (int p = 0; p < unknowns; p++) {
+        const int v = p/LANES, k = p%LANES;
+        int best = p;
+        double largest = 0;
+        for (int i = p; i < unknowns; i++) {
+            const double size = row[i][v][k] < 0 ? -row[i][v][k] : row[i][v][k];
+            if (size > largest)
+                largest = size, best = i;
+        }
+        lanes_t *const pivot = row[best];
+        row[best] = row[p], row[p] = pivot;
+        const double inverse = 1/pivot[v][k];
+        for (int i = p + 1; i < unknowns; i++) {
+            lanes_t *const own = row[i];
+            const double factor = own[v][k]*inverse;
+            if (factor == 0)
+                continue;
+            for (int c = v; c < width + groups; c++)
+                own[c] -= factor*pivot[c];
+        }
+    }
+    for (int p = unknowns - 1; p >= 0; p--) {
+        const int v = p/LANES, k = p%LANES;
+        lanes_t *const own = row[p] + width;
+        for (int g = 0; g < groups; g++)
+            own[g] *= 1/row[p][v][k];
+        for (int i = 0; i < p; i++) {
+            const double factor = row[i][v][k];
+            for (int g = 0; g < groups && factor != 0; g++)
+                row[i][width + g] -= factor*own[g];
+        }
+    }
+}
+
+/* The deviations of the core at the nodes, from its rates. */
+static void put_core(variations_t *w, double h, int width)
+{
+    const int groups = w->groups;
+    for (int a = 0; a < w->core; a++) {
+        lanes_t *const at = w->core_at + a*NODES*groups;
+        for (int j = 0; j < NODES; j++)
+            for (int g = 0; g < groups; g++)
+                at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
+        lanes_t *const rate = w->carried_at;        /* in one piece */
+        for (int j = 0; j < NODES; j++)
+            memcpy(rate + j*groups, w->row[a*NODES + j] + width, groups*sizeof *rate);
+        integrate(w, h, rate, at);
+    }
+}
+
+/* The rates at the nodes of the deviations of wheels and pose. */
+static void put_carried_rates(variations_t *w, double h)
+{
+    const int groups = w->groups, wheels = w->wheels;
+    const lanes_t *const core = w->core_at;
+    lanes_t *const heading = w->felt_at;            /* not needed any more */
+    for (int i = 0; i <= wheels; i++) {
+        const int place = i < wheels ? i : wheels + 2;
+        for (int j = 0; j < NODES; j++) {
+            lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
+            for (int g = 0; g < groups; g++)
+                to[g] = w->carries[i][0]*core[j*groups + g] + w->carries[i][1]*core[(NODES + j)*groups + g]
+                    + w->carries[i][2]*core[(2*NODES + j)*groups + g];
+            if (i < wheels)
+                add_numbers(w, w->chi_by, wheels, i, j, to);
+            else
+                add_numbers(w, w->pose_by, 3, 2, j, to);
+        }
+    }
+    for (int j = 0; j < NODES; j++)
+        for (int g = 0; g < groups; g++)
+            heading[j*groups + g] = w->moved[(5 + wheels)*groups + g];
+    integrate(w, h, w->carried_at + (wheels + 2)*NODES*groups, heading);
+    for (int c = 0; c < 2; c++)
+        for (int j = 0; j < NODES; j++) {
+            lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
+            for (int g = 0; g < groups; g++) {
+                to[g] = w->pose_slope[c][3].node[j]*heading[j*groups + g];
+                for (int d = 0; d < 3; d++)
+                    to[g] += w->pose_slope[c][d].node[j]*core[(d*NODES + j)*groups + g];
+            }
+            add_numbers(w, w->pose_by, 3, c, j, to);
+        }
+}
+
+/* The rates at a node of what stands at a place among the deviations. */
+ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int node, int width)
+{
+    const int core = place < 3 ? place : place - 3 - w->wheels;
+    if (place < 3 || core >= 3)
+        return w->row[core*NODES + node] + width;
+    return w->carried_at + ((place - 3)*NODES + node)*w->groups;
+}
+
+/* The deviations at the end of a step, from those at its start; rates (NODES x size x columns), or null. */
+static void vary_along(variations_t *w, long long step, long long row, double *rates)
+{
+    const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
+    const int groups = w->groups, unknowns = NODES*w->core, width = unknowns/LANES;
+    put_slopes(w, step, row);
+    put_felt(w, h);
+    for (int k = 0; k < unknowns; k++)
+        w->row[k] = w->system + k*(width + groups);
+    for (int a = 0; a < w->core; a++) {
+        put_matrix(w, h, a);
+        put_right(w, h, a, width);
+    }
+    solve(w->row, unknowns, width, groups);
+    put_core(w, h, width);
+    put_carried_rates(w, h);
+    for (int place = 0; place < w->size; place++)
+        for (int j = 0; j < NODES; j++) {
+            const lanes_t *const rate = rate_at_node(w, place, j, width);
+            for (int g = 0; g < groups; g++)
+                w->moved[place*groups + g] += h*gauss_weight.node[j]*rate[g];
+            if (rates)
+                memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
+        }
+}

@@ -1,0 +1,48 @@
+/* What sensitivities of a run are computed from, in C and for cffi (variations.c, passages.c, following.c).
+ *
+ * N wheels, n rollers a wheel, P columns (deviations that are followed together), m numbers that deviate: nu, chi, the
+ * pose, then the rest of the core. T rows, S steps, K phases between switches. */
+typedef struct {
+    int wheels, rollers_per_wheel;
+    int impact;                             /* the law of the switches: impact, or smooth               */
+    int columns, size;                      /* P, m                                                     */
+    int row_size, degree;                   /* numbers of a row of y; of the steps' polynomials         */
+    int models;                             /* 1 + the numbers of the vehicle that deviate              */
+    const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
+    const int *number;                      /* P: the model of each column                              */
+    const int *place;                       /* m: places in a row of y                                  */
+    const double *weight;                   /* degree + 1 x NODES: of the polynomials' coefficients     */
+    const double *elapsed;                  /* T                                                        */
+    const double *y;                        /* T x row_size                                             */
+    const double *spins;                    /* T x N x (n-1), or null                                   */
+    const long long *contact;               /* T x N                                                    */
+    const double *drive;                    /* T x inputs of the set x N                                */
+    const double *dense;                    /* S x degree + 1 x row_size                                */
+    const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
+    const long long *phase_start;           /* K: the rows at which phases start                        */
+    double *moved;                          /* T x m x P: deviations in the rows                        */
+    double *given;                          /* S x given_size x P: of what drives the steps             */
+    double *axial;                          /* K x P x N x n: of the rollers' axial speeds at the phases' starts */
+    int given_size;                         /* inputs, how fast those of drives change, numbers         */
+    double *work;                           /* omniroll_variations_work_size() doubles, aligned to 128 bytes */
+} omniroll_variations_t;
+
+long long omniroll_variations_work_size(const omniroll_variations_t *run);
+
+/* The deviations of what the start is made into: of the rest of the core and of the axial speeds, from those of nu and
+ * chi in the first row and of the free rollers' spins, P x N x (n-1). */
+void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
+
+/* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
+ * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
+ * grazes. */
+long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
+                          int as_one);
+
+/* The rates of the deviations, NODES x m x P, at the nodes of each of some steps, each in its phase. */
+void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
+                             const long long *phases, double *rates);
+
+/* The names of the numbers of the core beside nu, and of the inputs, in their order. */
+const char *omniroll_variations_states(void);
+const char *omniroll_variations_inputs(void);

@@ -1,0 +1,153 @@
+"""Deviations followed along a run in C: runtime/csrc/following.c, on the functions of the run's set with their slopes.
+
+The library of a set is compiled where it is not built, when sensitivities are asked for the first time; a run that is
+asked for none needs none.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+
+from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.variations import gauss
+from omniroll.errors import KernelsMissingError
+from omniroll.kernels import sets
+from omniroll.kernels.kernel import Kernel
+from omniroll.results.dense import weights_at
+
+NODES = 16  # gauss.h
+ALIGNMENT = 128  # bytes
+SUFFIX = "_along"  # of the slope of a constant, in the library's structs
+
+
+def library_of(motion: Motion):
+    """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
+    plain, deviations = motion.plain, motion.deviations
+    try:
+        found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
+    except KernelsMissingError:
+        return None
+    states, inputs = _names(plain.base, plain.effects, plain.wheels, plain.sharp)
+    drives = tuple(name for name in deviations.inputs if name != "momenta")
+    fits = tuple(deviations.rates)[3:] == states and drives == inputs
+    return found if fits else None
+
+
+@cache
+def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool) -> tuple[tuple[str, ...], ...]:
+    """What is solved for beside nu, and the inputs of drives, in the library's order."""
+    module = sets.variations(base, effects, wheels, sharp)
+    texts = (module.lib.omniroll_variations_states(), module.lib.omniroll_variations_inputs())
+    return tuple(tuple(module.ffi.string(text).decode().split()) for text in texts)
+
+
+class Models:
+    """The constants of a vehicle in C with their slopes by numbers: the first in which nothing deviates, then the
+    numbers, one after the other."""
+
+    def __init__(self, module, plain: Kernel, tangents: Mapping[str, np.ndarray], numbered: np.ndarray):
+        self.ffi, self.lib, self.plain = module.ffi, module.lib, plain
+        self.kept: list = []
+        fields = {name for name, _ in self.ffi.typeof("omniroll_vehicle").fields}
+        self.own = {n: v for n, v in zip(plain.constant_names, plain.constants, strict=True) if n in fields}
+        still = {name: np.zeros_like(value) for name, value in self.own.items()}
+        models = [self._prepared(still)]
+        for column in numbered:
+            models.append(self._prepared(still | {n: own[column] for n, own in tangents.items() if n in self.own}))
+        self.pointers = self.ffi.new("omniroll_model *[]", models)
+
+    def __len__(self) -> int:
+        return len(self.pointers)
+
+    def _prepared(self, moved: Mapping[str, np.ndarray]):
+        ffi, wheels, slots = self.ffi, self.plain.wheels, self.plain.rollers_per_wheel - 1
+        vehicle, model = ffi.new("omniroll_vehicle *"), ffi.new("omniroll_model *")
+        vehicle.wheels, vehicle.rollers_per_wheel = wheels, self.plain.rollers_per_wheel
+        for suffix, values in (("", self.own), (SUFFIX, moved)):
+            for name, value in values.items():
+                array = np.asarray(value, float, order="C")
+                setattr(vehicle, name + suffix, ffi.from_buffer("double[]", array) if array.ndim else float(array))
+                self.kept.append(array)
+        storage = [ffi.new("omniroll_wheel[]", wheels)]
+        if self.plain.has_spins:
+            storage.append(ffi.new("omniroll_roller[]", slots))
+        self.kept += [*storage, model]
+        if self.lib.omniroll_prepare(vehicle, *storage, model) != self.lib.OMNIROLL_OK:
+            raise KernelsMissingError(f"the library of {self.plain.set_name} refuses the vehicle")
+        return model
+
+
+class CompiledVariations:
+    """The deviations of one run in P columns.
+
+    rows    (T, m, P) deviations in the rows; follow() fills them
+    inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
+    axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
+    """
+
+    def __init__(
+        self, module, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray | None
+    ):
+        self.module, self.motion, self.columns = module, motion, columns
+        self.rows, self.inputs, self.axial = rows, inputs, axial
+        self.models = Models(module, motion.plain, columns.constants, columns.numbered)
+        self.struct = module.ffi.new("omniroll_variations_t *")
+        self.kept: list[np.ndarray] = []
+        self._fill()
+
+    def deviate(self, spins: np.ndarray) -> None:
+        """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
+        self.module.lib.omniroll_deviate(self.struct, self._pointer(spins, float))
+
+    def follow(self, first: int, last: int, phase: int, as_one: bool = False) -> int:
+        """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain."""
+        return self.module.lib.omniroll_follow(self.struct, first, last, phase, as_one)
+
+    def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
+        """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
+        rates = np.empty((len(steps), NODES, *self.rows.shape[1:]))
+        pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
+        self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
+        return rates
+
+    def _pointer(self, array: np.ndarray, kind: type):
+        """A pointer to an array's numbers, which are kept alive; not of another array's where the type fits."""
+        names = {float: "double[]", np.int64: "long long[]", np.int32: "int[]"}
+        array = np.ascontiguousarray(array, kind)
+        self.kept.append(array)
+        return self.module.ffi.from_buffer(names[kind], array)
+
+    def _fill(self) -> None:
+        run, motion, columns = self.struct[0], self.motion, self.columns
+        trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
+        run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
+        run.impact = trajectory.switching == "impact"
+        run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
+        dense = trajectory.dense
+        run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1
+        run.models, run.model = len(self.models), self.models.pointers
+        number = np.zeros(len(columns), np.int32)
+        number[columns.numbered] = 1 + np.arange(len(columns.numbered))
+        steps = np.full(len(trajectory), -1)
+        steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
+        names = [name for name in deviations.inputs if name != "momenta"]
+        drive = trajectory.drive[:, : len(names)] if names else np.zeros(1)
+        integers = {"number": number, "place": deviations.state}
+        for name, array in integers.items():
+            setattr(run, name, self._pointer(array, np.int32))
+        whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
+        for name, array in (whole | {"phase_start": motion.phases}).items():
+            setattr(run, name, self._pointer(array, np.int64))
+        numbers = {
+            "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y,
+            "drive": drive, "dense": dense, "moved": self.rows, "given": self.inputs,
+        }  # fmt: skip
+        if self.axial is not None:
+            numbers |= {"spins": trajectory.spins, "axial": self.axial}
+        for name, array in numbers.items():
+            setattr(run, name, self._pointer(array, float))
+        size = self.module.lib.omniroll_variations_work_size(self.struct)
+        memory = np.empty(size + ALIGNMENT // 8)
+        start = -memory.ctypes.data % ALIGNMENT // 8
+        run.work = self._pointer(memory[start : start + size], float)
