@@ -1,7 +1,9 @@
 """The true derivatives of a run by one of its numbers: central differences of two runs in 40 digits.
 
 The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13 of itself. What a difference
-loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step.
+loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step. Under
+viscous friction of free rollers it is more: differences of the spins grow as 1/change there, and from some 80 switches
+on they are the larger part, probably since the spins are computed from the momenta's changes over a phase.
 
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
 rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
