@@ -87,7 +87,7 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
 #if SET_LOADS
-        without_response(point.loads);
+        without_response(wheels, point.loads);
 #endif
         rates_near(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);

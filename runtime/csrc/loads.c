@@ -110,9 +110,10 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
 
 #if SET_ROLLS
 /* Where all contacts stick nothing responds to the loads. */
-ALWAYS_INLINE void without_response(loads_t *loads)
+ALWAYS_INLINE void without_response(const int wheels, loads_t *loads)
 {
-    memset(loads->response, 0, sizeof loads->response);
+    for (int k = 0; k < 2; k++)
+        memset(loads->response[k], 0, (size_t)(3 + 6*wheels)*sizeof(lanes_t));
     for (int k = 0; k < 4; k++)
         loads->matrix[k] = lanes_of(k == 0 || k == 3);
     loads->knows_response = 1;

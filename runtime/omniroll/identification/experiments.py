@@ -51,7 +51,10 @@ def experiments(
     if not step <= duration <= MOST_READINGS * step:
         raise InvalidValueError("duration", duration, f"must be 1 to {MOST_READINGS} steps of {step:g} s")
     if candidates is not None:
-        candidates = validation.mapping("candidates", candidates)
+        candidates = {
+            name: validation.sequence(f"candidates[{name!r}]", effects, "must be effects, a list or tuple of them")
+            for name, effects in validation.mapping("candidates", candidates).items()
+        }
     own = fit.jacobian.T @ fit.jacobian + np.eye(len(fit.names)) / LOOSE**2
     found = []
     for name, effects in (candidates or usual_drives(fit, duration)).items():
