@@ -40,6 +40,7 @@ CALLS = {
     "prove_effects": 'prove_effects("free")',
     "prove_free_decay": 'prove_free_decay("free")',
     "prove_slope_rule": "prove_slope_rule(axle_slip, axle_slip_steps, wheel_rate)",
+    "prove_sharp_derivatives": 'prove_sharp_derivatives("locked")',
     "prove_derivatives": 'prove_derivatives("locked")',
     "prove_momenta_derivatives": 'prove_momenta_derivatives("free")',
     "prove_slip": 'prove_slip("free")',
@@ -71,6 +72,8 @@ WRONG = {
     "forward_dynamics": '(run_function("free", "forward_dynamics"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_derivatives": '(run_derivatives("free", "forward_dynamics_derivatives"), '
     'system_of(-output("nu_dot", 3)))',
+    "U^T D U nu' = U^T D t + f": '(run_derivatives("locked", "forward_dynamics_derivatives_sharp"), '
+    'folded_of(-output("nu_dot", 3)))',
     "accelerations": '(run_function("free", "accelerations"), system_of(-output("nu_dot", 3)))',
     "forward_dynamics_sharp": '(run_function("free", "forward_dynamics_sharp"), folded_of(-output("nu_dot", 3)))',
     "accelerations_sharp": '(run_function("free", "accelerations_sharp"), folded_of(-output("nu_dot", 3)))',

@@ -56,7 +56,8 @@ int main(int count, char **arguments)
         return 3;
     omniroll_axial_speeds(&model, nu, chi, spins, axial);
 
-    double *const work = aligned_alloc(64, sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS));
+    const size_t needed = sizeof(double)*(size_t)omniroll_run_work_size(WHEELS, ROLLERS);
+    double *const work = aligned_alloc(64, (needed + 63)/64*64);
     static double rows[ROWS*(7 + (2 + INPUTS)*WHEELS + CORE + ACCOUNTS)];
     static double steps[ROWS*(2 + 16*(6 + WHEELS + CORE + ACCOUNTS))];
     static double switches[ROWS*(2 + WHEELS)], switch_axial[ROWS*WHEELS*PLACES];
