@@ -11,7 +11,14 @@ from omniroll.scenes.schema import SCENE
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenes"
 NAMES = (
-    "motion-3", "motion-1", "robot-soccer-kit", "robot-soccer-kit", "driven", "tracked", "hard-stop", "ramp-lets-go",
+    "motion-3",
+    "motion-1",
+    "robot-soccer-kit",
+    "robot-soccer-kit",
+    "driven",
+    "tracked",
+    "hard-stop",
+    "ramp-lets-go",
 )
 ACTING = ("[drive]", "[controller]", "[contact]")
 PARTS = [key.name for table in SCENE for key in table.keys]
