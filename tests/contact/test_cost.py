@@ -1,4 +1,4 @@
-"""What wheels that slip cost on the compiled engine, in evaluations of the rates."""
+"""What wheels that slip and contacts that stick cost on the compiled engine: evaluations, and instructions."""
 
 import numpy as np
 import pytest

@@ -9,6 +9,8 @@ from functools import cache
 
 import numpy as np
 
+from omniroll.codegen.along import SUFFIX
+from omniroll.engine.compiled_engine import NODES
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
 from omniroll.errors import KernelsMissingError
@@ -16,9 +18,7 @@ from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
 
-NODES = 16  # gauss.h
 ALIGNMENT = 128  # bytes
-SUFFIX = "_along"  # of the slope of a constant, in the library's structs
 
 
 def library_of(motion: Motion):

@@ -24,7 +24,7 @@ PAIR_FLAGS = ("-fno-tree-slp-vectorize",)
 # registers what they else store. Nobody asks for errno: a root of a vector is one instruction then.
 ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
-QUICK = ("-O1", "-fexpensive-optimizations")  # half of the compiler's time; of two levels the last one holds
+QUICK = ("-O1", "-fexpensive-optimizations")  # 60 % of its time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
 VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
@@ -181,7 +181,7 @@ class Engine:
     level   of LEVELS
     wheels  of UNROLLED, whose loops are unrolled; None for any number of wheels
     sharp   whether nu' is solved for by the functions for sharp tips
-    quick   whether the compiler is to be quick about it: runs take up to a tenth longer
+    quick   whether the compiler is to be quick about it: runs take a tenth longer
     kind    "engine" for runs, "variations" for their sensitivities
     """
 
