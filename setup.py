@@ -2,8 +2,9 @@
 
 $OMNIROLL_LEVELS names the levels of vector instructions, for instance "x86-64 x86-64-v3 x86-64-v4" for a wheel that
 goes to other machines; without it the widest of this machine. $OMNIROLL_SETS names the roller models. For each there is
-the set without effects, the same for sensitivities, and the general ones, which run scenes whose own set cannot be
-compiled. With $OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
+the set without effects and the general ones, which run scenes whose own set cannot be compiled. A wheel that goes to
+other machines has sensitivities too, which elsewhere are compiled where a run asks for them. With
+$OMNIROLL_MUST_COMPILE a file that the compiler refuses ends the build; else the kernels in Python serve.
 """
 
 import json
@@ -13,7 +14,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,20 +25,51 @@ from setuptools.command.build_ext import build_ext
 ROOT = Path(__file__).resolve().parent
 SETS = ("massless", "locked", "free")
 ALONG = "derivatives_along"  # codegen/along.py
+KEPT = ("declarations.h", "functions.json", ".so", ".sha256")  # of a set with effects
 
 
-NEEDED = ("declarations.h", "functions.json", ".so", ".sha256")  # what is kept of a general set
+@dataclass(frozen=True)
+class Wanted:
+    """A set that is built beforehand.
+
+    model    the roller model
+    effects  its effects
+    engines  what is compiled of it
+    pair     whether its pair is compiled too
+    """
+
+    model: str
+    effects: tuple[str, ...]
+    engines: tuple
+    pair: bool = True
 
 
-def write_sets(sets: Sequence[tuple[str, tuple[str, ...]]], place: Path) -> Iterator[Path]:
-    """The folders of the sets, (roller model, effects), with their texts, new."""
+def wanted_sets(building: SimpleNamespace, models: Sequence[str], levels: Sequence[str], travels: bool) -> list[Wanted]:
+    """The sets, those first that take the compiler longest. Sensitivities are compiled where a run asks for them; a
+    wheel that travels to machines without a compiler brings them."""
+    registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
+    lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
+    engines = tuple(building.Engine(level, wheels) for level in levels for wheels in (*building.UNROLLED, None))
+    following = tuple(replace(engine, kind="variations") for engine in engines)
+    found = [
+        Wanted(model, effects, (building.Engine.general(lowest, model),))
+        for model in models
+        for effects in building.general_sets(registry, model)
+    ]
+    found += [Wanted(model, (), engines) for model in models]
+    found += [Wanted(model, (ALONG,), following, pair=False) for model in models if travels]
+    return found
+
+
+def write_sets(sets: Sequence[Wanted], place: Path) -> Iterator[Path]:
+    """The folders of the sets with their texts, new, one after the other."""
     sys.path.insert(0, str(ROOT))
     from codegen.on_demand import Programs
 
     programs = Programs.load(ROOT / "generated/data")
     shutil.rmtree(place, ignore_errors=True)
-    for base, effects in sets:
-        made = programs.kernel(base, effects)
+    for wanted in sets:
+        made = programs.kernel(wanted.model, wanted.effects)
         folder = place / made.name
         folder.mkdir(parents=True)
         for file, text in made.files().items():
@@ -52,36 +84,30 @@ class BuildLibraries(build_ext):
         inplace = self.inplace or self.editable_mode
         top = ROOT / "runtime" if inplace else Path(self.build_lib).resolve()
         building = SimpleNamespace(**runpy.run_path(str(ROOT / "runtime/omniroll/kernels/building.py")))
-        levels = os.environ.get("OMNIROLL_LEVELS", "").split() or building.levels_here()[:1]
+        asked = os.environ.get("OMNIROLL_LEVELS", "").split()
         models = os.environ.get("OMNIROLL_SETS", "").split() or SETS
-        registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
-        general = [(model, effects) for model in models for effects in building.general_sets(registry, model)]
         place = top / "omniroll/kernels/built"
-        plain, along = [(model, ()) for model in models], [(model, (ALONG,)) for model in models]
-        folders = list(write_sets([*plain, *general, *along], place))
-        followed = [folders.pop() for _ in models]
-        engines = [building.Engine(level, wheels) for level in levels for wheels in (*building.UNROLLED, None)]
-        jobs = [(folder, engine) for folder in folders[: len(models)] for engine in engines]
-        jobs += [(folder, replace(engine, kind="variations")) for folder in followed for engine in engines]
-        lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
-        own = folders[len(models) :]
-        jobs += [(f, building.Engine.general(lowest, model)) for f, (model, _) in zip(own, general, strict=True)]
+        sets = wanted_sets(building, models, asked or building.levels_here()[:1], travels=bool(asked))
         sources = ROOT / "runtime/csrc", ROOT / "generated/c"
         made_from = building.sources_digest(ROOT / "generated/data", ROOT / "codegen", *sources)
+        jobs, folders = [], []
         try:
             with ThreadPoolExecutor(os.cpu_count()) as pool:
-                pairs = [pool.submit(building.kernel_library, folder, "double") for folder in folders]
-                made = [pool.submit(building.engine_library, folder, *sources, engine) for folder, engine in jobs]
-                for job in (*pairs, *made):
+                for wanted, folder in zip(sets, write_sets(sets, place), strict=True):  # the first compile by now
+                    jobs += [pool.submit(building.engine_library, folder, *sources, e) for e in wanted.engines]
+                    if wanted.pair:
+                        jobs.append(pool.submit(building.kernel_library, folder, "double"))
+                    folders.append(folder)
+                for job in jobs:
                     job.result()
         except building.CompilationError as problem:
             if os.environ.get("OMNIROLL_MUST_COMPILE") and shutil.which(building.compiler()[0]):
                 raise SystemExit(f"omniroll: {problem}") from None
             print(f"omniroll: {problem}; the kernels in Python are there", file=sys.stderr)
-        for text in (
-            text for folder in [*own, *followed] for text in folder.iterdir() if not text.name.endswith(NEEDED)
-        ):
-            text.unlink()
+        for wanted, folder in zip(sets, folders, strict=True):
+            for text in folder.iterdir() if wanted.effects else ():
+                if not text.name.endswith(KEPT):
+                    text.unlink()
         (place / building.SOURCES).write_text(made_from, encoding="ascii")
 
     def get_outputs(self) -> list[str]:
