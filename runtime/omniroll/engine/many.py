@@ -295,7 +295,7 @@ def _number_or_trailing(name: str, value: ArrayLike, shape: tuple[int, ...]) -> 
 
 
 def _size(times: ArrayLike | None) -> int:
-    """How many samples of a run are kept; 0 where that is not to be known: such times are refused where they are read."""
+    """How many samples of a run are kept; 0 where nobody can say: such times are refused where they are read."""
     try:
         return 0 if times is None else np.size(times)
     except Exception:  # ragged or nested too deep, or an object whose own code fails
