@@ -403,7 +403,7 @@ ALWAYS_INLINE int respond_anew(step_t *s, int slow)
 {
     for (int b = 0; b < BLOCKS && slow; b++)
         s->loads_at[b].knows_response = 0;
-    return SET_FRICTION && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
+    return s->loads_at[0].responds && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
 }
 #endif
 

@@ -87,8 +87,12 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
 static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 {
-    double slip[2*MOST_WHEELS];
-    slips_now(run, work, slip);
+    double slip[2*MOST_WHEELS] = {0};
+    int all = 1;
+    for (int i = 0; i < run->wheels; i++)
+        all &= run->grips[i].resting;
+    if (!all)
+        slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
@@ -146,6 +150,7 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
         rates_under_loads_there(run->wheels, &now.point, nu_dot);
         return;
     }
+    now.point.loads->responds = 1;
 #endif
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
@@ -299,7 +304,6 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
     int released = 0, resting = 0, too_much = 0, beyond[MOST_WHEELS];
-    lanes_t nu_dot[3];
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
@@ -318,7 +322,10 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     }
     put_modes(run);
     if (resting && !released) {
+#if !SET_LOADS                                  /* with them the forces have just been found                */
+        lanes_t nu_dot[3];
         rates_at_this_instant(run, work, run->wheels, nu_dot);
+#endif
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
                 const double taken = taken_now(run, work, i);
