@@ -3,6 +3,7 @@
 #if SET_GRIPS
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
+#define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -144,8 +145,10 @@ static double length_to_change(step_t *s, const int wheels, double length)
         const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
         if (!(rate > 0 || value > noise) || (s->slides[i] && !(rate > s->settles)))
             continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
+        double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise)    /* no other length comes nearer to rest      */
+            reached = fmin(s->h, length);
+        if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;
         }

@@ -6,8 +6,7 @@
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
 #define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
-#define STRAYS 2                    /* times that: it should have turned further                              */
-#define RESTS 20                    /* times that: a slip is not at rest                                      */
+#define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
@@ -497,7 +496,7 @@ static int rests_early(const step_t *s, const int wheels)
     const int i = s->landing - wheels - s->guards;
     if (i < 0 || i >= wheels || !s->turning || !s->slides[i] || s->keeps[i] || !(s->rest_in < INFINITY))
         return 0;
-    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > RESTS*s->left_over[i];
+    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->left_over[i];
 }
 #endif
 
