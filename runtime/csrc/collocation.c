@@ -119,6 +119,7 @@ typedef struct {
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
+    double turned_most;                         /* in the last sweep: the largest turn of a direction   */
     nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
 #if SET_LOADS

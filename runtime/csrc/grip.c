@@ -423,6 +423,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     s->blind = SET_ROLLS && !s->stiff;
+    s->turned_most = 0;
     for (int i = 0; i < wheels; i++) {
         s->blind &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
