@@ -540,6 +540,22 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
 #if SET_IS_ACTED_ON
 #define DAMPED 0.01                 /* of a step: over this time deviations of the end of a stiff step decay */
 
+#if SET_CORE_PARTS
+/* The slope of a number of the core's rate, at the step's end: that at the last node, or where friction tells it the
+ * chord from rest. Next to rest the friction of a small named speed is steep at the end and not at the last node, whose
+ * slope alone would throw a number that has come to rest far off. */
+ALWAYS_INLINE double slope_at_end(const step_t *s, const work_t *work, int c)
+{
+    const double at_node = s->slope_core[c].node[NODES - 1];
+#if SET_HAS_SLOPES
+    return fmin(at_node, work->core_chord[c][0]);
+#else
+    (void)work;
+    return at_node;
+#endif
+}
+#endif
+
 /* The polynomials of a stiff step do not damp what decays fast: its deviation, in which rates and polynomials differ,
  * would go on from step to step with changing sign. A step of Euler's implicit method takes it away. */
 static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
@@ -548,6 +564,11 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     lanes_t nu_dot[3];
     double m[3][4];
     rates_at_this_instant(run, work, wheels, nu_dot);
+#if SET_HAS_SLOPES
+    instant_t end;
+    at_this_instant(run, work, wheels, &end);
+    core_slopes(wheels, &end.point, work->core_slope, work->core_chord);
+#endif
     for (int k = 0; k < 3; k++) {
         for (int l = 0; l < 3; l++)
             m[k][l] = (k == l) - time*s->slope_nu[3*k + l].node[NODES - 1];
@@ -565,7 +586,7 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
         run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
-            /(1 - time*s->slope_core[c].node[NODES - 1]);
+            /(1 - time*slope_at_end(s, work, c));
 #endif
 }
 #endif

@@ -16,35 +16,45 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
     return rate;
 }
 
-/* How far a free roller is beyond the end of its mode at the step's end, its rate, and what is beyond rounding. */
-static double spin_at_end(const step_t *s, int k, double *rate, double *beyond)
+/* How far a free roller is beyond the end of its mode at the step's end, and what is beyond rounding. */
+static double spin_at_end(const step_t *s, int k, double *beyond)
 {
     const omniroll_bearing_t *const bearing = s->spin + k;
     const double start = s->start_core[spins_at(s->wheels) + k];
     if (bearing->mode) {
-        const nodes_t *const spin_rate = s->rate_core + spins_at(s->wheels) + k;
-        *rate = -bearing->mode*weighted(spin_rate, &gauss_end);
         *beyond = PASSED*EPS*(bearing->size + fabs(start));
-        return -bearing->mode*(start + s->h*weighted(spin_rate, &gauss_weight));
+        return -bearing->mode*(start + s->h*weighted(s->rate_core + spins_at(s->wheels) + k, &gauss_weight));
     }
-    const nodes_t *const held = s->spins->held + k;
-    const double torque = weighted(held, &gauss_end) + s->spins->late[k], sign = torque < 0 ? -1 : 1;
-    const double rounding = rounding_of_holding(torque, bearing->holding), value = fabs(torque) - bearing->holding;
-    *rate = sign*weighted(held, &gauss_end_slope)/s->h;
-    if (fabs(*rate)*s->h < FACET_RISES*rounding)
-        *rate = (fabs(torque) - sign*bearing->torque)/s->h;
-    if (fabs(*rate)*s->h < 0.5*SPIN_LANDS*rounding)         /* it is as it was                            */
-        *rate = 0;
+    const double torque = weighted(s->spins->held + k, &gauss_end) + s->spins->late[k];
     *beyond = 0;
-    return value - SPIN_LANDS*rounding;
+    return fabs(torque) - bearing->holding - SPIN_LANDS*rounding_of_holding(torque, bearing->holding);
 }
 
-/* The length at which the first free roller changes its mode, if that is before `length`. */
+/* The rate of that at the step's end. */
+static double spin_rate_at_end(const step_t *s, int k)
+{
+    const omniroll_bearing_t *const bearing = s->spin + k;
+    if (bearing->mode)
+        return -bearing->mode*weighted(s->rate_core + spins_at(s->wheels) + k, &gauss_end);
+    const nodes_t *const held = s->spins->held + k;
+    const double torque = weighted(held, &gauss_end) + s->spins->late[k], sign = torque < 0 ? -1 : 1;
+    const double rounding = rounding_of_holding(torque, bearing->holding);
+    double rate = sign*weighted(held, &gauss_end_slope)/s->h;
+    if (fabs(rate)*s->h < FACET_RISES*rounding)
+        rate = (fabs(torque) - sign*bearing->torque)/s->h;
+    return fabs(rate)*s->h < 0.5*SPIN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
+}
+
+/* The length at which the first free roller changes its mode, if that is before `length`. One that is not beyond at the
+ * step's end changes it later: not before a length that is shorter. */
 static double length_to_spin(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->spin_count; k++) {
-        double rate, beyond;
-        const double value = spin_at_end(s, k, &rate, &beyond);
+        double beyond;
+        const double value = spin_at_end(s, k, &beyond);
+        if (value <= 0 && length <= s->h)
+            continue;
+        const double rate = spin_rate_at_end(s, k);
         if (!(rate > 0 || value > beyond))
             continue;
         const double reached = rate > 0 ? s->h - value/rate : s->h/2;

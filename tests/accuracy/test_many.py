@@ -269,3 +269,12 @@ def test_a_sweep_without_room_is_refused_before_it_is_made():
     with pytest.raises(omniroll.InvalidValueError, match="for 2 runs of 100000000 samples"):
         simulate_many(PAPER, nu=NU[:2], duration=1, times=np.broadcast_to(0.5, 10**8))
     assert not simulate_many(PAPER, nu=NU[:2], duration=0.1, memory=1e5).stopped.any()
+
+
+@pytest.mark.parametrize("depth", [2, 65])
+def test_times_of_more_axes_than_one_are_refused(depth):
+    nested = 0.5
+    for _ in range(depth):
+        nested = [nested]
+    with pytest.raises(omniroll.InvalidValueError, match="times = .*must"):
+        simulate_many(PAPER, nu=NU[:2], duration=1, times=nested)

@@ -87,7 +87,7 @@ def _by_scipy(start: dict[str, Any], torque: float, named: float, nu_3: float, h
 def rollers(scale: Scale) -> list[Measurement]:
     """chi = 0 and equal spins: what the rollers do to the vehicle cancels, and it stays at rest."""
     found, setting, torque = [], Setting("free", "impact", "compiled"), 5e-6
-    for named in scale.of(SPEEDS[:2], SPEEDS):
+    for named in SPEEDS:
         with on_the_spot.digits():
             slowing = mpmath.mpf(torque) / mpmath.mpf(PAPER.roller_inertia)
             start = {"nu": (0, 0, 0), "spins": SPIN, "duration": float(2 * SPIN / slowing)}

@@ -175,7 +175,7 @@ def simulate_many(
     if progress is not None and not isinstance(progress, bool):
         validation.function("progress", progress, "done", "runs")
     shape, arrays = _arrays(vehicles, effects, nu, chi, spins, pose, duration, roller_model)
-    _check_memory(shape, arrays["vehicle"][0].flat[0], roller_model, 0 if times is None else np.size(times), memory)
+    _check_memory(shape, arrays["vehicle"][0].flat[0], roller_model, _size(times), memory)
     runs = [run | common for run in _all_runs(shape, arrays)]
     checked_task(**runs[0])
     _warn_of_effects(runs)
@@ -292,6 +292,14 @@ def _effects(effects: Any, depth: int = 0) -> np.ndarray:
 def _number_or_trailing(name: str, value: ArrayLike, shape: tuple[int, ...]) -> tuple[np.ndarray, int]:
     array = validation.real_array(name, value)
     return (array, 0) if array.ndim == 0 else (validation.trailing(name, value, shape), len(shape))
+
+
+def _size(times: ArrayLike | None) -> int:
+    """How many samples of a run are kept; 0 where nobody can say: such times are refused where they are read."""
+    try:
+        return 0 if times is None else np.size(times)
+    except Exception:  # ragged or nested too deep, or an object whose own code fails
+        return 0
 
 
 def _times(times: ArrayLike, runs: list[Run]) -> np.ndarray:
