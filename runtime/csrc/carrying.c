@@ -38,6 +38,9 @@ static void put_carrying(omniroll_run_t *run)
 typedef struct {
     int carries[MOST_WHEELS];
     double compression[MOST_WHEELS], sums[3], determinant;
+#if SET_GRIPS
+    double ground_force[2*MOST_WHEELS];
+#endif
 } carrying_t;
 
 /* What has been tried. */
@@ -81,6 +84,7 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
     at_this_instant(run, work, wheels, &now);
 #if SET_GRIPS
     lanes_t unit[2*MOST_WHEELS];
+    int responds = 0;
     forces_along(run, work, unit);
 #endif
     for (int lane = 0; lane < LANES; lane++)
@@ -89,10 +93,14 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
             now.arrays.input[SET_CARRIES_INPUT*wheels + i][lane] = carries;
 #if SET_GRIPS
             now.arrays.input[SET_MODES_INPUT*wheels + i][lane] = carries && holds[i];
+            responds |= carries && !holds[i];
             for (int k = 0; k < 2; k++)
                 now.arrays.ground_push[2*i + k][lane] = carries && !holds[i] ? unit[2*i + k][lane] : 0;
 #endif
         }
+#if SET_GRIPS
+    now.point.loads->responds = responds;
+#endif
     core_rates(wheels, &now.point, nu_dot);
     for (int lane = 0; lane < count; lane++) {
         for (int i = 0; i < wheels; i++)
@@ -100,6 +108,10 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
         for (int k = 0; k < 3; k++)
             sets[lane].sums[k] = now.point.loads->sums[k][lane];
         sets[lane].determinant = now.point.loads->determinant[lane];
+#if SET_GRIPS
+        for (int k = 0; k < 2*wheels; k++)
+            sets[lane].ground_force[k] = work->ground_force[k][lane];
+#endif
     }
     (void)holds;
 }
@@ -153,7 +165,7 @@ static void consider(const omniroll_run_t *run, search_t *search, const carrying
 static void try_all(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
 {
     carrying_t sets[LANES];
-    const int wheels = run->wheels, last = (1 << wheels) - 1;
+    const int wheels = run->wheels, last = wheels > 3 ? (1 << wheels) - 1 : 0;      /* three carry, or it tips */
     int count = 0;
     for (int choice = 0; choice <= last; choice++) {
         int allowed = 1;
@@ -209,6 +221,19 @@ static void fail(omniroll_run_t *run, int failure, const carrying_t *found)
         run->grips[i].load = found->compression[i];
 }
 
+/* Forces and loads of a set, where an evaluation at this instant leaves them. */
+static void leave_forces(const omniroll_run_t *run, const work_t *work, const carrying_t *set)
+{
+#if SET_GRIPS
+    for (int i = 0; i < run->wheels; i++) {
+        work->loads[LOADS_NOW].compression[i] = lanes_of(set->compression[i]);
+        for (int k = 2*i; k < 2*i + 2; k++)
+            work->ground_force[k] = lanes_of(set->ground_force[k]);
+    }
+#endif
+    (void)run, (void)work, (void)set;
+}
+
 /* The contacts that carry from now on, and their loads, where those of them stick that `holds` says. */
 static void decide_loads(omniroll_run_t *run, const work_t *work, const int *holds)
 {
@@ -233,8 +258,10 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
         grip->carries = search.nearest.carries[i];
         grip->load = grip->carries ? fmax(search.nearest.compression[i], LEAST_LOAD*run->ground.weight) : 0;
     }
-    if (!run->ground.failure)
+    if (!run->ground.failure) {
         memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
+        leave_forces(run, work, &search.nearest);
+    }
     put_carrying(run);
 }
 
@@ -280,8 +307,12 @@ static void loads_at_start(const work_t *work, step_t *s, const int wheels)
 {
     const loads_t *const now = work->loads + LOADS_NOW;
     const double sums[3] = {now->sums[0][0], now->sums[1][0], now->sums[2][0]};
-    for (int b = 0; b < BLOCKS; b++)
+    for (int b = 0; b < BLOCKS; b++) {
         seek_loads(s->loads_at + b, sums);
+#if SET_GRIPS
+        s->loads_at[b].responds = s->sliding;
+#endif
+    }
     for (int k = 0; k <= wheels; k++) {
         s->compressed_start[k] = k < wheels ? now->compression[k][0]/s->weight_carried : now->determinant[0];
         s->compressed_late[k] = 0;
@@ -337,6 +368,10 @@ static double turn_of_loads(const step_t *s, const int wheels)
 {
     double turned = 1;
     for (int k = 0; k <= wheels; k++) {
+        double least, most;
+        bounds_of(&s->compressed[k], &least, &most);
+        if (load_beyond(s, k, least) <= 0 && load_beyond(s, k, most) <= 0)
+            continue;
         const double way = load_way(s, k), start = load_beyond(s, k, s->compressed_start[k]);
         nodes_t rate = times(gauss_slope, &s->compressed[k]);
         for (int b = 0; b < BLOCKS; b++)

@@ -119,6 +119,7 @@ typedef struct {
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
     int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
+    double turned_most;                         /* in the last sweep: the largest turn of a direction   */
     nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
     double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
 #if SET_LOADS
@@ -434,7 +435,7 @@ ALWAYS_INLINE int respond_anew(step_t *s, int slow)
 {
     for (int b = 0; b < BLOCKS && slow; b++)
         s->loads_at[b].knows_response = 0;
-    return SET_FRICTION && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
+    return s->loads_at[0].responds && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
 }
 #endif
 

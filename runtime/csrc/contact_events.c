@@ -3,6 +3,7 @@
 #if SET_GRIPS
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
+#define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -27,6 +28,7 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     const loads_t *const near = s->loads_at + BLOCKS - 1;
     const double sums[3] = {near->sums[0][LANES - 1], near->sums[1][LANES - 1], near->sums[2][LANES - 1]};
     seek_loads(s->loads_at_end, sums);
+    s->loads_at_end->responds = s->sliding;
     point.loads = s->loads_at_end;
 #endif
     lanes_t speeds[MOST_WHEELS];
@@ -59,7 +61,7 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
     arrays_t at;
     lanes_t nu_dot[3];
     const point_t point = point_at_end(s, wheels, &at);
-    core_rates_there(wheels, &point, nu_dot);
+    rates_near(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};
 #if SET_LOADS
@@ -86,9 +88,6 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels)
         arrays_t at;
         lanes_t nu_dot[3];
         const point_t point = point_at(s, wheels, b, &at);
-#if SET_LOADS
-        without_response(wheels, point.loads);
-#endif
         rates_near(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
         for (int c = 0; c < coupled_size(wheels); c++)
@@ -146,13 +145,23 @@ static double length_to_change(step_t *s, const int wheels, double length)
         const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
         if (!(rate > 0 || value > noise) || (s->slides[i] && !(rate > s->settles)))
             continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
+        double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise)    /* no other length comes nearer to rest      */
+            reached = fmin(s->h, length);
+        if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;
         }
     }
     return length;
+}
+
+/* Whether a contact that sticks holds all over the step, as the nodes show already. */
+ALWAYS_INLINE int holds_throughout(const step_t *s, int i)
+{
+    double least, most;
+    bounds_of(&s->taken[i], &least, &most);
+    return most <= 0;
 }
 
 /* A contact whose mode ends inside the step and not at its end: where, or 1. */
@@ -161,6 +170,8 @@ static double turn_of_contacts(const step_t *s, const int wheels)
     double turned = 1;
     for (int i = 0; i < wheels; i++) {
         nodes_t rate;
+        if (s->grips[i] && holds_throughout(s, i))
+            continue;
         if (s->grips[i]) {
             rate = times(gauss_slope, &s->taken[i]);
             turned = fmin(turned, turn_beyond(&rate, weighted(&s->taken[i], &gauss_end_slope), 1, s->taken_start[i],

@@ -8,6 +8,7 @@
 #if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.02                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
+#define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 
 /* Two numbers of each contact at the nodes in vector b. */
@@ -132,8 +133,9 @@ NEVER_INLINE void find_own_response(step_t *s, const int wheels, int i)
         point_t point = point_at(s, wheels, b, &at);
         const double push = s->friction_force;
 #if SET_LOADS
-        *s->loads_aside = s->loads_at[b];
-        s->loads_aside->knows_response = 0;     /* found by the first evaluation                        */
+        for (int k = 0; k < 3; k++)
+            s->loads_aside->sums[k] = s->loads_at[b].sums[k];
+        s->loads_aside->responds = 1, s->loads_aside->knows_response = 0;   /* found by the first evaluation      */
         point.loads = s->loads_aside;
 #endif
         rates_near(wheels, &point, nu_dot);
@@ -212,6 +214,7 @@ ALWAYS_INLINE double turned_within(const step_t *s, const nodes_t *response)
 ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
 {
     nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    s->turned_most = fmax(s->turned_most, largest_of(turn));
     for (int m = 0; m < NODES; m++) {
         const double by = fmax(-MOST_TURN, fmin(MOST_TURN, turn->node[m]));
         const double new_x = x->node[m] - by*y->node[m], new_y = y->node[m] + by*x->node[m];
@@ -265,8 +268,9 @@ static void find_directions(step_t *s, const int wheels)
 {
     if (!s->turning)
         return;
-    for (int i = 0; i < wheels && SET_LOADS; i++)
+    for (int i = 0; i < wheels && SET_LOADS && !(s->turned_most < TURN_RESPONDS); i++)
         s->knows_response[i] = 0;               /* loads turn with the directions                       */
+    s->turned_most = 0;
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t nu[3], chi[MOST_WHEELS], slip[2*MOST_WHEELS];
         for (int k = 0; k < 3; k++)

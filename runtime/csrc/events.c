@@ -412,6 +412,21 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     return 1;
 }
 
+#if SET_LOADS || SET_GRIPS
+/* Bounds of a polynomial in the step from its values at the nodes: it is nowhere farther from one of these than LEBESGUE
+ * times as far as the others are. */
+ALWAYS_INLINE void bounds_of(const nodes_t *values, double *least, double *most)
+{
+    const double middle = values->node[NODES/2];
+    nodes_t apart;
+    IN_REGISTERS
+    for (int b = 0; b < BLOCKS; b++)
+        apart.lanes[b] = values->lanes[b] - middle;
+    const double away = LEBESGUE*largest_of(&apart);
+    *least = middle - away, *most = middle + away;
+}
+#endif
+
 /* A wheel that leaves its roller inside the step and is back at its end: the x in (0, 1) at which it is outermost,
  * or 1. */
 static double turn_outside(const step_t *s, int wheel)

@@ -6,8 +6,7 @@
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
 #define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
-#define STRAYS 2                    /* times that: it should have turned further                              */
-#define RESTS 20                    /* times that: a slip is not at rest                                      */
+#define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
@@ -87,8 +86,12 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
 static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 {
-    double slip[2*MOST_WHEELS];
-    slips_now(run, work, slip);
+    double slip[2*MOST_WHEELS] = {0};
+    int all = 1;
+    for (int i = 0; i < run->wheels; i++)
+        all &= run->grips[i].resting;
+    if (!all)
+        slips_now(run, work, slip);
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
@@ -146,6 +149,7 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
         rates_under_loads_there(run->wheels, &now.point, nu_dot);
         return;
     }
+    now.point.loads->responds = 1;
 #endif
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
@@ -299,7 +303,6 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
     int released = 0, resting = 0, too_much = 0, beyond[MOST_WHEELS];
-    lanes_t nu_dot[3];
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
@@ -318,7 +321,10 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     }
     put_modes(run);
     if (resting && !released) {
+#if !SET_LOADS                                  /* with them the forces have just been found                */
+        lanes_t nu_dot[3];
         rates_at_this_instant(run, work, run->wheels, nu_dot);
+#endif
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
                 const double taken = taken_now(run, work, i);
@@ -417,6 +423,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     s->blind = SET_ROLLS && !s->stiff;
+    s->turned_most = 0;
     for (int i = 0; i < wheels; i++) {
         s->blind &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
@@ -490,7 +497,7 @@ static int rests_early(const step_t *s, const int wheels)
     const int i = s->landing - wheels - s->guards;
     if (i < 0 || i >= wheels || !s->turning || !s->slides[i] || s->keeps[i] || !(s->rest_in < INFINITY))
         return 0;
-    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > RESTS*s->left_over[i];
+    return sqrt(s->end_slip[2*i]*s->end_slip[2*i] + s->end_slip[2*i + 1]*s->end_slip[2*i + 1]) > STRAYS*s->left_over[i];
 }
 #endif
 

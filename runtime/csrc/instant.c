@@ -23,9 +23,11 @@ static void forces_along(const omniroll_run_t *run, const work_t *work, lanes_t 
 /* The same of the contacts that slip. */
 static void forces_now(const omniroll_run_t *run, const work_t *work, lanes_t *push)
 {
-    forces_along(run, work, push);
+    const int some = some_slide(run);
+    if (some)
+        forces_along(run, work, push);
     for (int k = 0; k < 2*run->wheels; k++)
-        if (!slides(run, k/2))
+        if (!some || !slides(run, k/2))
             push[k] = lanes_of(0);
 }
 #endif
@@ -72,6 +74,9 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
 #if SET_LOADS
     now->point.balance = &work->balance, now->point.loads = work->loads + LOADS_NOW;
     seek_loads(now->point.loads, run->ground.sums);
+#if SET_GRIPS
+    now->point.loads->responds = some_slide(run);
+#endif
 #endif
 }
 

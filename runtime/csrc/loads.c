@@ -17,18 +17,24 @@ ALWAYS_INLINE void put_loads(const int wheels, const point_t *at)
         loads->factor[i] = SET_FRICTION ? carries[i]*loads->compression[i] : carries[i];
 }
 
-/* The rates under these sums, and by how much the moments are off that they ask for. */
-NEVER_INLINE void rates_of_sums(const int wheels, const point_t *at, lanes_t *nu_dot, lanes_t *off)
+/* The rates under the ground's forces, and the sums of the loads that they ask for. */
+NEVER_INLINE void rates_and_sums(const int wheels, const point_t *at, lanes_t *nu_dot, lanes_t *sums)
+{
+    rates_under_loads(wheels, at, nu_dot);
+    load_sums_of(wheels, at, nu_dot, sums);
+}
+
+#if SET_FRICTION
+/* The rates under loads with these sums, and by how much the moments are off that they ask for. */
+ALWAYS_INLINE void rates_of_sums(const int wheels, const point_t *at, lanes_t *nu_dot, lanes_t *off)
 {
     lanes_t sums[3];
     put_loads(wheels, at);
-    rates_under_loads(wheels, at, nu_dot);
-    load_sums_of(wheels, at, nu_dot, sums);
+    rates_and_sums(wheels, at, nu_dot, sums);
     at->loads->sums[0] = sums[0];
     off[0] = sums[1] - at->loads->sums[1], off[1] = sums[2] - at->loads->sums[2];
 }
 
-#if SET_FRICTION
 /* What depends on the loads, as one vector: out of the point, or back. Returns how many numbers these are. */
 ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_t *nu_dot, lanes_t *all)
 {
@@ -80,16 +86,13 @@ NEVER_INLINE void find_load_response(const int wheels, const point_t *at, const 
     }
     loads->knows_response = 1;
 }
-#endif
 
-/* Rates of nu and of the core with the loads that they ask for; at->loads has these. */
-NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_dot)
+/* Rates that respond to the loads, and the loads with them. */
+static void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
     loads_t *const loads = at->loads;
-    lanes_t off[2];
+    lanes_t all[3 + 6*MOST_WHEELS], off[2];
     rates_of_sums(wheels, at, nu_dot, off);
-#if SET_FRICTION
-    lanes_t all[3 + 6*MOST_WHEELS];
     const int count = gather_rates(wheels, at, nu_dot, all);
     if (!loads->knows_response)
         find_load_response(wheels, at, all, count, off);
@@ -101,30 +104,31 @@ NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_do
     spread_rates(wheels, at, all, nu_dot);
     loads->determinant = determinant;
     loads->sums[1] += first, loads->sums[2] += second;
-#else
-    loads->determinant = lanes_of(1);
-    loads->sums[1] += off[0], loads->sums[2] += off[1];
+}
 #endif
+
+/* Rates of nu and of the core with the loads that they ask for; at->loads has these. */
+NEVER_INLINE void core_rates(const int wheels, const point_t *at, lanes_t *nu_dot)
+{
+    loads_t *const loads = at->loads;
+    loads->determinant = lanes_of(1);
+#if SET_FRICTION
+    if (loads->responds)
+        rates_that_respond(wheels, at, nu_dot);
+#endif
+    if (!loads->responds) {
+        for (int i = 0; i < wheels; i++)
+            loads->factor[i] = at->inputs[SET_CARRIES_INPUT*wheels + i];
+        rates_and_sums(wheels, at, nu_dot, loads->sums);
+    }
     put_loads(wheels, at);
 }
-
-#if SET_ROLLS
-/* Where all contacts stick nothing responds to the loads. */
-ALWAYS_INLINE void without_response(const int wheels, loads_t *loads)
-{
-    for (int k = 0; k < 2; k++)
-        memset(loads->response[k], 0, (size_t)(3 + 6*wheels)*sizeof(lanes_t));
-    for (int k = 0; k < 4; k++)
-        loads->matrix[k] = lanes_of(k == 0 || k == 3);
-    loads->knows_response = 1;
-}
-#endif
 
 /* The same where nothing of the loads is known but sums near them, in `loads`. */
 ALWAYS_INLINE void seek_loads(loads_t *loads, const double *sums)
 {
     for (int k = 0; k < 3; k++)
         loads->sums[k] = lanes_of(sums[k]);
-    loads->knows_response = 0;
+    loads->responds = SET_FRICTION, loads->knows_response = 0;
 }
 #endif

@@ -112,6 +112,14 @@ ALWAYS_INLINE int slides(const omniroll_run_t *run, int contact)
     return !run->grips[contact].sticks && run->grips[contact].carries;
 }
 
+ALWAYS_INLINE int some_slide(const omniroll_run_t *run)
+{
+    int found = 0;
+    for (int i = 0; i < run->wheels; i++)
+        found |= slides(run, i);
+    return found;
+}
+
 /* Guards of the effects, then of turning bearings whose rates follow from nu. */
 ALWAYS_INLINE int all_guards(const omniroll_run_t *run)
 {

@@ -42,7 +42,7 @@
 #define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
 #define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
 #define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
-#define SHRINKS 0.1                 /* of a step: to less an event that has not been found with its loads shortens no try */
+#define SHRINKS 0.1                 /* of a step: to less an event shortens no try that has not found its loads or slips */
 #define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
 #define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
 
@@ -433,7 +433,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         slow = slow || found == UNSETTLED;
 #endif
         if (found == UNSETTLED) {
-            most = fmin(fmax(s->h, SET_LOADS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
+            most = fmin(fmax(s->h, SET_LOADS || SET_GRIPS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
             run->rejected_count++;
             continue;
         }

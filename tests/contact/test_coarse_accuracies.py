@@ -29,10 +29,14 @@ def distance(run, exact):
     return largest
 
 
-# In the last four a step once came to rest before the slip had turned, and missed the accuracy 1e-5 by 2.6 to
-# 6.5 times; the others are as they come.
+AS_THEY_COME = range(10)
+EARLY_RESTS = (11, 26, 27, 46)  # a step came to rest before the slip had turned, and missed 1e-5 by 2.6 to 6.5 times
+STALLS = (78, 136, 386, 448)  # tries followed a rest that was none down to a length of 1e-119 s
+LAST_ROUNDINGS = (698,)  # at 1e-11, a rest was located to less than the slip's rounding, in vain
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("number", [*range(10), 11, 26, 27, 46])
+@pytest.mark.parametrize("number", [*AS_THEY_COME, *EARLY_RESTS, *STALLS, *LAST_ROUNDINGS])
 def test_few_digits_are_kept_where_slips_come_to_rest(number):
     task = scene(number)
     exact = simulate(PAPER, **task, accuracy=1e-11)

@@ -44,12 +44,13 @@ def test_set_valued_friction_against_the_bare_vehicle(friction):
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-def test_contacts_that_stick_take_at_most_twice_the_instructions_of_rolling():
-    """Between switches, with loads at rest."""
+def test_contacts_that_stick_against_the_instructions_of_rolling():
+    """Between switches."""
     for model, counts in measured().items():
-        rolling, sticking = counts["rolling"], counts["static loads"]
-        assert rolling.switches == sticking.switches == 0
-        assert 1e5 < rolling.instructions <= sticking.instructions <= 2 * rolling.instructions, model
+        rolling = counts["rolling"]
+        for ground, times in (("static loads", 2), ("dynamic loads", 2.4)):
+            assert rolling.switches == counts[ground].switches == 0
+            assert 1e5 < rolling.instructions <= counts[ground].instructions <= times * rolling.instructions, model
 
 
 def test_slips_come_to_rest_whatever_the_accuracy():

@@ -1,6 +1,7 @@
-"""What contacts cost that stick on the ground, beside rolling. `python -m costs.contacts` from tests/ prints the table.
+"""What wheels cost that may slip, beside rolling. `python -m costs.contacts` from tests/ prints the tables.
 
-Torques that rise and fall drive the vehicle to and fro on one roller of each wheel, so that nothing switches.
+Sticking: torques that rise and fall drive the vehicle to and fro on one roller of each wheel, so that nothing switches.
+Slipping: the vehicle starts while its wheels stand, skids until it rolls, and passes six switches.
 """
 
 import numpy as np
@@ -12,31 +13,69 @@ from .counting import Count, counted
 KNOTS, PUSH = np.arange(21), np.array([0.03, -0.02, 0.01])  # N m
 DRIVE = TorqueTable(tuple(KNOTS / 20), (-1.0) ** KNOTS[:, None] * PUSH)
 ROUGH = {"law": "coulomb", "friction": 5.0}
-GROUNDS = {
+STICKING = {
     "rolling": (),
     "static loads": (Contact(**ROUGH),),
     "dynamic loads": (Contact(**ROUGH, loads="dynamic", height=0.03),),
 }
 MODELS = ("massless", "free")
+LAWS = {
+    "viscous, 3 N s/m": {"coefficient": 3.0},
+    "viscous, 30 N s/m": {"coefficient": 30.0},
+    "viscous, 1e4 N s/m": {"coefficient": 1e4},
+    "viscous, 1e6 N s/m": {"coefficient": 1e6},
+    "regularised, 1e-2 m/s": {"law": "regularised", "friction": 0.3, "speed": 1e-2},
+    "regularised, 1e-4 m/s": {"law": "regularised", "friction": 0.3, "speed": 1e-4},
+    "regularised, 1e-6 m/s": {"law": "regularised", "friction": 0.3, "speed": 1e-6},
+    "coulomb, friction 0.1": {"law": "coulomb", "friction": 0.1},
+    "coulomb, friction 0.3": {"law": "coulomb", "friction": 0.3},
+    "coulomb, friction 1": {"law": "coulomb", "friction": 1.0},
+}
+MASSLESS_LAWS = ("coulomb, friction 0.3", "coulomb, friction 1")
+ONLY_STATIC = ("viscous, 3 N s/m", "viscous, 1e4 N s/m", "viscous, 1e6 N s/m", "regularised, 1e-4 m/s")
+LOADS = {"static loads": {}, "dynamic loads": {"loads": "dynamic", "height": 0.05}}
 
 
 def task(name: str) -> dict:
-    """The arguments of a run, from its roller model and its ground."""
-    model, _, ground = name.partition("|")
-    return {
-        "vehicle": Vehicle.paper(), "nu": (0, 0, 0), "duration": 1.0, "accuracy": 1e-9, "roller_model": model,
-        "effects": (*GROUNDS[ground], DRIVE),
-    }  # fmt: skip
+    """The arguments of a run, from its roller model, its law or nothing, and its ground."""
+    model, law, ground = name.split("|")
+    common = {"vehicle": Vehicle.paper(), "duration": 1.0, "accuracy": 1e-9, "roller_model": model}
+    if law == "sticking":
+        return common | {"nu": (0, 0, 0), "effects": (*STICKING[ground], DRIVE)}
+    return common | {"nu": (2, 1, 0), "effects": (Contact(**LAWS[law], **LOADS[ground], wheel_rates=0),) if law else ()}
 
 
 def measured() -> dict[str, dict[str, Count]]:
-    """{roller model: {ground: Count}}."""
-    found = counted("costs.contacts", [f"{model}|{ground}" for model in MODELS for ground in GROUNDS])
-    return {model: {ground: found[f"{model}|{ground}"] for ground in GROUNDS} for model in MODELS}
+    """Of contacts that stick: {roller model: {ground: Count}}."""
+    names = {model: {ground: f"{model}|sticking|{ground}" for ground in STICKING} for model in MODELS}
+    found = counted("costs.contacts", [name for own in names.values() for name in own.values()])
+    return {model: {ground: found[name] for ground, name in own.items()} for model, own in names.items()}
 
 
-if __name__ == "__main__":
+def slipping() -> dict[str, Count]:
+    """Of wheels that slip: {"roller model|law|loads": Count}; of rolling without the law."""
+    laws = {"free": tuple(LAWS), "massless": MASSLESS_LAWS}
+    names = [f"{model}||" for model in MODELS]
+    for model in MODELS:
+        for law in laws[model]:
+            names += [f"{model}|{law}|{loads}" for loads in LOADS if loads == "static loads" or law not in ONLY_STATIC]
+    return counted("costs.contacts", names)
+
+
+def main() -> None:
     for model, counts in measured().items():
         for ground, count in counts.items():
             times = count.instructions / counts["rolling"].instructions
             print(f"{model:9} {ground:14} {times:5.2f} of rolling's instructions, {count}")
+    counts = slipping()
+    print(
+        "| rollers, law, loads | evaluations | times rolling | instructions, times rolling |\n| --- | --- | --- | --- |"
+    )
+    for name, count in counts.items():
+        rolling = counts[f"{name.split('|')[0]}||"]
+        times = (count.evaluations / rolling.evaluations, count.instructions / rolling.instructions)
+        print(f"| {name.replace('|', ', ')} | {count.evaluations} | {times[0]:.1f} | {times[1]:.1f} |")
+
+
+if __name__ == "__main__":
+    main()

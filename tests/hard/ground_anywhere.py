@@ -9,20 +9,10 @@ from typing import Any
 import numpy as np
 
 from hard.case import Case, Measurement, Scale
-from omniroll import (
-    Bearings,
-    Contact,
-    Controller,
-    Motor,
-    SimulationStopped,
-    Slope,
-    Torque,
-    TorqueTable,
-    Trajectory,
-    Vehicle,
-    simulate,
-)
+from omniroll import Bearings, Contact, Controller, Motor, SimulationStopped, Slope, Torque, TorqueTable, simulate
 from omniroll.effects.effect import Effect
+from omniroll.results.trajectory import Trajectory
+from omniroll.vehicles.vehicle import Vehicle
 
 SEED = 97
 GRAVITY = 9.7
