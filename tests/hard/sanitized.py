@@ -22,9 +22,9 @@ from hard.builds import ROOT
 from hard.case import Case, Measurement, Scale
 
 FLAGS = "-O0 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -fno-omit-frame-pointer"
-COMPILERS = {  # further flags, and the library to preload
+COMPILERS = {  # further flags, and the library to preload; without optimisation clang takes minutes for an engine
     "gcc": ("", "libasan.so"),
-    "clang": ("-shared-libasan", "libclang_rt.asan-x86_64.so"),
+    "clang": ("-O1 -shared-libasan", "libclang_rt.asan-x86_64.so"),
 }
 QUIET = {
     "ASAN_OPTIONS": "detect_leaks=0:allocator_may_return_null=1",  # Python itself ends with memory that it holds
