@@ -250,6 +250,37 @@ ALWAYS_INLINE double largest_of(const nodes_t *values)
     return lanes_largest(largest);
 }
 
+/* The distance between the smallest and the largest of the values at the nodes and of two numbers beside them. */
+ALWAYS_INLINE double extent_of(const nodes_t *values, double start, double end)
+{
+    lanes_t low = lanes_of(fmin(start, end)), high = lanes_of(fmax(start, end));
+    for (int b = 0; b < BLOCKS; b++) {
+        low = lanes_select(values->lanes[b] < low, values->lanes[b], low);
+        high = lanes_select(values->lanes[b] > high, values->lanes[b], high);
+    }
+    double least = low[0], most = high[0];
+    for (int k = 1; k < LANES; k++) {
+        least = low[k] < least ? low[k] : least;
+        most = high[k] > most ? high[k] : most;
+    }
+    return most - least;
+}
+
+/* Whether the values at the nodes and two numbers beside them have one sign; zero may have either. */
+ALWAYS_INLINE int has_one_sign(const nodes_t *values, double start, double end)
+{
+    lane_mask_t every = (lane_mask_t)values->lanes[0], any = every;
+    IN_REGISTERS
+    for (int b = 1; b < BLOCKS; b++) {
+        every &= (lane_mask_t)values->lanes[b];
+        any |= (lane_mask_t)values->lanes[b];
+    }
+    long long all = every[0], some = any[0];
+    for (int k = 1; k < LANES; k++)
+        all &= every[k], some |= any[k];
+    return start > 0 || end > 0 ? start >= 0 && end >= 0 && some >= 0 : all < 0;
+}
+
 ALWAYS_INLINE double largest3(const double *v)
 {
     return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));

@@ -389,6 +389,8 @@ ALWAYS_INLINE double turn_beyond(const nodes_t *rate, double end_rate, double h,
     if (start + farthest <= high && start - farthest >= low)
         return 1;
     double left = 0, slope_left = weighted(rate, &gauss_start), area;
+    if (has_one_sign(rate, slope_left, end_rate))
+        return 1;
     for (int m = 0; m <= NODES; m++) {
         const double right = m < NODES ? gauss_node.node[m] : 1;
         const double slope_right = m < NODES ? rate->node[m] : end_rate;

@@ -10,7 +10,7 @@
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
 {
-    void *const found = base + *size;
+    void *const found = base ? base + *size : 0;
     *size += (bytes + 127)/128*128;
     return found;
 }

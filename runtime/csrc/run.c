@@ -513,14 +513,8 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
 {
     double turned = 0;
     run->fastest = fmax(run->fastest, largest3(run->nu));
-    for (int i = 0; i < wheels; i++) {
-        double low = fmin(s->chi[i], run->chi[i]), high = fmax(s->chi[i], run->chi[i]);
-        for (int m = 0; m < NODES; m++) {
-            low = fmin(low, s->at_chi[i].node[m]);
-            high = fmax(high, s->at_chi[i].node[m]);
-        }
-        turned = fmax(turned, high - low);
-    }
+    for (int i = 0; i < wheels; i++)
+        turned = fmax(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
     run->turned += turned;
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++) {
