@@ -1,4 +1,4 @@
-/* Slopes of nu' where friction in the wheels' axles makes the rates stiff, for Newton's rule in collocation.c.
+/* Slopes of nu' where friction in the wheels' axles makes the rates stiff, for Newton's rule in stiff.c.
  *
  * Such friction depends on the rate of its own wheel alone: each wheel adds row' row times the slope of its torque, over
  * the mass matrix. So with three wheels the change of nu' where all wheels become faster by 1 tells all slopes, by one

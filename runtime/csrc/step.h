@@ -1,0 +1,179 @@
+/* What a step works on: its state at the nodes, and what the parts of the engine keep of it while it is tried. What a set
+ * does not have is not compiled. */
+#ifndef OMNIROLL_STEP_H
+#define OMNIROLL_STEP_H
+
+#include "nodes.h"
+
+#define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
+#define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */
+#define GRIP_NOISE(taken) (GRIP_ROUNDINGS*EPS*(2 + (taken)))
+#ifdef SET_HAS_CONTACT_SPEEDS
+#define SET_FIRST_DIRECTION 0       /* in which contacts may slip: along the axle, along the rolling direction */
+#else
+#define SET_FIRST_DIRECTION 1
+#endif
+
+/* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
+ * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
+typedef struct {
+    nodes_t rows[MOST_UNKNOWNS*MOST_UNKNOWNS/NODES], *row[MOST_UNKNOWNS];
+} newton_t;
+
+#if SET_IS_COUPLED
+/* How the speeds that are coupled are solved for: those of the core that stand first, then nu. Rows of matrices are those
+ * of the rates. */
+typedef struct {
+    int size;                                   /* how many speeds                                */
+    double *slope;                              /* size x size, of the rates in the speeds        */
+    double *own;                                /* slopes of the other numbers of the core, each in itself */
+    double *small;                              /* size x (size + 1), scratch                     */
+    unsigned char *filled;                      /* size x size: what is not zero when eliminated  */
+    ways_t *real, *imaginary;                   /* size x size, eliminated                        */
+    ways_t *found_real, *found_imaginary;       /* size                                           */
+    nodes_t *missing;                           /* of all rates: of the core, then of nu          */
+    double *reach;                              /* of each wheel where the slopes are from, of its roller's axial speed */
+} coupled_t;
+#endif
+
+#if SET_SPINS_STICK
+/* Free rollers that stick or turn in their bearings, N (n-1) of each; in the core their spins stand together. */
+typedef struct {
+    lanes_t *sticks, *torque;                   /* 1 or 0; the torque of one that turns, else 0  */
+    lanes_t *holding;                           /* out: what holds                               */
+    nodes_t *held;                              /* that at the nodes                             */
+    double *late;                               /* what its polynomials lack at the step's end   */
+} spins_t;
+
+ALWAYS_INLINE void put_spins(const spins_t *spins, point_t *point)
+{
+    point->free_sticks = spins->sticks, point->free_bearing = spins->torque, point->free_holding = spins->holding;
+}
+#endif
+
+typedef struct {
+    int wheels;
+    const vehicle_t *vehicle;
+    const lanes_t *momenta;
+    double joint;
+    double nu[3], chi[MOST_WHEELS];             /* where the step starts                         */
+    double edge[MOST_WHEELS];                   /* the |chi| that ends the step: the joint, or little more for a
+                                                 * wheel that rests there and turns back         */
+    double h;
+    nodes_t rate_nu[3], at_nu[3];               /* nu', the unknowns, and nu at the nodes        */
+    nodes_t rate_chi[MOST_WHEELS], at_chi[MOST_WHEELS];
+    nodes_t rate_pose[3];
+    double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
+    int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
+    double late;                                /* the event comes this much later than h        */
+    long long sweeps;
+#if SET_HAS_HEADING
+    double heading;                             /* at the start                                  */
+    nodes_t at_heading;
+#endif
+#if SET_INPUTS
+    double input[SET_INPUTS*MOST_WHEELS], input_slope[SET_INPUTS*MOST_WHEELS];
+#endif
+#if SET_CORE_PARTS
+    int core;                                   /* how many numbers it has beside nu             */
+    const double *start_core;
+    double *end_core, *weight;                  /* weight: size of nu over that of each number   */
+    nodes_t *rate_core, *at_core;
+    lanes_t *core_here, *core_dot, *core_slope, *core_chord;    /* scratch                       */
+    nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
+#endif
+#if SET_SLIPS
+    const double *guard_rows;                   /* of the run                                    */
+#endif
+#if SET_IS_COUPLED
+    const coupled_t *coupled;
+    int fresh, renewals;                        /* no sweep yet; of its slopes, in this try      */
+#endif
+#if SET_GRIPS
+    int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
+    int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
+    int blind;                                  /* all stick, and no sweep asks yet with how much friction */
+    int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
+    double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
+    double rest_in;                             /* the time until the first other slip comes to rest         */
+    const lanes_t *load, *friction;
+    const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
+    nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
+    nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
+    nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
+    int knows_response[MOST_WHEELS];            /* whether it has been found in this try          */
+    double turned_most;                         /* in the last sweep: the largest turn of a direction   */
+    nodes_t at_slip[2*MOST_WHEELS], slip_rate[2*MOST_WHEELS], taken[MOST_WHEELS];
+    double per_reach[2*MOST_WHEELS];            /* over what contacts that stick can take         */
+#if SET_LOADS
+    double per_load[MOST_WHEELS];               /* over the load of that                          */
+#endif
+    double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
+    double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
+    double end_slip[2*MOST_WHEELS];
+#endif
+#if SET_LOADS
+    const balance_t *balance;
+    loads_t *loads_at, *loads_at_end, *loads_aside;     /* in each vector of nodes; at the end; scratch      */
+    int carries[MOST_WHEELS];
+    double weight_carried;                      /* the whole load                                */
+    nodes_t compressed[MOST_WHEELS + 1];        /* of contacts, over the weight, and the determinant */
+    double compressed_start[MOST_WHEELS + 1], compressed_late[MOST_WHEELS + 1];
+#endif
+#if SET_ACCOUNTS
+    nodes_t rate_account[MOST_ACCOUNTS];
+#endif
+#if SET_HOLDS
+    int held, facets;                           /* bearings that stick; the facets of what they can take */
+    const facet_t *facet;
+    const bearings_t *sticking;                 /* those whose rates follow from nu                */
+    double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
+    lanes_t directions[9], absent[3];           /* of nu                                         */
+    nodes_t force[3];                           /* that holds, at the nodes                      */
+    double force_start[3], force_size[3], per_force[3];
+    double force_late[3];                       /* what its polynomials lack at the step's end   */
+#endif
+#if SET_ROLLERS_STICK
+    int first_contact;                          /* place among `sticking` where rollers in contact begin */
+    int contact_wheel[MOST_WHEELS];             /* the wheels of these                           */
+    const omniroll_bearing_t *contact;          /* the bearings of all rollers in contact        */
+    double nearer_start[MOST_BEARINGS], nearer_end[MOST_BEARINGS], nearer_rate[MOST_BEARINGS];
+#endif
+#if SET_SPINS_STICK
+    int spin_count;
+    const omniroll_bearing_t *spin;             /* bearings of the free rollers                  */
+    const spins_t *spins;
+#endif
+#if SET_IS_ACTED_ON
+    double size;                                /* of nu                                         */
+    int stiff;                                  /* whether the core is solved for implicitly     */
+    int stiff_sweeps;                           /* how many such sweeps this try has had         */
+    int nu_is_stiff;                            /* whether slopes of nu' in nu are needed for it */
+    int by_newton;                              /* it has been in the last try                   */
+    int by_axles;                               /* whether axles' friction alone makes its slopes */
+    double steepest;                            /* the largest h times slope in the last stiff sweep */
+    nodes_t found_nu[3], slope_nu[9];           /* scratch of stiff sweeps                       */
+    newton_t newton;                            /* of nu', where it is stiff                     */
+    double rest;                                /* what further sweeps would change              */
+    double bend_in;                             /* the time until a wheel comes to where rates bend */
+    int guards;
+    double guard_start[MOST_GUARDS], guard_noise[MOST_GUARDS], guard_slope[MOST_GUARDS];
+    double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
+#endif
+} step_t;
+
+/* The arrays of a point. */
+typedef struct {
+    lanes_t nu[3], chi[MOST_WHEELS];
+#if SET_INPUTS
+    lanes_t input[SET_INPUTS*MOST_WHEELS];
+#endif
+#if SET_HOLDS
+    lanes_t held_force[3];
+#endif
+#if SET_GRIPS
+    lanes_t ground_push[2*MOST_WHEELS], ground_force[2*MOST_WHEELS], slip_dot[2*MOST_WHEELS];
+#endif
+} arrays_t;
+
+#endif

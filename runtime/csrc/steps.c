@@ -1,0 +1,560 @@
+/* A step of a run: how it begins, its first guess, its tries, and what the run takes of it. */
+#define FAR 1000                    /* times the last step's length: there its rise says nothing any more    */
+#define FINEST_SWEEP (SET_LOADS ? 3e-15 : 1e-16)    /* of |nu|: rounding is as large, and larger in loads that follow */
+#define CAUTIOUS 1.3                /* times a step that the iteration has made short: the longest after it       */
+#define SPIN_UP 2                   /* times the first step after the last switch: the longest after the next   */
+#define PART_TO_BEND 0.9            /* of the way to where rates bend, in a step                              */
+#define NEAR_BEND 0.4               /* of the rate from which a step may pass zero: where the one before it ends   */
+#define BEND_NEARER 0.3             /* of a wheel's rate from which a step could not pass zero: it may be from there */
+#define ACROSS_BEND 2               /* times the way to a bend: a step that passes it                           */
+#define SHRINKS 0.1                 /* of a step: to less an event shortens no try that has not found its loads or slips */
+#define EASY 1e-3                   /* of the error allowed: a step as good as this might have been longer      */
+#define SHORT_STEPS 100             /* so many may leave a hundredth each of what iterations may leave; further ones less */
+
+/* A step as it begins: the state, and what acts. */
+ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    for (int k = 0; k < 3; k++)
+        s->nu[k] = run->nu[k];
+    for (int i = 0; i < wheels; i++)
+        s->chi[i] = run->chi[i];
+#if SET_HAS_HEADING
+    s->heading = remainder(run->pose[2], TURN);
+#endif
+#if SET_INPUTS
+    const double *slopes = run->inputs + SET_INPUTS*wheels;
+    for (int k = 0; k < SET_INPUTS*wheels; k++) {
+        s->input[k] = input_now(run, k);
+        s->input_slope[k] = slopes[k];
+    }
+#endif
+#if SET_CORE_PARTS
+    s->core = work->core, s->start_core = run->core, s->end_core = work->end_core, s->weight = work->weight;
+    s->rate_core = work->rate_core, s->at_core = work->at_core;
+    s->core_here = work->core_here, s->core_dot = work->core_dot;
+    s->core_slope = work->core_slope, s->core_chord = work->core_chord;
+    s->found_core = work->found_core, s->slope_core = work->slope_core, s->core_in_nu = work->core_in_nu;
+#endif
+#if SET_SLIPS
+    s->guard_rows = run->guards;
+#endif
+#if SET_IS_COUPLED
+    s->coupled = &work->coupled_speeds;
+#endif
+#if SET_LOADS
+    begin_loads(run, work, s, wheels);
+#endif
+#if SET_GRIPS
+    begin_contacts(run, work, s, wheels);
+    s->strays = 0;
+#endif
+#if SET_HOLDS
+    s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
+    begin_holding(run, work, s);
+    for (int i = 0; i < wheels; i++)
+        s->turns[i] = !sticks(run, i);
+    for (int k = 0; k < 9; k++)
+        s->directions[k] = lanes_of(run->hold.directions[k]);
+    for (int k = 0; k < 3; k++) {
+        s->absent[k] = lanes_of(run->hold.absent[k]);
+        s->force_start[k] = run->hold.force[k];
+        s->force_size[k] = run->hold.size[k];
+        s->per_force[k] = run->hold.per_force[k];
+    }
+#endif
+#if SET_IS_ACTED_ON
+    s->guards = all_guards(run);
+    for (int k = 0; k < s->guards; k++) {
+        const double *const guard = run->guards + guard_size(wheels)*k;
+        s->guard_start[k] = guard_value(run, guard, &s->guard_noise[k]);
+        s->guard_slope[k] = guard[1];
+        for (int m = 0; m < 3; m++)
+            s->guard_weights[3*k + m] = guard[2 + m];
+    }
+#endif
+    (void)work;
+}
+
+/* The size of nu that errors are measured against; where something acts, the largest up to the end of the step.
+ * Sets the weights of the rest of the core. */
+ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot)
+{
+    double size = largest3(s->nu);
+#if SET_IS_ACTED_ON
+    const double gained[3] = {s->h*nu_dot[0][0], s->h*nu_dot[1][0], s->h*nu_dot[2][0]};
+    size = fmax(fmax(size, fmin(largest3(gained), 1e300)), fmax(run->fastest, run->speed));
+#endif
+#if SET_CORE_PARTS
+    int c = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
+        double of_part = run->part_sizes[part]*(core_part_power(part) == 2 ? size*size : size);
+        for (int k = c; k < end; k++)
+            of_part = fmax(of_part, fabs(run->core[k]));
+        for (; c < end; c++)
+            s->weight[c] = of_part > 0 ? size/of_part : 0;
+    }
+#endif
+#if SET_IS_ACTED_ON
+    s->size = size;
+#endif
+    (void)run, (void)work, (void)nu_dot;
+    return size;
+}
+
+#if SET_HAS_SLOPES
+#define NEAR_REST 4                 /* times the small speed below which friction fades: the nodes resolve it there */
+
+/* The time until the first number of the core that friction slows down comes near rest, where its rate bends. A number
+ * that is near already does not count. How near it is follows from the slopes of friction: the tangent over the chord
+ * from rest is w0^2/(w^2 + w0^2). */
+static double time_to_rest(const step_t *s, const int wheels, const point_t *start)
+{
+    double time = INFINITY;
+    core_slopes(wheels, start, s->core_slope, s->core_chord);
+    for (int c = 0; c < s->core; c++) {
+        const double stop = -s->start_core[c]/s->core_dot[c][0];
+        const double far = 1 - NEAR_REST*sqrt(s->core_slope[c][0]/s->core_chord[c][0]);
+        if (stop > 0 && far > 0.5)
+            time = fmin(time, stop*far);
+    }
+    return time;
+}
+#endif
+
+#if SET_IS_ACTED_ON && !SET_SLIPS
+/* The length of a step from here after which no wheel has passed zero that turns too fast for that: friction with a small
+ * named speed bends the rates there. Each step makes a part of the way. */
+static double longest_before_bend(const omniroll_run_t *run, const work_t *work, step_t *s, const lanes_t *nu_dot,
+                                  const lanes_t *chi_dot)
+{
+    double time = INFINITY;
+    lanes_t chi_ddot[MOST_WHEELS];
+    s->bend_in = INFINITY;
+    rates_of_wheels(run->wheels, &work->vehicle, nu_dot, work->core_dot, chi_ddot);
+    for (int i = 0; i < run->wheels; i++) {
+        const double rate = fabs(chi_dot[i][0]), rest_in = -chi_dot[i][0]/chi_ddot[i][0];
+        const double part = fmin(1 - NEAR_BEND*run->bend_rate/rate, PART_TO_BEND);
+        if (rate > run->bend_rate && rest_in > 0 && part*rest_in < time) {
+            time = part*rest_in;
+            s->bend_in = rest_in;
+        }
+    }
+    return time;
+}
+#endif
+
+/* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
+ * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
+{
+    const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
+    lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
+    rates_at_this_instant(run, work, wheels, nu_dot);
+    wheel_rates_now(run, work, nu, chi_dot);
+#if SET_HAS_SLOPES
+    instant_t start;
+    at_this_instant(run, work, wheels, &start);
+    if (s->stiff)
+        *longest = fmin(*longest, time_to_rest(s, wheels, &start.point));
+#endif
+#if SET_IS_ACTED_ON && !SET_SLIPS
+    s->bend_in = INFINITY;
+    if (run->bend_rate > 0)
+        *longest = fmin(*longest, longest_before_bend(run, work, s, nu_dot, chi_dot));
+#endif
+#if SET_LOADS
+    loads_at_start(work, s, wheels);
+#endif
+#if SET_GRIPS
+    contacts_at_start(run, work, s, wheels);
+    *longest = fmin(*longest, longest_before_rest(run, work, s, wheels));
+#endif
+    const double most = s->h = *longest;
+#if SET_HOLDS
+    for (int k = 0; k < 3; k++)
+        s->force_late[k] = 0;
+#endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        s->spins->late[k] = 0;
+#endif
+    for (int i = 0; i < wheels; i++) {
+        const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
+        /* The contact has passed on wherever a wheel at its joint moves outwards, unless it rests there. */
+        s->edge[i] = fabs(s->chi[i]) >= s->joint && s->chi[i]*rate > 0 ? s->joint*ROUNDED : s->joint;
+        if (rate != 0)
+            s->h = fmin(s->h, (s->edge[i] - sign*s->chi[i])/(sign*rate));
+    }
+    if (!(s->h > 1e-3*most))
+        s->h = 1e-3*most;
+    /* No slope, which is of the order of nu^3: it would leave the number range long before nu^2 does. The rise over a
+     * step that was far shorter is little but rounding. */
+#if SET_IS_COUPLED
+    const lanes_t none[3] = {lanes_of(0), lanes_of(0), lanes_of(0)};
+    size_of_state(run, work, s, none);
+    first_guess(s, wheels, nu_dot);
+    return size_of_state(run, work, s, nu_dot);
+#endif
+    const double part = s->h < FAR*run->rise_over ? s->h/run->rise_over : 0;
+#if SET_IS_ACTED_ON
+    s->stiff_sweeps = 0;
+    memset(s->slope_nu, 0, sizeof s->slope_nu);
+#endif
+    for (int k = 0; k < 3; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_nu[k].lanes[b] = nu_dot[k] + run->rise_nu[k]*(part*gauss_node.lanes[b]);
+#if SET_CORE_PARTS
+    for (int c = 0; c < work->core; c++)
+        for (int b = 0; b < BLOCKS; b++)
+            s->rate_core[c].lanes[b] = work->core_dot[c] + work->rise_core[c]*(part*gauss_node.lanes[b]);
+#endif
+    return size_of_state(run, work, s, nu_dot);
+}
+
+/* The event is reached `late` after the end of the polynomials: so little that rates are constant there. */
+ALWAYS_INLINE void end_late(step_t *s, const int wheels)
+{
+    for (int k = 0; k < 3; k++) {
+        s->end_nu[k] += s->late*weighted(&s->rate_nu[k], &gauss_end);
+        s->way[k] += s->late*weighted(&s->rate_pose[k], &gauss_end);
+    }
+    for (int i = 0; i < wheels; i++)
+        s->end_chi[i] += s->late*s->end_rate[i];
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
+#endif
+}
+
+/* Where in the step, x in (0, 1), a wheel or a guard is beyond its bound and back at the end; 1 if none is. */
+ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
+{
+    double turned = 1;
+    for (int i = 0; i < wheels; i++)
+        turned = fmin(turned, turn_outside(s, i));
+#if SET_IS_ACTED_ON
+    for (int k = 0; k < s->guards; k++)
+        turned = fmin(turned, turn_of_guard(s, k));
+#endif
+#if SET_GRIPS
+    turned = fmin(turned, turn_of_contacts(s, wheels));
+#endif
+#if SET_LOADS
+    turned = fmin(turned, turn_of_loads(s, wheels));
+#endif
+#if SET_HOLDS
+    holding_rates_t rates;
+    if (s->facets)
+        holding_rates(s, wheels, &rates);
+    for (int f = 0; f < s->facets; f++)
+        turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
+#endif
+#if SET_SPINS_STICK
+    for (int k = 0; k < s->spin_count; k++)
+        turned = fmin(turned, turn_of_spin(s, k));
+#endif
+    return turned;
+}
+
+/* Elapsed at which a step ends at the latest. */
+ALWAYS_INLINE double limit_of_step(const omniroll_run_t *run)
+{
+#if SET_IS_ACTED_ON
+    return fmin(run->duration, run->next_time);
+#else
+    return run->duration;
+#endif
+}
+
+/* Which part of the core the polynomials of the last try miss most: -1 for nu. */
+static int hardest_part(const omniroll_run_t *run, const step_t *s)
+{
+    int hardest = -1;
+#if SET_CORE_PARTS
+    double most = tail(&s->rate_nu[0]) + tail(&s->rate_nu[1]) + tail(&s->rate_nu[2]);
+    int c = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++)
+        for (; c < core_part_end(run->wheels, run->rollers_per_wheel, part); c++) {
+            const double missing = s->weight[c]*tail(&s->rate_core[c]);
+            if (missing > most)
+                most = missing, hardest = part;
+        }
+#endif
+    (void)run, (void)s;
+    return hardest;
+}
+
+/* What the iteration may leave of a step of this length, over |nu|. Where something acts a vehicle may become much
+ * faster than it is at the start, so that nobody knows beforehand how many steps there will be: each gets the part of
+ * what the run may leave that it is of the duration. Short steps get more than that, later ones less and less: all
+ * together log(steps/SHORT_STEPS)/2 times as much. A run that pauses has no duration that is known. */
+ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
+{
+#if SET_IS_ACTED_ON
+    const double part = fmax(h/run->duration, 1.0/(SHORT_STEPS + 2*(double)run->step_count));
+    return run->pauses ? run->sweep_tolerance : fmax(run->sweep_tolerance*part, FINEST_SWEEP);
+#else
+    (void)h;
+    return run->sweep_tolerance;
+#endif
+}
+
+/* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
+ * in whose middle they bend. */
+ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double allowed,
+                             double *ahead)
+{
+#if SET_GRIPS
+    if (s->turning && s->rest_in < INFINITY)
+        return farther_from_rest(s, 0.9/factor);
+#endif
+#if SET_IS_ACTED_ON && !SET_IS_COUPLED
+    const bend_t found = bend(s, wheels, allowed);
+    if (found.left < 1 && found.wheel >= 0) {
+        const double rate = BEND_NEARER*fabs(weighted(&s->rate_chi[found.wheel], &gauss_start));
+        run->bend_rate = run->bend_rate > 0 ? fmin(run->bend_rate, rate) : rate;
+        return s->h*found.left*PART_TO_BEND;
+    }
+    if (found.left < 1) {
+        *ahead = 2*s->h*(found.right - found.left);
+        return s->h*found.left;
+    }
+#endif
+    (void)run, (void)wheels, (void)allowed, (void)ahead;
+    return s->h*fmin(fmax(factor, 0.2), 0.9);
+}
+
+/* The next step after an accepted one. Where steps have grown and still miss next to nothing, as behind a bend, they
+ * grow by more (Gustafsson's predictive control). */
+ALWAYS_INLINE double longer(const omniroll_run_t *run, step_t *s, double factor, double error)
+{
+    double step = s->h*fmin(fmax(factor, 1.0), 5.0);
+#if SET_IS_ACTED_ON
+    if (error < EASY && s->h > run->rise_over)      /* the length of the step before                          */
+        step = fmin(step*(s->h/run->rise_over), 5*s->h);
+#endif
+    (void)run, (void)error;
+    return step;
+}
+
+/* One accepted step from the state of the run, of the length `most` or to the next event. Returns a status. */
+ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+{
+    const double rest = limit_of_step(run) - run->elapsed - run->carry;
+    const double meant = run->step;
+    double most = meant > 0 && meant < rest ? meant : rest;
+    const int after_switch = SET_IS_COUPLED && run->elapsed == run->phase_start;
+    if (after_switch && run->first_step > 0)    /* the ground spins the entering roller up in a short time */
+        most = fmin(most, SPIN_UP*run->first_step);
+#if SET_GRIPS
+    const double calm = most;       /* the length before slips that come to rest make it shorter             */
+#endif
+    begin_step(run, work, s, wheels);
+    /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
+    const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
+#if SET_IS_ACTED_ON
+    int slow = 0;                   /* whether the iteration and not the error has made the step short       */
+    double error_before = INFINITY; /* of the try before                                                     */
+#endif
+    for (int trial = 0; trial < 200; trial++) {
+        const double size = guess(s, wheels, &most, run, work);
+        const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
+                                 reach);
+#if SET_IS_ACTED_ON
+        s->by_newton = s->stiff;
+        s->stiff = s->stiff && !(found != UNSETTLED && s->steepest < NOT_STIFF);
+        slow = slow || found == UNSETTLED;
+#endif
+        if (found == UNSETTLED) {
+            most = fmin(fmax(s->h, SET_LOADS || SET_GRIPS ? SHRINKS*most : 0), most)/(SET_IS_COUPLED ? 2 : 3);
+            run->rejected_count++;
+            continue;
+        }
+        integrate_pose(s, run->pose);
+        const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
+        double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
+#if SET_IS_ACTED_ON
+        /* A shorter step is no better: what decays is far shorter yet. */
+        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*error_before)
+            factor = fmin(factor, SET_IS_COUPLED ? 0.25 : 0.6);
+        error_before = error;
+#endif
+        if (error > 1 || found == TOO_LONG) {
+            most = shorter(run, s, wheels, factor, size*run->tolerance, &ahead);
+            run->rejected_count++;
+            continue;
+        }
+        const double turned = first_turn_beyond(s, wheels);
+        if (turned < 1) {
+            most = s->h*turned;
+            continue;
+        }
+#if SET_GRIPS
+        if (has_strayed(s, wheels)) {
+            s->strays = 1;
+            continue;
+        }
+        if (rests_early(s, wheels)) {
+            most = PART_OF_WAY*s->h;
+            continue;
+        }
+#endif
+#if SET_ACCOUNTS
+        accounts_at_nodes(s, wheels);
+#endif
+        end_late(s, wheels);
+        run->step_error = fmax(run->step_error, error*run->tolerance);
+#if SET_IS_ACTED_ON
+        run->sweep_error += size > 0 ? s->rest/size : 0;
+        s->stiff = s->stiff || (!SET_IS_COUPLED && slow && error < EASY);
+#endif
+        run->step = fmin(longer(run, s, factor, error), ahead);
+#if SET_IS_ACTED_ON && !SET_SLIPS
+        if (s->bend_in < INFINITY && s->h < s->bend_in)
+            run->step = fmin(run->step, ACROSS_BEND*(s->bend_in - s->h));
+#endif
+#if SET_IS_COUPLED
+        run->first_step = after_switch ? s->h : run->first_step;
+        run->step = fmin(run->step, slow ? CAUTIOUS*s->h : INFINITY);
+#endif
+        /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
+         * try that is too long costs more than a step that is too short. */
+#if SET_GRIPS
+        keep_calm_step(run, s, calm);
+#endif
+        if (s->landing >= 0)
+            run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
+        else if (run->pauses && s->h >= rest)
+            run->step = fmax(run->step, meant);
+        return OMNIROLL_RUN_DONE;
+    }
+    run->hardest_part = hardest_part(run, s);
+    return OMNIROLL_RUN_NO_STEP;
+}
+
+/* a + b rounded, and what the rounding leaves over (Knuth). */
+ALWAYS_INLINE double sum_and_rest(double a, double b, double *rest)
+{
+    const double sum = a + b, part = sum - a;
+    *rest = (a - (sum - part)) + (b - part);
+    return sum;
+}
+
+#if SET_IS_ACTED_ON
+/* What acts has been at work for a step. */
+ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const work_t *work, const int wheels)
+{
+    double turned = 0;
+    run->fastest = fmax(run->fastest, largest3(run->nu));
+    for (int i = 0; i < wheels; i++)
+        turned = fmax(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
+    run->turned += turned;
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++) {
+        run->core[c] = s->end_core[c];
+        work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
+    }
+#endif
+#if SET_ACCOUNTS
+    for (int k = 0; k < account_size(wheels); k++)
+        run->accounts[k] += s->h*weighted(&s->rate_account[k], &gauss_weight)
+            + s->late*weighted(&s->rate_account[k], &gauss_end);
+#endif
+    (void)work;
+}
+#endif
+
+#if SET_IS_ACTED_ON
+#define DAMPED 0.01                 /* of a step: over this time deviations of the end of a stiff step decay */
+
+#if SET_CORE_PARTS
+/* The slope of a number of the core's rate, at the step's end: that at the last node, or where friction tells it the
+ * chord from rest. Next to rest the friction of a small named speed is steep at the end and not at the last node, whose
+ * slope alone would throw a number that has come to rest far off. */
+ALWAYS_INLINE double slope_at_end(const step_t *s, const work_t *work, int c)
+{
+    const double at_node = s->slope_core[c].node[NODES - 1];
+#if SET_HAS_SLOPES
+    return fmin(at_node, work->core_chord[c][0]);
+#else
+    (void)work;
+    return at_node;
+#endif
+}
+#endif
+
+/* The polynomials of a stiff step do not damp what decays fast: its deviation, in which rates and polynomials differ,
+ * would go on from step to step with changing sign. A step of Euler's implicit method takes it away. */
+static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+{
+    const double time = DAMPED*s->h;
+    lanes_t nu_dot[3];
+    double m[3][4];
+    rates_at_this_instant(run, work, wheels, nu_dot);
+#if SET_HAS_SLOPES
+    instant_t end;
+    at_this_instant(run, work, wheels, &end);
+    core_slopes(wheels, &end.point, work->core_slope, work->core_chord);
+#endif
+    for (int k = 0; k < 3; k++) {
+        for (int l = 0; l < 3; l++)
+            m[k][l] = (k == l) - time*s->slope_nu[3*k + l].node[NODES - 1];
+        m[k][3] = time*(nu_dot[k][0] - weighted(&s->rate_nu[k], &gauss_end));
+    }
+    for (int k = 0; k < 3; k++)
+        for (int l = k + 1; l < 3; l++)
+            for (int j = 3; j >= k; j--)
+                m[l][j] -= m[l][k]/m[k][k]*m[k][j];
+    for (int k = 2; k >= 0; k--) {
+        for (int l = k + 1; l < 3; l++)
+            m[k][3] -= m[k][l]*m[l][3];
+        run->nu[k] += m[k][3] /= m[k][k];
+    }
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
+            /(1 - time*slope_at_end(s, work, c));
+#endif
+}
+#endif
+
+ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
+{
+    put_step(run, s);
+    for (int k = 0; k < 3; k++) {
+        run->nu[k] = s->end_nu[k];
+        run->pose[k] = sum_and_rest(run->pose[k], s->way[k] + run->pose_carry[k], &run->pose_carry[k]);
+    }
+    for (int i = 0; i < wheels; i++) {
+        const double sign = s->end_chi[i] < 0 ? -1 : 1;
+        run->chi[i] = i == s->landing ? sign*run->joint : fmax(fmin(s->end_chi[i], run->joint), -run->joint);
+    }
+    const double limit = limit_of_step(run);
+    const int last = s->landing < 0 && s->h >= limit - run->elapsed - run->carry;
+    const double h = s->h + s->late + run->carry, sum = run->elapsed + h;
+    run->carry = last ? 0 : h - (sum - run->elapsed);
+    run->elapsed = last ? limit : fmin(sum, limit);
+    for (int k = 0; k < 3; k++)
+        run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
+    run->rise_over = s->h;
+    run->step_count++;
+#if SET_IS_ACTED_ON
+    run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;
+    take_what_acts(run, s, work, wheels);
+    if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
+        damp(run, work, s, wheels);
+#endif
+#if SET_HOLDS
+    bearings_have_moved(run, work);
+#endif
+#if SET_GRIPS
+    contacts_have_moved(run, work, s);
+#endif
+#if SET_LOADS
+    loads_have_moved(run, s);
+#endif
+    (void)work;
+    put_row(run);
+}

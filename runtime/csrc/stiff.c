@@ -1,0 +1,321 @@
+/* Where Picard's iteration contracts slowly: Newton's rule for the rates at the nodes, with slopes that friction tells or
+ * that are differences. */
+#if SET_IS_ACTED_ON
+#define DIFFERENCE 1e-9             /* of the size of a state, for slopes                                   */
+#define FINE_DIFFERENCE 1e-11       /* the same of nu, which turns wheels that a small named speed holds         */
+/* A slope is stiff where h times its size is large: Picard's iteration contracts by about this factor. */
+#define STIFF 0.05                              /* above this the slope gets a linear system                   */
+#define NOT_STIFF 0.5                           /* where all are below this, Picard's iteration takes over again */
+#define CHORDS 1                                /* first stiff sweeps, which take chords in the place of tangents */
+#define PATIENCE 4                              /* stiff sweeps without slopes of nu', where the core's may do */
+
+/* slope has count x count tables, by rows. */
+ALWAYS_INLINE void newton_matrix(newton_t *newton, const nodes_t *slope, const int count, double h)
+{
+    for (int m = 0; m < NODES; m++) {
+        nodes_t integral;                       /* to node m, from the values at the nodes               */
+        for (int j = 0; j < NODES; j++)
+            integral.node[j] = gauss_integral[j].node[m];
+        for (int k = 0; k < count; k++) {
+            nodes_t *const row = newton->row[k*NODES + m] = newton->rows + (k*NODES + m)*count;
+            for (int l = 0; l < count; l++)
+                for (int b = 0; b < BLOCKS; b++)
+                    row[l].lanes[b] = (-h*slope[k*count + l].node[m])*integral.lanes[b];
+            row[k].node[m] += 1;
+        }
+    }
+}
+
+/* Gauss's elimination with the largest pivots. */
+ALWAYS_INLINE void eliminate(newton_t *newton, const int count)
+{
+    nodes_t **const row = newton->row;
+    for (int k = 0; k < count*NODES; k++) {
+        const int first = k/NODES, here = k%NODES;
+        int pivot = k;
+        for (int m = k + 1; m < count*NODES; m++)
+            if (fabs(row[m][first].node[here]) > fabs(row[pivot][first].node[here]))
+                pivot = m;
+        nodes_t *const kept = row[k];
+        row[k] = row[pivot], row[pivot] = kept;
+        nodes_t beyond[3];                      /* the pivot's row right of it, 0 elsewhere               */
+        for (int l = first; l < count; l++)
+            beyond[l] = row[k][l];
+        for (int j = 0; j <= here; j++)
+            beyond[first].node[j] = 0;
+        const double inverse = row[k][first].node[here] = 1/row[k][first].node[here];
+        for (int m = k + 1; m < count*NODES; m++) {
+            const double factor = row[m][first].node[here] *= inverse;
+            for (int l = first; l < count; l++)
+                for (int b = 0; b < BLOCKS; b++)
+                    row[m][l].lanes[b] -= factor*beyond[l].lanes[b];
+        }
+    }
+}
+
+/* The change that the eliminated matrix gives, in the place of what is missing. Sums go over whole rows: what is still to
+ * be found counts as 0. */
+ALWAYS_INLINE void solve_newton(const newton_t *newton, const int count, nodes_t *missing)
+{
+    nodes_t lower[3] = {{{lanes_of(0)}}}, found[3] = {{{lanes_of(0)}}};
+    for (int k = 0; k < count*NODES; k++) {
+        const int place = (int)(newton->row[k] - newton->rows)/count;
+        double rest = missing[place/NODES].node[place%NODES];
+        for (int l = 0; l < count; l++)
+            rest -= weighted(&newton->row[k][l], &lower[l]);
+        lower[k/NODES].node[k%NODES] = rest;
+    }
+    for (int k = count*NODES - 1; k >= 0; k--) {
+        double rest = lower[k/NODES].node[k%NODES];
+        for (int l = 0; l < count; l++)
+            rest -= weighted(&newton->row[k][l], &found[l]);
+        found[k/NODES].node[k%NODES] = rest*newton->row[k][k/NODES].node[k%NODES];
+    }
+    for (int k = 0; k < count; k++)
+        missing[k] = found[k];
+}
+
+/* h times the largest slope. */
+static double steepness(const nodes_t *slope, int count, double h)
+{
+    double steep = 0;
+    for (int k = 0; k < count; k++)
+        for (int m = 0; m < NODES; m++)
+            steep = fmax(steep, h*fabs(slope[k].node[m]));
+    return steep;
+}
+
+#define CORE_FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)    /* whether it may follow nu at once              */
+
+#if CORE_FOLLOWS
+/* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
+ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
+{
+    const double time = s->h/2;
+    return time*s->core_in_nu[3*c + l].lanes[b]/(1 - time*s->slope_core[c].lanes[b]);
+}
+#endif
+
+/* The slopes of nu' in nu at a point in vector b of the nodes, by differences. */
+ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at)
+{
+    for (int l = 0; l < 3; l++) {
+        const lanes_t here = at->nu[l];
+        lanes_t nu_dot[3];
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
+#if CORE_FOLLOWS
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
+#endif
+        core_rates(wheels, point, nu_dot);
+        for (int k = 0; k < 3; k++)
+            s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
+        at->nu[l] = here;
+#if CORE_FOLLOWS
+        for (int c = 0; c < s->core; c++)
+            s->core_here[c] = s->at_core[c].lanes[b];
+#endif
+    }
+}
+
+#include "axle_slopes.c"
+
+#if SET_HAS_SLOPES
+/* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
+ * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
+ * rest does not. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
+{
+    core_slopes(wheels, point, s->core_slope, s->core_chord);
+    for (int c = 0; c < s->core; c++)
+        s->slope_core[c].lanes[b] = s->stiff_sweeps < CHORDS ? s->core_chord[c] : s->core_slope[c];
+}
+#elif SET_CORE_PARTS
+/* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
+ * its parts one after the other, and, if asked for, in nu. */
+ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
+{
+    lanes_t nu_dot[3];
+    int first = 0;
+    for (int part = 0; part < SET_CORE_PARTS; part++) {
+        const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
+        for (int c = first; c < end; c++) {
+            const lanes_t here = s->core_here[c];
+            s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
+            s->core_slope[c] = s->core_here[c] - here;
+        }
+        core_rates(wheels, point, nu_dot);
+        for (int c = first; c < end; c++) {
+            s->core_here[c] -= s->core_slope[c];
+            s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->core_slope[c];
+        }
+        first = end;
+    }
+    for (int l = 0; l < 3 && in_nu; l++) {
+        const lanes_t here = at->nu[l];
+        at->nu[l] = here + FINE_DIFFERENCE*s->size;
+        core_rates(wheels, point, nu_dot);
+        for (int c = 0; c < s->core; c++)
+            s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
+        at->nu[l] = here;
+    }
+}
+#endif
+
+/* The rates of the core at a point in vector b of the nodes. */
+ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
+{
+    lanes_t nu_dot[3];
+    core_rates(wheels, point, nu_dot);
+    for (int k = 0; k < 3; k++)
+        s->found_nu[k].lanes[b] = nu_dot[k];
+#if SET_CORE_PARTS
+    for (int c = 0; c < s->core; c++)
+        s->found_core[c].lanes[b] = s->core_dot[c];
+#endif
+    keep_held_force(s, wheels, b, at);
+}
+
+/* Add what is missing of a rate; returns the largest change so far, in the measure of nu. */
+ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double weight, lanes_t change)
+{
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t moved = weight*lanes_abs(missing->lanes[b]);
+        change = lanes_select(moved <= change, change, moved);
+        rate->lanes[b] += missing->lanes[b];
+    }
+    return change;
+}
+
+#if SET_CORE_PARTS
+/* Newton's rule for one number of the rest of the core, with its own slopes, for what is missing of its rate. */
+ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t change)
+{
+    newton_t newton;
+    const double steep = steepness(&s->slope_core[c], 1, s->h);
+    if (steep > STIFF) {
+        newton_matrix(&newton, &s->slope_core[c], 1, s->h);
+        eliminate(&newton, 1);
+        solve_newton(&newton, 1, missing);
+    }
+    s->steepest = fmax(s->steepest, steep);
+    return corrected(&s->rate_core[c], missing, s->weight[c], change);
+}
+
+/* The same for all numbers, whose rates have been found. */
+ALWAYS_INLINE lanes_t correct_core(step_t *s, lanes_t change)
+{
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        for (int b = 0; b < BLOCKS; b++)
+            missing.lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
+        change = correct_number(s, c, &missing, change);
+    }
+    return change;
+}
+#endif
+
+#if CORE_FOLLOWS
+/* The rest of the core goes along with the change of nu' that a sweep has made. */
+ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t change)
+{
+    nodes_t moved[3];
+    for (int l = 0; l < 3; l++)
+        integrate_to_nodes(0, s->h, &change_of_nu[l], &moved[l]);
+    for (int c = 0; c < s->core; c++) {
+        nodes_t missing;
+        for (int b = 0; b < BLOCKS; b++)
+            missing.lanes[b] = s->core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
+                + s->core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b] + s->core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
+        change = correct_number(s, c, &missing, change);
+    }
+    return change;
+}
+#endif
+
+/* Newton's rule for nu'. renew: the slopes are new. missing: out, the change. */
+ALWAYS_INLINE lanes_t correct_nu(step_t *s, int renew, nodes_t *missing, lanes_t change)
+{
+    for (int k = 0; k < 3; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            missing[k].lanes[b] = s->found_nu[k].lanes[b] - s->rate_nu[k].lanes[b];
+    const double steep = steepness(s->slope_nu, 9, s->h);
+    s->steepest = fmax(s->steepest, steep);
+    if (renew) {
+        s->nu_is_stiff = steep > STIFF;
+        newton_matrix(&s->newton, s->slope_nu, 3, s->h);
+        eliminate(&s->newton, 3);
+    }
+    if (s->nu_is_stiff)
+        solve_newton(&s->newton, 3, missing);
+    for (int k = 0; k < 3; k++)
+        change = corrected(&s->rate_nu[k], &missing[k], 1, change);
+    return change;
+}
+
+/* A sweep by Newton's rule, since Picard's iteration contracts slowly, or not at all, where a slope times h is not
+ * small. nu' has all of its slopes in nu, which are found anew where the iteration is slow; each number of the rest of
+ * the core has its own slope. Spins of rollers do next to nothing to one another, and are left to the iteration. Momenta
+ * of wheels, which strong friction lets follow nu at once, are corrected first, and once more as nu changes. */
+static double stiff_sweep(step_t *s, const int wheels, int slow)
+{
+    const int renew = slow && (!SET_HAS_SLOPES || s->nu_is_stiff || s->stiff_sweeps > PATIENCE);
+    lanes_t change = lanes_of(0);
+    nodes_t missing[3];
+    s->steepest = 0;
+    states_at_nodes(s, wheels);
+#if AXLES
+    axles_t axles = {.known = 0};
+    const int by_axles = renew && s->by_axles;
+    if (renew)
+        find_axles(s, wheels, &axles);
+#else
+    const int by_axles = 0;
+#endif
+#if SET_GRIPS
+    find_directions(s, wheels);
+#endif
+#if SET_LOADS
+    s->sweeps += respond_anew(s, slow);
+#endif
+#if CORE_FOLLOWS
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        const point_t point = point_at(s, wheels, b, &at);
+        find_rates(s, wheels, b, &point, &at);
+        slopes_of_core(s, wheels, b, &point, &at, renew);
+    }
+    change = correct_core(s, change);
+    for (int c = 0; c < s->core; c++)
+        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+    s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
+#endif
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        const point_t point = point_at(s, wheels, b, &at);
+        find_rates(s, wheels, b, &point, &at);
+#if AXLES
+        if (by_axles)
+            slopes_by_axles(s, wheels, b, &point, &at, &axles);
+#endif
+        if (renew && !by_axles)
+            slopes_of_nu(s, wheels, b, &point, &at);
+#if SET_HAS_SLOPES
+        slopes_of_core(s, wheels, b, &point);
+#endif
+    }
+#if AXLES
+    if (renew && !by_axles)
+        s->by_axles = axles_make_slopes(s, wheels, &axles);
+#endif
+    change = correct_nu(s, renew, missing, change);
+#if CORE_FOLLOWS
+    change = follow_nu(s, missing, change);
+#elif SET_CORE_PARTS
+    change = correct_core(s, change);
+#endif
+    s->sweeps += by_axles ? 2 : renew ? 4 : 1;
+    s->stiff_sweeps++;
+    return lanes_largest(change)*s->h;
+}
+#endif
