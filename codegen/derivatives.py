@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from .expressions import ONE, Canonical, Expression, Number, Order, Symbol, symbols
+from .operations import count_operations
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
+from .sharing import share
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -40,29 +42,82 @@ class Derivatives:
 
     rules       of slopes
     by_numbers  the functions that are differentiated by numbers
+    residuals   {function: (the program that is differentiated in its stead, first and last step of the solution there)}
+    held        steps of these programs that stand still besides
     """
 
     rules: Rules
     by_numbers: Sequence[str]
+    residuals: Mapping[str, tuple[str, str, str]]
+    held: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
-        return cls(Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ())))
+        residuals = {name: tuple(of) for name, of in data.get("residuals", {}).items()}
+        rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
+        return cls(rules, named, residuals, tuple(data.get("held", ())))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
     ) -> tuple[list[Function], tuple[Array, ...]]:
         """The functions of a set and the fields of its model, with the derivatives that these effects ask for."""
         named = {f.name: f for f in functions}
-        found = list(functions)
+        found = [f for f in functions if f.name not in {name for name, *_ in self.residuals.values()}]
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
             return found, fields
-        wanted = [named[n] for name in self.by_numbers for n in (name, name + SHARP) if n in named]
-        numbers = Numbers(self.rules, named["prepare"], wanted, asked)
+        wanted = [self._programs(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
+        numbers = Numbers(self.rules, named["prepare"], [of for ways in wanted for of in ways], asked)
         extended = tuple(fields) + numbers.fields
-        found = [numbers.prepare if f.prepares else f for f in found] + [numbers.function(f) for f in wanted]
+        found = [numbers.prepare if f.prepares else f for f in found] + list(map(numbers.function, wanted))
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
+
+    def _programs(self, named: Mapping[str, Function], name: str) -> "list[Differentiable]":
+        """What can be differentiated for a function's derivatives: its own steps, and those of its residual."""
+        own = named[name]
+        found = [Differentiable(own, own.arguments, self.rules)]
+        if name in self.residuals:
+            other, start, last = self.residuals[name]
+            program = named[other]
+            names = ["" if isinstance(node, Loop) else node.name for node in program.body]
+            still = min(k for k, step in enumerate(names) if step in ("", start)), names.index(last) + 1
+            function = replace(program, name=name, summary=own.summary)
+            found.append(Differentiable(function, own.arguments, self.rules.holding(self.held), still))
+        return found
+
+
+@dataclass(frozen=True)
+class Differentiable:
+    """A function of which derivatives are asked.
+
+    arguments  those that a user knows: outputs among them are differentiated, others are storage
+    rules      of slopes
+    still      the places of the first step that stands still and of the first behind these
+    """
+
+    function: Function
+    arguments: Sequence[Array]
+    rules: Rules
+    still: tuple[int, int] = (0, 0)
+
+    @property
+    def before(self) -> Body:
+        return self.function.body[: self.still[0]]
+
+    @property
+    def body(self) -> Body:
+        """The steps that are differentiated."""
+        return (*self.before, *self.function.body[self.still[1] :])
+
+    def around_still(self, slopes: Body) -> Body:
+        """The steps of `body` with slopes, and those that stand still in their place."""
+        own = self.function.body[slice(*self.still)]
+        return (*self.before, *own, *(node for node in slopes if node not in self.before))
+
+    @property
+    def storage(self) -> list[Array]:
+        known = {array.name for array in self.arguments}
+        return [array for array in self.function.outputs if array.name not in known]
 
 
 def tangents_of(function: Function, rules: Rules) -> Tangents:
@@ -77,10 +132,10 @@ class Numbers:
     prepare  the function that computes these too
     """
 
-    def __init__(self, rules: Rules, prepare: Function, wanted: Sequence[Function], asked: Sequence[str]):
+    def __init__(self, rules: Rules, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
         self.rules = rules
         self.directions = list(self._directions(prepare, asked))
-        read = set().union(*(symbols(step.expression) for f in wanted for step in steps(f.body)))
+        read = set().union(*(symbols(step.expression) for of in wanted for step in steps(of.body)))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
         self._new: dict[str, Array] = {}
@@ -144,26 +199,33 @@ class Numbers:
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
 
-    def function(self, function: Function) -> Function:
-        """The derivatives of a function's outputs by the numbers."""
+    def function(self, programs: Sequence[Differentiable]) -> Function:
+        """The derivatives of a function's outputs by the numbers, from the program where they are the least work: the
+        residual passes through the wheels a second time, and each number is cheaper there."""
+        ways = [self._function(program) for program in programs]
+        return min(ways, key=work) if len(ways) > 1 else ways[0]
+
+    def _function(self, program: Differentiable) -> Function:
+        function = program.function
         name = function.name.removesuffix(SHARP) + BY_NUMBERS + (SHARP if function.name.endswith(SHARP) else "")
         outputs: dict[str, Array] = {}
         columns = [(d, self._moved(function, d, outputs)) for d in self.directions]
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]
-        tangents = tangents_of(function, self.rules)
-        body = tangents.carried(function.body, once, keep=False)
+        tangents = tangents_of(function, program.rules)
+        body = program.around_still(tangents.carried(program.body, once, keep=False))
         elements = {field.name: Element(field, field.indices) for field in self.fields}
-        if each and changes_in_loops(function):
+        if each and changes_in_loops(program.body):
             loop, further = tangents.through_all(function, each)
             body, elements = (*body, loop), elements | further
         elif each:
-            body = (*body, tangents.own(function.body, each))
+            body = (*body, tangents.own(program.body, each))
         summary = f"Derivatives by numbers of the vehicle: {function.summary[0].lower()}{function.summary[1:]}"
-        return without_dead_steps(replace(
+        found = replace(
             function, name=name, summary=summary, body=body, elements=function.elements | elements,
             fields=function.fields + self.fields, arguments=(*function.inputs, *outputs.values()),
-        ))  # fmt: skip
+        )  # fmt: skip
+        return without_unread_storage(found, program.storage)
 
     def _moved(self, function: Function, direction: Direction, outputs: dict[str, Array]) -> Column:
         slopes = self.slopes[direction.name]
@@ -182,6 +244,25 @@ class Numbers:
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
         return Column(direction.name, seeds, target)
+
+
+def work(function: Function) -> int:
+    """Roughly the instructions of a call for three wheels; a sine is worth some 30."""
+    times = {"once": 1, "wheel": 3, "pair": 9, "earlier": 3}
+    counts = count_operations(share(function))
+    return sum(
+        times.get(place, 0) * (sum(counted.values()) + 29 * counted["sincos"]) for place, counted in counts.items()
+    )
+
+
+def without_unread_storage(function: Function, storage: Sequence[Array]) -> Function:
+    """The function without dead steps, and with those of these arrays as further outputs that a derivative reads."""
+    bare = without_dead_steps(replace(function, body=putting(function.body, {a.name for a in function.outputs})))
+    read = {e.array for step in steps(bare.body) for e in map(function.elements.get, symbols(step.expression)) if e}
+    kept = [array for array in storage if array in read]
+    if not kept:
+        return bare
+    return without_dead_steps(replace(function, arguments=(*function.inputs, *kept, *function.outputs)))
 
 
 def putting(body: Body, names: set[str]) -> Body:

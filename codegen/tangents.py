@@ -32,10 +32,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Rules:
-    """slopes: {step: {what it depends on: slope}}, as Maxima proved them; inner: steps that only lead to such ones."""
+    """slopes: {step: {what it depends on: slope}}, as Maxima proved them; still: steps that get none, since they lead
+    to such ones alone or stand still."""
 
     slopes: Mapping[str, Mapping[str, Expression]] = field(default_factory=dict)
-    inner: frozenset[str] = frozenset()
+    still: frozenset[str] = frozenset()
 
     @classmethod
     def read(cls, data: Sequence[Mapping]) -> "Rules":
@@ -44,6 +45,10 @@ class Rules:
             {rule["name"]: {by: read(slope) for by, slope in rule["by"].items()} for rule in data},
             frozenset(name for rule in data for name in rule["inner"]),
         )
+
+    def holding(self, names: Iterable[str]) -> "Rules":
+        """The same where these steps stand still."""
+        return replace(self, still=self.still.union(names))
 
 
 @dataclass
@@ -85,7 +90,7 @@ class Tangents:
         return [c.call("exp", x)]
 
     def slope(self, step: Step, slopes: Mapping[str, Expression]) -> Expression:
-        if step.kind == "let" and step.name in self.rules.inner:
+        if step.kind != "put" and step.name in self.rules.still:
             return ZERO
         if step.kind != "let" or step.name not in self.rules.slopes:
             return self.derivative(step.expression, slopes)
@@ -187,7 +192,7 @@ class Tangents:
         }
         rules = Rules(
             {again.get(name, name): self.renamed(by, again) for name, by in self.rules.slopes.items()},
-            frozenset(again.get(name, name) for name in self.rules.inner),
+            frozenset(again.get(name, name) for name in self.rules.still),
         )
         at = lambda name, d: self.canonical.product([Symbol(OWN), d]) if name in of_wheel else d  # noqa: E731
         moved = [
@@ -236,7 +241,7 @@ def in_order(body: Iterable[Step | Loop]) -> Body:
     )
 
 
-def changes_in_loops(function: Function) -> bool:
+def changes_in_loops(body: Body) -> bool:
     """Whether a loop over the wheels changes what it reads."""
-    loops = [node for node in function.body if isinstance(node, Loop)]
+    loops = [node for node in body if isinstance(node, Loop)]
     return any(step.kind == "update" for loop in loops for step in steps(loop.body))

@@ -350,12 +350,13 @@ void omniroll_forward_dynamics_derivatives(const omniroll_model *model, const om
 
 /* The same as forward_dynamics_derivatives, for sharp tips. Equations: (3.4). Steps: fold_start, couple,
  * drift_target, folded_solution (maxima/forms/sharp_tips.mac); no_columns, fold_with_columns,
- * earlier_answer, answer, fold_pivots (maxima/effects/derivatives.mac); yaw, angle, wheel_rate,
- * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
- * free_couple, couple_rates (maxima/forms/system.mac); platform_slopes, free_row_slopes_by_nu,
- * folded_column_by_nu_1, folded_column_by_nu_2, folded_column_by_nu_3, free_row_slopes_by_chi,
- * folded_column_by_chi, free_row_slopes_by_momentum_cos, folded_column_by_momentum_cos,
- * free_row_slopes_by_momentum_sin, folded_column_by_momentum_sin (maxima/programs/vehicle.mac). */
+ * earlier_answer_in_nu_dot_by_chi, answer_in_nu_dot_by_chi, fold_pivots (maxima/effects/derivatives.mac);
+ * yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac);
+ * platform_force, free_couple, couple_rates (maxima/forms/system.mac); platform_slopes,
+ * free_row_slopes_by_nu, folded_column_by_nu_1, folded_column_by_nu_2, folded_column_by_nu_3,
+ * free_row_slopes_by_chi, folded_column_by_chi, free_row_slopes_by_momentum_cos,
+ * folded_column_by_momentum_cos, free_row_slopes_by_momentum_sin, folded_column_by_momentum_sin
+ * (maxima/programs/vehicle.mac). */
 void omniroll_forward_dynamics_derivatives_sharp(const omniroll_model *model, const omniroll_real *nu,
                                                  const omniroll_real *chi, const omniroll_real *momenta,
                                                  omniroll_real *nu_dot, omniroll_real *nu_dot_by_nu,

@@ -238,6 +238,23 @@ ALWAYS_INLINE int is_zero(const nodes_t *x)
     return !found;
 }
 
+/* Unknowns stand in blocks, one number's rates at the nodes each, those of nu last: what the core has beyond nu hangs
+ * together through nu, if at all. */
+ALWAYS_INLINE int block_of(const variations_t *w, int a)
+{
+    return a < 3 ? w->core - 3 + a : a - 3;
+}
+
+/* How many blocks stand apart: all but those of nu, where each number beyond nu acts upon itself and nu alone. */
+static int blocks_apart(const variations_t *w)
+{
+    for (int a = 3; a < w->core; a++)
+        for (int c = 3; c < w->core; c++)
+            if (a != c && !is_zero(&w->slope[a*w->directions + c]))
+                return 0;
+    return w->core - 3;
+}
+
 /* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. */
 static void put_matrix(variations_t *w, double h, int a)
 {
@@ -249,7 +266,7 @@ static void put_matrix(variations_t *w, double h, int a)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
         const int linear = !is_zero(&once), squared = !is_zero(&twice);
         for (int j = 0; j < NODES; j++) {
-            lanes_t *const to = w->row[a*NODES + j] + c*BLOCKS;
+            lanes_t *const to = w->row[block_of(w, a)*NODES + j] + block_of(w, c)*BLOCKS;
             for (int b = 0; b < BLOCKS; b++) {
                 lanes_t sum = {0};
                 if (linear)
@@ -270,6 +287,7 @@ static void put_right(variations_t *w, double h, int a, int width)
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
     for (int j = 0; j < NODES; j++) {
+        lanes_t *const right = w->row[block_of(w, a)*NODES + j] + width;
         for (int g = 0; g < groups; g++) {
             lanes_t sum = {0};
             for (int c = 0; c < w->core; c++)
@@ -280,46 +298,97 @@ static void put_right(variations_t *w, double h, int a, int width)
                 sum += slope[fed + u].node[j]*w->given[u*groups + g];
             for (int u = 0; u < SET_INPUTS*w->wheels; u++)
                 sum += slope[fed + u].node[j]*h*gauss_node.node[j]*w->given[(w->inputs + u)*groups + g];
-            w->row[a*NODES + j][width + g] = sum;
+            right[g] = sum;
         }
-        add_numbers(w, w->core_by, w->core, a, j, w->row[a*NODES + j] + width);
+        add_numbers(w, w->core_by, w->core, a, j, right);
     }
 }
 
-/* Eliminate below the pivots; then the right sides become the solution. Rows: `width` vectors of the matrix, then
- * `groups` of right sides. */
-NEVER_INLINE void solve(lanes_t **row, int unknowns, int width, int groups)
+/* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. Of the unknowns the first
+ * `apart` stand in blocks of NODES that do not know each other, but only what follows all of them. */
+typedef struct {
+    lanes_t **row;
+    int unknowns, apart, width, groups;
+} equations_t;
+
+/* Where the block of an unknown ends. */
+ALWAYS_INLINE int end_of_block(const equations_t *e, int p)
 {
-    for (int p = 0; p < unknowns; p++) {
-        const int v = p/LANES, k = p%LANES;
-        int best = p;
-        double largest = 0;
-        for (int i = p; i < unknowns; i++) {
-            const double size = row[i][v][k] < 0 ? -row[i][v][k] : row[i][v][k];
-            if (size > largest)
-                largest = size, best = i;
-        }
-        lanes_t *const pivot = row[best];
-        row[best] = row[p], row[p] = pivot;
-        const double inverse = 1/pivot[v][k];
-        for (int i = p + 1; i < unknowns; i++) {
-            lanes_t *const own = row[i];
-            const double factor = own[v][k]*inverse;
-            if (factor == 0)
-                continue;
-            for (int c = v; c < width + groups; c++)
-                own[c] -= factor*pivot[c];
-        }
+    return p < e->apart ? (p/NODES + 1)*NODES : e->unknowns;
+}
+
+/* The next row that the unknown p has something to do with. */
+ALWAYS_INLINE int next_row(const equations_t *e, int p, int i)
+{
+    return i + 1 == end_of_block(e, p) && i < e->apart ? e->apart : i + 1;
+}
+
+/* Bring the row with the largest pivot of its block to its place. */
+ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
+{
+    const int v = p/LANES, k = p%LANES, end = end_of_block(e, p);
+    int best = p;
+    double largest = 0;
+    for (int i = p; i < end; i++) {
+        const double size = e->row[i][v][k] < 0 ? -e->row[i][v][k] : e->row[i][v][k];
+        if (size > largest)
+            largest = size, best = i;
     }
-    for (int p = unknowns - 1; p >= 0; p--) {
+    lanes_t *const pivot = e->row[best];
+    e->row[best] = e->row[p], e->row[p] = pivot;
+}
+
+/* Take multiples of two rows, from a vector on: of those that the unknown p has something to do with. */
+ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *own, double first, const lanes_t *one,
+                                double second, const lanes_t *two)
+{
+    const int end = end_of_block(e, p)/LANES, whole = e->width + e->groups;
+    for (int c = p/LANES + 1; c < end; c++)
+        own[c] -= first*one[c] + second*two[c];
+    for (int c = end > e->apart/LANES ? end : e->apart/LANES; c < whole; c++)
+        own[c] -= first*one[c] + second*two[c];
+}
+
+/* Eliminate below two pivots at once, p and the one behind it, which stand in one vector of every row. */
+ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
+{
+    const int v = p/LANES, k = p%LANES;
+    take_pivot(e, p);
+    const lanes_t *const one = e->row[p];
+    const double inverse = 1/one[v][k];
+    for (int i = p + 1; i < e->unknowns; i = next_row(e, p, i)) {
+        const double factor = e->row[i][v][k]*inverse;
+        e->row[i][v] -= factor*one[v];
+        e->row[i][v][k] = factor;           /* goes along where rows change places */
+    }
+    take_pivot(e, p + 1);
+    lanes_t *const two = e->row[p + 1];
+    subtract_two(e, p, two, two[v][k], one, 0, one);
+    const double inverse_two = 1/two[v][k + 1];
+    for (int i = p + 2; i < e->unknowns; i = next_row(e, p, i)) {
+        lanes_t *const own = e->row[i];
+        const double first = own[v][k], second = own[v][k + 1]*inverse_two;
+        if (first == 0 && second == 0)
+            continue;
+        own[v] -= second*two[v];
+        subtract_two(e, p, own, first, one, second, two);
+    }
+}
+
+/* Eliminate below the pivots; then the right sides become the solution. */
+NEVER_INLINE void solve(const equations_t *e)
+{
+    for (int p = 0; p < e->unknowns; p += 2)
+        eliminate_two(e, p);
+    for (int p = e->unknowns - 1; p >= 0; p--) {
         const int v = p/LANES, k = p%LANES;
-        lanes_t *const own = row[p] + width;
-        for (int g = 0; g < groups; g++)
-            own[g] *= 1/row[p][v][k];
-        for (int i = 0; i < p; i++) {
-            const double factor = row[i][v][k];
-            for (int g = 0; g < groups && factor != 0; g++)
-                row[i][width + g] -= factor*own[g];
+        lanes_t *const own = e->row[p] + e->width;
+        for (int g = 0; g < e->groups; g++)
+            own[g] *= 1/e->row[p][v][k];
+        for (int i = p < e->apart ? p/NODES*NODES : 0; i < p; i++) {
+            const double by = e->row[i][v][k];
+            for (int g = 0; g < e->groups && by != 0; g++)
+                e->row[i][e->width + g] -= by*own[g];
         }
     }
 }
@@ -335,7 +404,7 @@ static void put_core(variations_t *w, double h, int width)
                 at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < NODES; j++)
-            memcpy(rate + j*groups, w->row[a*NODES + j] + width, groups*sizeof *rate);
+            memcpy(rate + j*groups, w->row[block_of(w, a)*NODES + j] + width, groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -380,7 +449,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->row[core*NODES + node] + width;
+        return w->row[block_of(w, core)*NODES + node] + width;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
@@ -397,7 +466,7 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
         put_matrix(w, h, a);
         put_right(w, h, a, width);
     }
-    solve(w->row, unknowns, width, groups);
+    solve(&(equations_t){w->row, unknowns, NODES*blocks_apart(w), width, groups});
     put_core(w, h, width);
     put_carried_rates(w, h);
     for (int place = 0; place < w->size; place++)

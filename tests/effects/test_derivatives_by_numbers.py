@@ -26,6 +26,14 @@ NUMBERS = {  # a set: what it is differentiated by
     ("free", ("drive", "motor", "roller_viscous")): ("roller_inertia", "yaw_scale", "roller_damping", "resistance"),
 }
 SETS = [(*key, numbers) for key, numbers in NUMBERS.items()]
+# Of a vehicle, but for the mass: `prepare` takes pi from its first argument, and a series knows none.
+OF_VEHICLE = ("yaw_inertia", "wheel_inertia", "roller_inertia", "yaw_scale", "platform_radius", "wheel_radius",
+              "roller_axis_radius", "wheel_angles")  # fmt: skip
+EVERY = [
+    ("massless", (), tuple(n for n in OF_VEHICLE if n not in ("roller_inertia", "roller_axis_radius"))),
+    ("locked", ("axle_viscous", "roller_viscous"), OF_VEHICLE),
+    ("free", ("roller_viscous",), OF_VEHICLE),
+]
 FUNCTIONS = ("forward_dynamics", "wheel_speeds", "pose_rates", "momenta_rates", "motor_torques", "impact")
 
 
@@ -110,17 +118,19 @@ def compared(model, effects, numbers, sharp):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model, effects, numbers", SETS)
+@pytest.mark.parametrize("model, effects, numbers", SETS + EVERY)
 def test_they_are_the_derivatives_of_every_rate(model, effects, numbers):
     assert compared(model, effects, numbers, sharp=False) > 50
 
 
-@pytest.mark.parametrize("model, effects, numbers", SETS[1:])
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", SETS[1:] + EVERY[1:])
 def test_so_are_those_of_the_forms_for_sharp_tips(model, effects, numbers):
     assert compared(model, effects, numbers, sharp=True) > 50
 
 
-@pytest.mark.parametrize("model, effects, numbers", SETS[1:])
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", SETS[1:] + EVERY[1:])
 def test_they_keep_their_digits_where_tips_are_sharp(model, effects, numbers):
     name = rounding.set_key(f"{model}_sharp", asked(effects, numbers))
     states = sample(73, 12, 3, 5, closest_tip=1e-9)
@@ -153,15 +163,29 @@ def test_a_kernel_is_asked_by_the_number_s_name():
 def operations(model, effects, function, wheels):
     """All operations of one call."""
     (entry,) = (f for f in sets.functions(model, effects) if f["name"] == function)
-    times = {"once": 1, "wheel": wheels, "pair": wheels**2}
+    times = {"once": 1, "wheel": wheels, "earlier": wheels * (wheels - 1) // 2}
     return sum(times.get(place, 0) * sum(counted.values()) for place, counted in entry["operations"].items())
 
 
-@pytest.mark.parametrize("model, effects, numbers", SETS)
-def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(model, effects, numbers):
-    wanted = asked(effects, numbers)
-    count = sum(int(np.prod(np.shape(known_state(model, effects)[1].get(name, 0.0)))) for name in numbers)
+def components(model, effects, numbers):
+    known = known_state(model, effects)[1]
+    return sum(int(np.prod(np.shape(known.get(name, 0.0)))) for name in numbers)
+
+
+DEAR = "356 operations where 320 are allowed: the accelerations of massless rollers take 32, a column's solution 15"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("form", ["", "_sharp"])
+@pytest.mark.parametrize("model, effects, numbers", [
+    *SETS, pytest.param(*EVERY[0], marks=pytest.mark.xfail(reason=DEAR, strict=True)), *EVERY[1:],
+])  # fmt: skip
+def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(model, effects, numbers, form):
+    if form and model == "massless":
+        pytest.skip("massless rollers have no form for sharp tips")
+    wanted, count = asked(effects, numbers), components(model, effects, numbers)
     for wheels in (3, 4):
-        plain = operations(model, wanted, "forward_dynamics", wheels)
-        price = operations(model, wanted, "forward_dynamics_derivatives", wheels)
-        assert price + operations(model, wanted, "forward_dynamics_by_numbers", wheels) <= (6 + count / 2) * plain
+        plain = operations(model, wanted, f"forward_dynamics{form}", wheels)
+        price = operations(model, wanted, f"forward_dynamics_derivatives{form}", wheels)
+        further = operations(model, wanted, f"forward_dynamics_by_numbers{form}", wheels)
+        assert price + further <= (6 + count / 2) * plain
