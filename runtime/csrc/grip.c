@@ -379,13 +379,17 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         omniroll_grip_t *const grip = run->grips + i;
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
-        for (int k = 0; k < 2 && s->turning && s->slides[i]; k++)
-            grip->towards[k] = size > s->slip_noise[i] ? slip[2*i + k]/size : s->toward[2*i + k].node[NODES - 1];
+        const int turns = s->turning && s->slides[i], known = !ends && size > s->slip_noise[i];
+        for (int k = 0; k < 2 && turns; k++)
+            grip->towards[k] = known ? slip[2*i + k]/size : s->toward[2*i + k].node[NODES - 1];
+        if (turns && !known)                    /* the row says where it went: its slip does not            */
+            run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
         run->ground.passed += ends;
         run->ground.undecided |= ends;
     }
+    roll(run, work, 0);                         /* what has come to rest has no slip                        */
 }
 
 /* A step begins: the modes, and what forces do to slips. */

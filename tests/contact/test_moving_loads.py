@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hard.ground_anywhere import scene
 from oracle.balls import exact, working_precision
 from reactions.machines import height, platform_products, wheel_mass
 from reactions.newton_euler import Acting, position, solve
@@ -301,3 +302,17 @@ def test_what_makes_no_sense_is_refused():
     aside = PAPER.replace(center_of_mass=(0.03, -0.01))
     with pytest.raises(InvalidValueError, match="wheel_mass"):
         simulate(aside, nu=(0, 0, 0), duration=0.1, effects=[Contact(**law, loads="dynamic", height=0.1)])
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_forces_where_a_slip_comes_to_rest_are_those_of_the_way_there(engine):
+    """What is left of a slip is rounding: its direction once made loads of up to 1.4 weights that pull."""
+    for number, duration in ((317, 1.8e-4), (1143, 4e-3)):
+        vehicle, task = scene(number)
+        run = simulate(vehicle, **task | {"duration": duration}, engine=engine)
+        weight = run.ground_load[0].sum()
+        rests = np.flatnonzero((run.sticks[1:] > run.sticks[:-1]).any(axis=1) & (np.diff(run.t) == 0))
+        assert rests.size and run.ground_load.min() >= 0
+        for row in rests:
+            before = run.sample(run.t[row] - 1e-9).ground_load
+            assert np.abs(run.ground_load[row] - before).max() < 1e-3 * weight

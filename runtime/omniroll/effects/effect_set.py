@@ -330,6 +330,7 @@ class EffectRun:
             return
         self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
+        ground.seen = ground.towards.copy()
 
     def _in_bearings(
         self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
@@ -408,6 +409,8 @@ class EffectRun:
         if self.axles is not None and len(self.axles.sticking):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
+        if isinstance(flow, GroundFlow):
+            drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
 
     def _own_drives(self) -> list[int]:

@@ -38,6 +38,18 @@ HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other for
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
 PART_OF_WAY = 0.8  # to rest, at most, in one step
 
+
+def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+    """(..., N) in m/s: slips within these are zero. Of nu (..., 3), the wheels' rates (..., N) and the axial speeds of
+    the rollers in contact (..., N), None of massless ones."""
+    turning = 2 * np.abs(nu[..., 2]) / vehicle.yaw_scale
+    of_platform = vehicle.platform_radius * (np.abs(nu[..., :2]).sum(axis=-1) + turning)
+    of_wheels = vehicle.wheel_radius * np.abs(rates)
+    if axial is not None:
+        of_wheels = of_wheels + vehicle.roller_radius * np.abs(axial)
+    return AT_REST * EPS * (of_platform[..., None] + of_wheels)
+
+
 # From sticks (N,) and the forces (N, 2) of slipping contacts: forces (N, 2) and rates of the slip (N, 2) of all.
 Dynamics = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -82,6 +94,7 @@ class Ground:
     released  (N,) bool: those that have used their friction up at this instant
     still     (N,) bool: all whose slip is rounding, also those without load
     towards   (N, 2) where contacts slip that have begun to; a unit vector
+    seen      (N, 2) where they have slipped last; a unit vector
     load      (N,) in N
     off       (N,) bool: those without load
     """
@@ -93,17 +106,15 @@ class Ground:
         self.load, self.off = grip.loads, grip.loads == 0
         self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
+        self.seen = self.towards.copy()
         vehicle = kernel.vehicle
         self.settles = grip.settles(vehicle)
-        self.arms = np.array([vehicle.platform_radius, vehicle.wheel_radius, vehicle.roller_radius])
 
     # What the state says
 
     def roundings(self, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
         """(N,) in m/s: slips within these are zero."""
-        of_platform = self.arms[0] * (np.abs(nu[:2]).sum() + 2 * abs(nu[2]) / self.kernel.vehicle.yaw_scale)
-        of_wheels = self.arms[1] * np.abs(rates) + (0.0 if axial is None else self.arms[2] * np.abs(axial))
-        return AT_REST * EPS * (of_platform + of_wheels)
+        return slip_roundings(self.kernel.vehicle, nu, rates, axial)
 
     def at_rest(self, state: State) -> State:
         """The state with the slip of resting contacts at zero. Contacts whose slip is rounding rest, too."""
@@ -149,6 +160,15 @@ class Ground:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
         return np.where(begun[:, None], slip, self.towards)
+
+    def headings(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+        """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,) and says nothing: at a rest where
+        it went last, and where a slip begins where that goes. Other contacts have the latter, too."""
+        size = np.linalg.norm(slip, axis=1)
+        begun = size > rounding
+        self.seen[begun] = slip[begun] / size[begun, None]
+        towards = np.where(begun[:, None], self.towards, self.seen)
+        return np.arctan2(towards[:, 1], towards[:, 0])
 
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N,) how much of its static friction a force (N, 2) takes, squared, less 1; and the rounding of that."""

@@ -4,13 +4,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from omniroll.effects.ground import Grip
+from omniroll.effects.ground import Grip, slip_roundings
 from omniroll.effects.ground_loads import carried
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
-
-BEGUN = 1e-14  # m/s: a slower slip has a direction of rounding, and takes the one with which it began
 
 
 class Contacts:
@@ -74,7 +72,9 @@ class Contacts:
         slip = self._called("slip_forces", values)["slip"]
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
-        towards = np.where(np.linalg.norm(slip, axis=-1, keepdims=True) > BEGUN, slip, heading)
+        rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
+        slips = np.linalg.norm(slip, axis=-1) > rounding  # a slip of rounding has no direction
+        towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
