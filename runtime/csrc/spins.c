@@ -6,7 +6,7 @@ static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rat
 
 ALWAYS_INLINE omniroll_bearing_t *spin_bearings(const omniroll_run_t *run)
 {
-    return run->bearings + (run->bearing_count - run->spin_count);
+    return run->bearings ? run->bearings + (run->bearing_count - run->spin_count) : 0;
 }
 
 ALWAYS_INLINE double *spins_now(const omniroll_run_t *run)

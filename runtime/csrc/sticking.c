@@ -26,10 +26,10 @@ ALWAYS_INLINE double size_of_rate(const omniroll_bearing_t *bearing, const doubl
 static void find_nearer(omniroll_run_t *run, const work_t *work)
 {
 #if SET_ROLLERS_STICK
-    omniroll_bearing_t *const contacts = run->bearings + run->axle_count;
     double nearer[MOST_WHEELS], per_chi[MOST_WHEELS];
     if (rows_count(run) == run->axle_count)
         return;
+    omniroll_bearing_t *const contacts = run->bearings + run->axle_count;
     nearer_at(run->wheels, &work->vehicle, contacts, run->joint, run->chi, nearer, per_chi);
     for (int i = 0; i < run->wheels; i++)
         contacts[i].nearer = nearer[i];
