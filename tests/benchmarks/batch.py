@@ -123,7 +123,7 @@ def heyokas(vehicle, roller_model, parts, as_data=False, **options):
 def constants_of_a_vehicle(roller_model):
     """Numbers of the batch kernel's constants for each of many vehicles."""
     vehicle = omniroll.Vehicle.paper()
-    made = sets.library(roller_model, (), "double")
+    made = sets.engine(roller_model, (), vehicle.wheels)
     return made.lib.omniroll_blocks_size(VEHICLES, vehicle.wheels, vehicle.rollers_per_wheel) // VEHICLES
 
 
