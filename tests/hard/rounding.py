@@ -56,7 +56,7 @@ def generated(set_name: str, name: str):
 def functions(set_name: str, sample: Sample) -> dict:
     """The functions of a set that make sense for the number of wheels, by name."""
     least = {"nu_from_wheels": 3, "wheel_torques": 3, "nu_from_contacts": 2}
-    found = signatures(*split_key(set_name), sample.wheels, sample.rollers)
+    found = signatures(*split_key(set_name), sample.wheels, sample.rollers, is_sharp(set_name))
     return {
         name: signature
         for name, signature in found.items()

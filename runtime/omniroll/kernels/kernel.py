@@ -93,8 +93,10 @@ class Signature:
 
 
 @cache
-def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_wheel: int) -> dict[str, Signature]:
-    """The signature of every function of a set, by name; a form for sharp tips has that of the usual one."""
+def signatures(
+    base: str, effects: tuple[str, ...], wheels: int, rollers_per_wheel: int, sharp: bool = False
+) -> dict[str, Signature]:
+    """The signature of every function of a set, by name; where tips are sharp, that of its form for these."""
     sizes = {"N": wheels, "n": rollers_per_wheel, "n-1": rollers_per_wheel - 1}
 
     def arguments(function: dict, role: str) -> tuple[Argument, ...]:
@@ -104,10 +106,12 @@ def signatures(base: str, effects: tuple[str, ...], wheels: int, rollers_per_whe
             if entry["role"] == role
         )
 
+    found = {function["name"]: function for function in sets.functions(base, effects)}
     return {
-        function["name"]: Signature(arguments(function, "in"), arguments(function, "out"))
-        for function in sets.functions(base, effects)
-        if not function["name"].endswith(SHARP_SUFFIX)
+        name: Signature(arguments(own, "in"), arguments(own, "out"))
+        for name in found
+        if not name.endswith(SHARP_SUFFIX)
+        for own in [found[form(name, sharp, found)]]
     }
 
 
@@ -214,7 +218,7 @@ class Kernel:
         self.sharp = is_sharp(vehicle, roller_model)
         self.set_name = sets.set_name(self.base, self.effects)
         self._generated = _function_names(self.base, self.effects)
-        self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel))
+        self.signatures = dict(signatures(self.base, self.effects, self.wheels, self.rollers_per_wheel, self.sharp))
         prepare = self.signatures.pop("prepare")
         self.constant_names = [argument.name for argument in prepare.inputs]
         self.given = constants
