@@ -9,8 +9,8 @@ import pytest
 from effects.cases import balls, prepared_kernel
 from effects.test_derivatives import agree, inputs_of, moved, outputs_of, state_of
 from hard import rounding
-from hard.effect_kernels import with_effects
-from hard.kernel_errors import BOUND, EPS, worst
+from hard.effect_kernels import compiled_on_demand, with_effects
+from hard.kernel_errors import BOUND, EPS, python_kernels, worst
 from hard.sampling import sample
 from oracle.balls import coefficient, exact, line, working_precision
 
@@ -189,3 +189,15 @@ def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(
         price = operations(model, wanted, f"forward_dynamics_derivatives{form}", wheels)
         further = operations(model, wanted, f"forward_dynamics_by_numbers{form}", wheels)
         assert price + further <= (6 + count / 2) * plain
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("base", ["locked", "free"])
+def test_both_kernels_call_the_form_for_sharp_tips(base):
+    set_name = rounding.set_key(f"{base}_sharp", ("derivatives", "derivatives_by_mass"))
+    part = sample(3, 20, 3, 5, closest_tip=1e-9)
+    part = with_effects(part.at(np.flatnonzero(part.sharpness() > SHARP)), set_name, 5)
+    name = "forward_dynamics_by_numbers"
+    found, expected = (outputs(part, set_name)[name] for outputs in (compiled_on_demand, python_kernels))
+    assert found.shape == expected.shape and len(part)
+    assert (np.abs(found - expected) <= 64 * EPS["double"] * np.abs(expected).max(axis=0)).all()

@@ -107,12 +107,9 @@ def signatures(
         )
 
     found = {function["name"]: function for function in sets.functions(base, effects)}
-    return {
-        name: Signature(arguments(own, "in"), arguments(own, "out"))
-        for name in found
-        if not name.endswith(SHARP_SUFFIX)
-        for own in [found[form(name, sharp, found)]]
-    }
+    usual = [name for name in found if not name.endswith(SHARP_SUFFIX)]
+    forms = {name: found[form(name, sharp, found)] for name in usual}
+    return {name: Signature(arguments(own, "in"), arguments(own, "out")) for name, own in forms.items()}
 
 
 @cache
