@@ -472,7 +472,7 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
  * platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia, couple_rates, free_force,
  * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
  * row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
- * free_angle, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction, axle_moment
+ * disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction, axle_moment
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
@@ -595,13 +595,14 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t5;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t5*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = free_spin_dot;
         }
     }
@@ -738,7 +739,7 @@ void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll
  * drift_target, fold, folded_solution (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate,
  * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
  * couple_rates (maxima/forms/system.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
- * free_angle, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction, axle_moment
+ * disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction, axle_moment
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
 void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
                                   const omniroll_real *chi, const omniroll_real *spins, omniroll_real *nu_dot,
@@ -879,13 +880,14 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t8;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t8*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = free_spin_dot;
         }
     }

@@ -459,7 +459,7 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
  * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
  * row, drift (maxima/forms/rolling.mac); no_drag, roller_slip, roller_friction, drag, contact_slip,
  * free_friction (maxima/effects/roller_friction.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
- * spin_sums, spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+ * spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
                             const omniroll_real *spins, omniroll_real *nu_dot, omniroll_real *spins_dot)
@@ -590,17 +590,18 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t4;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_spin = spins[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
             const omniroll_real free_slip = free_spin/omniroll_sqrt(roller_fade_speed_sq
                 + free_spin*free_spin);
             const omniroll_real axial_rate = -coulomb_per_inertia*free_slip;
-            const omniroll_real free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = axial_rate + free_spin_dot;
         }
     }
@@ -741,7 +742,7 @@ void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll
  * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
  * couple_rates (maxima/forms/system.mac); no_drag, roller_slip, roller_friction, drag, contact_slip,
  * free_friction (maxima/effects/roller_friction.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
- * spin_sums, spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+ * spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac). */
 void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
                                   const omniroll_real *chi, const omniroll_real *spins, omniroll_real *nu_dot,
@@ -890,17 +891,18 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t7;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_spin = spins[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
             const omniroll_real free_slip = free_spin/omniroll_sqrt(roller_fade_speed_sq
                 + free_spin*free_spin);
             const omniroll_real axial_rate = -coulomb_per_inertia*free_slip;
-            const omniroll_real free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = axial_rate + free_spin_dot;
         }
     }

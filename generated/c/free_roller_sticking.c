@@ -495,7 +495,7 @@ void omniroll_inverse_dynamics(const omniroll_model *model, const omniroll_real 
  * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
  * row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag
  * (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
- * spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+ * spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
  * (maxima/effects/roller_friction.mac). */
 void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu, const omniroll_real *chi,
@@ -624,14 +624,15 @@ void omniroll_accelerations(const omniroll_model *model, const omniroll_real *nu
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t4;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_bearing_ij = free_bearing[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = spin_response*free_bearing_ij + free_spin_dot;
         }
     }
@@ -769,7 +770,7 @@ void omniroll_forward_dynamics_sharp(const omniroll_model *model, const omniroll
  * contact_speed, inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); platform_force,
  * couple_rates (maxima/forms/system.mac); no_bearing_drag, bearing_drag
  * (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
- * spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+ * spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
  * (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
  * (maxima/effects/roller_friction.mac). */
 void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
@@ -915,14 +916,15 @@ void omniroll_accelerations_sharp(const omniroll_model *model, const omniroll_re
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t7;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_bearing_ij = free_bearing[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             spins_dot[slots*i + j] = spin_response*free_bearing_ij + free_spin_dot;
         }
     }
@@ -976,7 +978,7 @@ void omniroll_roller_losses(const omniroll_model *model, const omniroll_real *nu
  * solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin,
  * row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag, no_stuck_sums, stuck_sums,
  * stuck_rollers, stuck_inertia, stuck_spin (maxima/effects/roller_sticking.mac); no_spin_sums
- * (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, free_spin_dot
+ * (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, disk_turn, free_spin_dot
  * (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
  * (maxima/forms/moments.mac); free_friction (maxima/effects/roller_friction.mac); held_system, held_motion
  * (maxima/effects/axle_sticking.mac). */
@@ -1173,15 +1175,16 @@ void omniroll_stuck_accelerations(const omniroll_model *model, const omniroll_re
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t6;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_bearing_ij = free_bearing[slots*i + j];
             const omniroll_real free_sticks_ij = free_sticks[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t6*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             const omniroll_real turns_alone = 1 - free_sticks_ij;
             const omniroll_real holding_rate = -free_spin_dot;
             spins_dot[slots*i + j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot);
@@ -1196,7 +1199,7 @@ void omniroll_stuck_accelerations(const omniroll_model *model, const omniroll_re
  * row, drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac);
  * no_bearing_drag, bearing_drag, no_stuck_sums, stuck_sums, stuck_rollers, stuck_spin
  * (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
- * spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); couple, folded_solution
+ * spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); couple, folded_solution
  * (maxima/forms/sharp_tips.mac); contact_friction (maxima/programs/vehicle.mac); free_friction
  * (maxima/effects/roller_friction.mac). */
 void omniroll_stuck_accelerations_sharp(const omniroll_model *model, const omniroll_real *nu,
@@ -1513,15 +1516,16 @@ void omniroll_stuck_accelerations_sharp(const omniroll_model *model, const omnir
         const omniroll_real cosine = 1 - 2*half_sine*half_sine;
         const omniroll_real roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha);
         const omniroll_real wheel_rate = roll - R_over_l_yaw_rate;
-        const omniroll_real yaw_rate_wheel_rate = yaw_rate*wheel_rate;
+        const omniroll_real yaw_acceleration = t9;
+        const omniroll_real yaw_times_wheel = yaw_rate*wheel_rate;
+        const omniroll_real disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel;
+        const omniroll_real disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration;
         for (int j = 0; j < slots; j++) {
             const omniroll_real cos_kappa = model->roller[j].cos_kappa;
             const omniroll_real sin_kappa = model->roller[j].sin_kappa;
             const omniroll_real free_bearing_ij = free_bearing[slots*i + j];
             const omniroll_real free_sticks_ij = free_sticks[slots*i + j];
-            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
-            const omniroll_real free_cosine = cosine*cos_kappa - sine*sin_kappa;
-            const omniroll_real free_spin_dot = -t9*free_sine - yaw_rate_wheel_rate*free_cosine;
+            const omniroll_real free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa;
             const omniroll_real turns_alone = 1 - free_sticks_ij;
             const omniroll_real holding_rate = -free_spin_dot;
             spins_dot[slots*i + j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot);

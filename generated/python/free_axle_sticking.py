@@ -365,7 +365,7 @@ def accelerations(model, nu, chi, spins, bearing_torque):
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
-    spin_sums, spin_couple, free_angle, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction,
+    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); axle_friction,
     axle_moment (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -375,8 +375,8 @@ def accelerations(model, nu, chi, spins, bearing_torque):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 23 mul, 4 div; per wheel 28 add, 59 mul, 1 div, 4 sincos; per free roller 5 add,
-    8 mul. Intermediates: 71.
+    Operations: once 10 add, 23 mul, 4 div; per wheel 30 add, 63 mul, 1 div, 4 sincos; per free roller 3 add,
+    4 mul. Intermediates: 72.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -494,13 +494,14 @@ def accelerations(model, nu, chi, spins, bearing_torque):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t5
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t5*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = free_spin_dot
     return nu_dot, spins_dot
 
@@ -646,7 +647,7 @@ def accelerations_sharp(model, nu, chi, spins, bearing_torque):
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); no_spin_sums
-    (maxima/effects/free.mac); spin_sums, spin_couple, free_angle, free_spin_dot
+    (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); axle_friction, axle_moment (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -657,8 +658,8 @@ def accelerations_sharp(model, nu, chi, spins, bearing_torque):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 9 add, 14 mul, 6 div; per wheel 33 add, 84 mul, 4 div, 4 sincos; per free roller 5 add, 8
-    mul. Intermediates: 85.
+    Operations: once 9 add, 14 mul, 6 div; per wheel 35 add, 88 mul, 4 div, 4 sincos; per free roller 3 add, 4
+    mul. Intermediates: 86.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -793,13 +794,14 @@ def accelerations_sharp(model, nu, chi, spins, bearing_torque):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t8
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t8*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = free_spin_dot
     return nu_dot, spins_dot
 

@@ -547,7 +547,7 @@ def accelerations(model, nu, chi, spins):
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_drag, roller_slip, roller_friction,
     drag, contact_slip, free_friction (maxima/effects/roller_friction.mac); no_spin_sums
-    (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, free_spin_dot
+    (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -556,8 +556,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 23 mul, 4 div; per wheel 29 add, 61 mul, 3 div, 1 sqrt, 4 sincos; per free roller
-    10 add, 15 mul, 4 div, 2 sqrt. Intermediates: 77.
+    Operations: once 10 add, 23 mul, 4 div; per wheel 31 add, 65 mul, 3 div, 1 sqrt, 4 sincos; per free roller
+    8 add, 11 mul, 4 div, 2 sqrt. Intermediates: 78.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -682,16 +682,17 @@ def accelerations(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t4
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
             free_slip = free_spin/sqrt(roller_fade_speed_sq + free_spin*free_spin)
             axial_rate = -coulomb_per_inertia*free_slip
-            free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = axial_rate + free_spin_dot
     return nu_dot, spins_dot
 
@@ -841,7 +842,7 @@ def accelerations_sharp(model, nu, chi, spins):
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); no_drag,
     roller_slip, roller_friction, drag, contact_slip, free_friction (maxima/effects/roller_friction.mac);
-    no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, free_spin_dot
+    no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -850,8 +851,8 @@ def accelerations_sharp(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 9 add, 14 mul, 6 div; per wheel 34 add, 86 mul, 6 div, 1 sqrt, 4 sincos; per free roller
-    10 add, 15 mul, 4 div, 2 sqrt. Intermediates: 91.
+    Operations: once 9 add, 14 mul, 6 div; per wheel 36 add, 90 mul, 6 div, 1 sqrt, 4 sincos; per free roller
+    8 add, 11 mul, 4 div, 2 sqrt. Intermediates: 92.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -993,16 +994,17 @@ def accelerations_sharp(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t7
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
             free_slip = free_spin/sqrt(roller_fade_speed_sq + free_spin*free_spin)
             axial_rate = -coulomb_per_inertia*free_slip
-            free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = axial_rate + free_spin_dot
     return nu_dot, spins_dot
 

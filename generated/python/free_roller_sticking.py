@@ -587,7 +587,7 @@ def accelerations(model, nu, chi, spins, contact_bearing, free_bearing):
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag
     (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums,
-    spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+    spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
     (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
     (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -600,8 +600,8 @@ def accelerations(model, nu, chi, spins, contact_bearing, free_bearing):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 22 mul, 4 div; per wheel 28 add, 59 mul, 1 div, 4 sincos; per free roller 8 add,
-    12 mul. Intermediates: 71.
+    Operations: once 10 add, 22 mul, 4 div; per wheel 30 add, 63 mul, 1 div, 4 sincos; per free roller 6 add,
+    8 mul. Intermediates: 72.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -722,14 +722,15 @@ def accelerations(model, nu, chi, spins, contact_bearing, free_bearing):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t4
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_bearing_ij = free_bearing[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = spin_response*free_bearing_ij + free_spin_dot
     return nu_dot, spins_dot
 
@@ -877,7 +878,7 @@ def accelerations_sharp(model, nu, chi, spins, contact_bearing, free_bearing):
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); no_bearing_drag,
     bearing_drag (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
-    spin_sums, spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
+    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); contact_friction
     (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); free_friction
     (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -890,8 +891,8 @@ def accelerations_sharp(model, nu, chi, spins, contact_bearing, free_bearing):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 9 add, 13 mul, 6 div; per wheel 33 add, 84 mul, 4 div, 4 sincos; per free roller 8 add,
-    12 mul. Intermediates: 85.
+    Operations: once 9 add, 13 mul, 6 div; per wheel 35 add, 88 mul, 4 div, 4 sincos; per free roller 6 add, 8
+    mul. Intermediates: 86.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -1029,14 +1030,15 @@ def accelerations_sharp(model, nu, chi, spins, contact_bearing, free_bearing):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t7
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_bearing_ij = free_bearing[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = spin_response*free_bearing_ij + free_spin_dot
     return nu_dot, spins_dot
 
@@ -1099,7 +1101,7 @@ def stuck_accelerations(model, nu, chi, spins, contact_bearing, free_bearing, fr
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_bearing_drag, bearing_drag,
     no_stuck_sums, stuck_sums, stuck_rollers, stuck_inertia, stuck_spin (maxima/effects/roller_sticking.mac);
-    no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, free_spin_dot
+    no_spin_sums (maxima/effects/free.mac); free_angle, spin_sums, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac); free_friction (maxima/effects/roller_friction.mac); held_system, held_motion
     (maxima/effects/axle_sticking.mac).
@@ -1119,8 +1121,8 @@ def stuck_accelerations(model, nu, chi, spins, contact_bearing, free_bearing, fr
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
       held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
       free_holding[N][n-1] [N m]: torques that hold the free rollers that stick, else 0.
-    Operations: once 64 add, 99 mul, 4 div; per wheel 30 add, 62 mul, 1 div, 4 sincos; per free roller 13 add,
-    24 mul. Intermediates: 104.
+    Operations: once 64 add, 99 mul, 4 div; per wheel 32 add, 66 mul, 1 div, 4 sincos; per free roller 11 add,
+    20 mul. Intermediates: 105.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -1306,15 +1308,16 @@ def stuck_accelerations(model, nu, chi, spins, contact_bearing, free_bearing, fr
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t6
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_bearing_ij = free_bearing[i][j]
             free_sticks_ij = free_sticks[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t6*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             turns_alone = 1 - free_sticks_ij
             holding_rate = -free_spin_dot
             spins_dot[i][j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot)
@@ -1331,7 +1334,7 @@ def stuck_accelerations_sharp(model, nu, chi, spins, contact_bearing, free_beari
     contact_spin, row, drift (maxima/forms/rolling.mac); platform_force, couple_rates
     (maxima/forms/system.mac); no_bearing_drag, bearing_drag, no_stuck_sums, stuck_sums, stuck_rollers,
     stuck_spin (maxima/effects/roller_sticking.mac); no_spin_sums (maxima/effects/free.mac); free_angle,
-    spin_sums, spin_couple, free_spin_dot (maxima/forms/free_rollers.mac); couple, folded_solution
+    spin_sums, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac); couple, folded_solution
     (maxima/forms/sharp_tips.mac); contact_friction (maxima/programs/vehicle.mac); free_friction
     (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -1350,8 +1353,8 @@ def stuck_accelerations_sharp(model, nu, chi, spins, contact_bearing, free_beari
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
       held_force[3] [kg m^2/s^2]: generalised force with which the axles that stick are held.
       free_holding[N][n-1] [N m]: torques that hold the free rollers that stick, else 0.
-    Operations: once 79 add, 116 mul, 10 div; per wheel 92 add, 192 mul, 7 div, 4 sincos; per free roller 13
-    add, 24 mul. Intermediates: 194.
+    Operations: once 79 add, 116 mul, 10 div; per wheel 94 add, 196 mul, 7 div, 4 sincos; per free roller 11
+    add, 20 mul. Intermediates: 195.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -1655,15 +1658,16 @@ def stuck_accelerations_sharp(model, nu, chi, spins, contact_bearing, free_beari
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t9
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_bearing_ij = free_bearing[i][j]
             free_sticks_ij = free_sticks[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t9*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             turns_alone = 1 - free_sticks_ij
             holding_rate = -free_spin_dot
             spins_dot[i][j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot)

@@ -544,7 +544,7 @@ def accelerations(model, nu, chi, spins):
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); no_spin_sums (maxima/effects/free.mac);
-    spin_sums, momenta_of_spins, spin_couple, free_angle, free_spin_dot (maxima/forms/free_rollers.mac);
+    spin_sums, momenta_of_spins, spin_couple, disk_turn, free_spin_dot (maxima/forms/free_rollers.mac);
     contact_friction (maxima/programs/vehicle.mac); moments (maxima/forms/moments.mac); momentum_lift,
     free_friction, roller_friction (maxima/effects/roller_friction.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
@@ -553,8 +553,8 @@ def accelerations(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 11 add, 26 mul, 4 div; per wheel 33 add, 70 mul, 1 div, 4 sincos; per free roller 6 add,
-    9 mul. Intermediates: 77.
+    Operations: once 11 add, 26 mul, 4 div; per wheel 35 add, 74 mul, 1 div, 4 sincos; per free roller 4 add,
+    5 mul. Intermediates: 78.
     """
     like = nu[0]
     nu_dot = [None] * 3
@@ -681,15 +681,16 @@ def accelerations(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t7
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
             axial_rate = -damping_per_inertia*free_spin
-            free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = axial_rate + free_spin_dot
     return nu_dot, spins_dot
 
@@ -838,7 +839,7 @@ def accelerations_sharp(model, nu, chi, spins):
     Equations: (3.1), (3.4). Steps: fold_start, couple, drift_target, fold, folded_solution
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); no_spin_sums
-    (maxima/effects/free.mac); spin_sums, momenta_of_spins, spin_couple, free_angle, free_spin_dot
+    (maxima/effects/free.mac); spin_sums, momenta_of_spins, spin_couple, disk_turn, free_spin_dot
     (maxima/forms/free_rollers.mac); contact_friction (maxima/programs/vehicle.mac); moments
     (maxima/forms/moments.mac); momentum_lift, free_friction, roller_friction
     (maxima/effects/roller_friction.mac).
@@ -848,8 +849,8 @@ def accelerations_sharp(model, nu, chi, spins):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 10 add, 17 mul, 6 div; per wheel 38 add, 95 mul, 4 div, 4 sincos; per free roller 6 add,
-    9 mul. Intermediates: 91.
+    Operations: once 10 add, 17 mul, 6 div; per wheel 40 add, 99 mul, 4 div, 4 sincos; per free roller 4 add,
+    5 mul. Intermediates: 92.
     """
     like = nu[0]
     nu_dot = [None] * 3
@@ -993,15 +994,16 @@ def accelerations_sharp(model, nu, chi, spins):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t10
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
             free_spin = spins[i][j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
             axial_rate = -damping_per_inertia*free_spin
-            free_spin_dot = -t10*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = axial_rate + free_spin_dot
     return nu_dot, spins_dot
 

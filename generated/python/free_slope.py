@@ -557,7 +557,7 @@ def accelerations(model, nu, chi, spins, heading):
     Equations: (3.1), (3.4). Steps: platform_matrix, platform_force, inertia, row_matrix, free_yaw_inertia,
     couple_rates, free_force, solution (maxima/forms/system.mac); yaw, angle, wheel_rate, contact_speed,
     inverse_rho, contact_spin, row, drift (maxima/forms/rolling.mac); slope_pull, slope_force
-    (maxima/effects/slope.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple, free_angle,
+    (maxima/effects/slope.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple, disk_turn,
     free_spin_dot (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
@@ -566,8 +566,8 @@ def accelerations(model, nu, chi, spins, heading):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 14 add, 26 mul, 4 div, 2 sincos; per wheel 25 add, 55 mul, 1 div, 4 sincos; per free
-    roller 5 add, 8 mul. Intermediates: 71.
+    Operations: once 14 add, 26 mul, 4 div, 2 sincos; per wheel 27 add, 59 mul, 1 div, 4 sincos; per free
+    roller 3 add, 4 mul. Intermediates: 72.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -686,13 +686,14 @@ def accelerations(model, nu, chi, spins, heading):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t4
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t4*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = free_spin_dot
     return nu_dot, spins_dot
 
@@ -840,7 +841,7 @@ def accelerations_sharp(model, nu, chi, spins, heading):
     (maxima/forms/sharp_tips.mac); yaw, angle, wheel_rate, contact_speed, inverse_rho, contact_spin, row,
     drift (maxima/forms/rolling.mac); platform_force, couple_rates (maxima/forms/system.mac); slope_pull,
     slope_force (maxima/effects/slope.mac); no_spin_sums (maxima/effects/free.mac); spin_sums, spin_couple,
-    free_angle, free_spin_dot (maxima/forms/free_rollers.mac).
+    disk_turn, free_spin_dot (maxima/forms/free_rollers.mac).
     nu[3] [1/s]: quasi-velocities nu_1, nu_2, nu_3.
     chi[N] [rad]: wheel angles from the middle of the roller in contact.
     spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
@@ -848,8 +849,8 @@ def accelerations_sharp(model, nu, chi, spins, heading):
     Returns these, as a tuple:
       nu_dot[3] [1/s^2]: quasi-accelerations.
       spins_dot[N][n-1] [rad/s^2]: accelerations of the free rollers' spins.
-    Operations: once 13 add, 17 mul, 6 div, 2 sincos; per wheel 30 add, 80 mul, 4 div, 4 sincos; per free
-    roller 5 add, 8 mul. Intermediates: 85.
+    Operations: once 13 add, 17 mul, 6 div, 2 sincos; per wheel 32 add, 84 mul, 4 div, 4 sincos; per free
+    roller 3 add, 4 mul. Intermediates: 86.
     """
     nu_dot = [None] * 3
     spins_dot = [[None] * (model.rollers_per_wheel - 1) for _ in range(model.wheels)]
@@ -985,12 +986,13 @@ def accelerations_sharp(model, nu, chi, spins, heading):
         cosine = 1 - 2*half_sine*half_sine
         roll = R_over_l*(nu_1*sin_alpha - nu_2*cos_alpha)
         wheel_rate = roll - R_over_l_yaw_rate
-        yaw_rate_wheel_rate = yaw_rate*wheel_rate
+        yaw_acceleration = t7
+        yaw_times_wheel = yaw_rate*wheel_rate
+        disk_cos = -sine*yaw_acceleration - cosine*yaw_times_wheel
+        disk_sin = sine*yaw_times_wheel - cosine*yaw_acceleration
         for j in range(model.rollers_per_wheel - 1):
             cos_kappa = model.cos_kappa[j]
             sin_kappa = model.sin_kappa[j]
-            free_sine = sine*cos_kappa + cosine*sin_kappa
-            free_cosine = cosine*cos_kappa - sine*sin_kappa
-            free_spin_dot = -t7*free_sine - yaw_rate_wheel_rate*free_cosine
+            free_spin_dot = disk_cos*cos_kappa + disk_sin*sin_kappa
             spins_dot[i][j] = free_spin_dot
     return nu_dot, spins_dot

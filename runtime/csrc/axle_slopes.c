@@ -95,7 +95,7 @@ ALWAYS_INLINE void slopes_by_axles(step_t *s, const int wheels, int b, const poi
     }
 #if CORE_FOLLOWS
     for (int c = 0; c < s->core; c++)
-        s->core_here[c] = s->at_core[c].lanes[b];
+        s->core_here[c] = core_at(s, b)[c];
 #endif
     slopes_of_axles(s, wheels, b, axles, change, slope);
     for (int k = 0; k < 9; k++)

@@ -46,6 +46,17 @@ ALWAYS_INLINE int follows_nu(const step_t *s, const int wheels, int c)
 }
 #endif
 
+#if SET_CORE_PARTS
+/* Number c of the core at the nodes from its rate. */
+ALWAYS_INLINE void integrate_core(step_t *s, int c)
+{
+    nodes_t at;
+    integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &at);
+    for (int b = 0; b < BLOCKS; b++)
+        core_at(s, b)[c] = at.lanes[b];
+}
+#endif
+
 /* nu and chi, and what else the rates need, at the nodes from the rates. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
@@ -54,7 +65,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
         if (!follows_nu(s, wheels, c))
-            integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+            integrate_core(s, c);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
@@ -63,7 +74,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 #endif
 #if SET_SLIPS
         for (int i = 0; i < wheels; i++)
-            s->rate_chi[i].lanes[b] = s->at_core[rates_at(wheels) + i].lanes[b];
+            s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
 #else
         lanes_t chi_dot[MOST_WHEELS];
         set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
@@ -118,9 +129,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.inputs = at->input;
 #endif
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
-        s->core_here[c] = s->at_core[c].lanes[b];
-    point.core = s->core_here;
+    point.core = core_at(s, b);
     point.core_dot = s->core_dot;
 #endif
 #if SET_HOLDS
@@ -186,13 +195,13 @@ ALWAYS_INLINE lanes_t renew_rates(step_t *s, int b, const lanes_t *nu_dot, int f
 {
     for (int k = 0; k < 3; k++) {
         const lanes_t moved = lanes_abs(nu_dot[k] - s->rate_nu[k].lanes[b]);
-        change = lanes_select(moved <= change, change, moved);
+        change = lanes_max(change, moved);
         s->rate_nu[k].lanes[b] = nu_dot[k];
     }
 #if SET_CORE_PARTS
     for (int c = first; c < s->core; c++) {
         const lanes_t moved = s->weight[c]*lanes_abs(s->core_dot[c] - s->rate_core[c].lanes[b]);
-        change = lanes_select(moved <= change, change, moved);
+        change = lanes_max(change, moved);
         s->rate_core[c].lanes[b] = s->core_dot[c];
     }
 #endif

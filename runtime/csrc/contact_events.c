@@ -22,6 +22,7 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
         at->input[k] = lanes_of(s->input[k] + s->h*s->input_slope[k]);
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight));
+    point.core = s->core_here;
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
 #if SET_LOADS

@@ -52,7 +52,8 @@ ALWAYS_INLINE point_t point_for_slopes(const step_t *s, const int wheels, int no
     for (int k = 0; k < 3; k++)
         at->nu[k] = lanes_of(early ? s->nu[k] : s->at_nu[k].node[m]);
     for (int c = 0; c < s->core; c++)
-        s->core_here[c] = lanes_of(early ? s->start_core[c] : s->at_core[c].node[m]);
+        s->core_here[c] = lanes_of(early ? s->start_core[c] : core_at(s, m/LANES)[c][m%LANES]);
+    point.core = s->core_here;
     for (int i = 0; i < wheels; i++)
         at->chi[i] = lanes_clamp(lanes_of(early ? s->chi[i] : s->at_chi[i].node[m]), s->joint);
 #if SET_HAS_HEADING
@@ -450,7 +451,7 @@ NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew)
         integrate_to_nodes(0, s->h, &c->missing[n], &moved);
         for (int b = 0; b < BLOCKS; b++) {
             const lanes_t size = weight*lanes_abs(moved.lanes[b]);
-            change = lanes_select(size <= change, change, size);
+            change = lanes_max(change, size);
             rate->lanes[b] += c->missing[n].lanes[b];
         }
     }

@@ -96,7 +96,7 @@ NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
     set_wheel_speeds(wheels, s->vehicle, nu, rates);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            s->at_core[rates_at(wheels) + i].lanes[b] = rates[i];
+            core_at(s, b)[rates_at(wheels) + i] = rates[i];
 }
 
 #ifdef SET_HAS_CONTACT_SPEEDS
@@ -110,7 +110,7 @@ NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b)
     set_contact_axial(wheels, s->vehicle, nu, chi, axial);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            s->at_core[contact_speeds_at(wheels) + i].lanes[b] = axial[i];
+            core_at(s, b)[contact_speeds_at(wheels) + i] = axial[i];
 }
 
 /* The slips of a contact at the nodes, along its directions and across them. */
@@ -277,9 +277,7 @@ static void find_directions(step_t *s, const int wheels)
             nu[k] = s->at_nu[k].lanes[b];
         for (int i = 0; i < wheels; i++)
             chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
-        for (int c = 0; c < s->core; c++)
-            s->core_here[c] = s->at_core[c].lanes[b];
-        slips_of(wheels, s->vehicle, nu, chi, s->core_here, slip);
+        slips_of(wheels, s->vehicle, nu, chi, core_at(s, b), slip);
         for (int k = 0; k < 2*wheels; k++)
             s->at_slip[k].lanes[b] = slip[k];
     }

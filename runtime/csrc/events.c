@@ -139,6 +139,7 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
         s->core_here[c] = lanes_of(s->end_core[c]);
+    point.core = s->core_here;
 #endif
     core_rates(wheels, &point, nu_dot);
     for (int k = 0; k < 3; k++)

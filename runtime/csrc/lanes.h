@@ -20,6 +20,7 @@
 #define IN_REGISTERS _Pragma("GCC unroll 16")   /* before a loop over few numbers, so that they stay in registers */
 typedef double lanes_t __attribute__((vector_size(8*LANES)));
 typedef long long lane_mask_t __attribute__((vector_size(8*LANES)));
+typedef long long pair_mask_t __attribute__((vector_size(16)));
 
 #define ALWAYS_INLINE static inline __attribute__((always_inline, unused))
 /* The compiler takes more than its share of time for one function that has everything in it. */
@@ -47,15 +48,30 @@ ALWAYS_INLINE lanes_t lanes_clamp(lanes_t x, double bound)
     return lanes_select(x < -bound, lanes_of(-bound), x);
 }
 
+/* The larger of two numbers that are not negative; not a number if one of them is not. Their order is that of their bits,
+ * and what is not a number comes last. */
+ALWAYS_INLINE lanes_t lanes_max(lanes_t a, lanes_t b)
+{
+    return lanes_select((lane_mask_t)a > (lane_mask_t)b, a, b);
+}
+
 /* Largest magnitude of the lanes; not a number if one of them is not. */
 ALWAYS_INLINE double lanes_largest(lanes_t x)
 {
-    double largest = 0;
-    for (int k = 0; k < LANES; k++) {
-        const double a = x[k] < 0 ? -x[k] : x[k];
-        largest = a > largest || a != a ? a : largest;
+    union {
+        lanes_t all;
+        pair_mask_t pairs[LANES/2];
+    } bits = {.all = lanes_abs(x)};
+    pair_mask_t most = bits.pairs[0];
+    IN_REGISTERS
+    for (int k = 1; k < LANES/2; k++) {
+        const pair_mask_t larger = bits.pairs[k] > most;
+        most = (larger & bits.pairs[k]) | (~larger & most);
     }
-    return largest;
+    const long long largest = most[0] > most[1] ? most[0] : most[1];
+    double size;
+    memcpy(&size, &largest, sizeof size);
+    return size;
 }
 
 /* Sine and cosine for |x| <= pi/4: the polynomials of Sun's fdlibm (k_sin.c, k_cos.c, 1993). Other angles go through

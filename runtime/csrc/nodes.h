@@ -74,10 +74,8 @@ ALWAYS_INLINE double largest_of(const nodes_t *values)
 {
     lanes_t largest = lanes_abs(values->lanes[0]);
     IN_REGISTERS
-    for (int b = 1; b < BLOCKS; b++) {
-        const lanes_t size = lanes_abs(values->lanes[b]);
-        largest = lanes_select(size <= largest, largest, size);
-    }
+    for (int b = 1; b < BLOCKS; b++)
+        largest = lanes_max(largest, lanes_abs(values->lanes[b]));
     return lanes_largest(largest);
 }
 

@@ -9,7 +9,7 @@ typedef struct {
     int core;
     lanes_t *momenta;               /* the two numbers of each wheel's free rollers                          */
     lanes_t *axial, *later;
-    nodes_t *rate_core, *at_core, *found_core, *slope_core, *core_in_nu;
+    nodes_t *rate_core, *found_core, *slope_core, *core_in_nu;
 #if SET_IS_COUPLED
     coupled_t coupled_speeds;
 #endif
@@ -23,7 +23,7 @@ typedef struct {
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     double *response;               /* of the rates of their slips to forces on them, 2N x 2N                */
 #endif
-    lanes_t *core_here, *core_dot, *core_slope, *core_chord;
+    lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
 #if SET_HOLDS
     lanes_t *held_force;

@@ -78,7 +78,8 @@ typedef struct {
     int core;                                   /* how many numbers it has beside nu             */
     const double *start_core;
     double *end_core, *weight;                  /* weight: size of nu over that of each number   */
-    nodes_t *rate_core, *at_core;
+    nodes_t *rate_core;
+    lanes_t *at_core;                           /* at the nodes, vector by vector: core_at()     */
     lanes_t *core_here, *core_dot, *core_slope, *core_chord;    /* scratch                       */
     nodes_t *found_core, *slope_core, *core_in_nu;          /* scratch of stiff sweeps           */
 #endif
@@ -161,6 +162,22 @@ typedef struct {
     double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
 #endif
 } step_t;
+
+#if SET_CORE_PARTS
+/* The rest of the core in vector b of the nodes, as the kernel reads it. */
+ALWAYS_INLINE lanes_t *core_at(const step_t *s, int b)
+{
+    return s->at_core + b*s->core;
+}
+
+/* The same as a copy that may be moved. */
+ALWAYS_INLINE const lanes_t *core_to_move(const step_t *s, int b)
+{
+    for (int c = 0; c < s->core; c++)
+        s->core_here[c] = core_at(s, b)[c];
+    return s->core_here;
+}
+#endif
 
 /* The arrays of a point. */
 typedef struct {

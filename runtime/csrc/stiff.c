@@ -113,7 +113,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         at->nu[l] = here;
 #if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
-            s->core_here[c] = s->at_core[c].lanes[b];
+            s->core_here[c] = core_at(s, b)[c];
 #endif
     }
 }
@@ -181,7 +181,7 @@ ALWAYS_INLINE lanes_t corrected(nodes_t *rate, const nodes_t *missing, double we
 {
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t moved = weight*lanes_abs(missing->lanes[b]);
-        change = lanes_select(moved <= change, change, moved);
+        change = lanes_max(change, moved);
         rate->lanes[b] += missing->lanes[b];
     }
     return change;
@@ -281,18 +281,22 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 #if CORE_FOLLOWS
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        const point_t point = point_at(s, wheels, b, &at);
+        point_t point = point_at(s, wheels, b, &at);
+        point.core = core_to_move(s, b);
         find_rates(s, wheels, b, &point, &at);
         slopes_of_core(s, wheels, b, &point, &at, renew);
     }
     change = correct_core(s, change);
     for (int c = 0; c < s->core; c++)
-        integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &s->at_core[c]);
+        integrate_core(s, c);
     s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
-        const point_t point = point_at(s, wheels, b, &at);
+        point_t point = point_at(s, wheels, b, &at);
+#if CORE_FOLLOWS
+        point.core = core_to_move(s, b);
+#endif
         find_rates(s, wheels, b, &point, &at);
 #if AXLES
         if (by_axles)

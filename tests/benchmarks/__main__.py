@@ -17,6 +17,7 @@ from . import (  # noqa: E402
     derivatives,
     driven,
     environments,
+    limit,
     motion,
     mujoco_vehicle,
     prices,
@@ -39,6 +40,7 @@ QUESTIONS = {
     "derivatives": derivatives,
     "driven": driven,
     "prices": prices,
+    "limit": limit,
 }
 PAGE = ROOT / "docs/benchmarks.md"
 

@@ -68,6 +68,12 @@ def missing() -> str:
 
 def counted(module: str, names: list[str]) -> dict[str, Count]:
     """The counts of runs. module: whose `task(name)` gives the arguments of simulate()."""
+    figures, texts = under_callgrind(module, names)
+    return {name: Count(int(WRITTEN.search(texts[name])[2]), **figures[name]) for name in names}
+
+
+def under_callgrind(module: str, names: list[str], flags: str = "") -> tuple[dict[str, dict], dict[str, str]]:
+    """{name: figures of the run} and {name: what callgrind has written of it}. flags: further ones of the compiler."""
     with tempfile.TemporaryDirectory() as folder:
         marks = Path(folder, "marks.so")
         subprocess.run(["cc", "-O1", "-shared", "-fPIC", HERE / "callgrind_marks.c", "-o", marks], check=True)
@@ -75,12 +81,14 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
             "valgrind", "--tool=callgrind", "--instr-atstart=no", "--collect-atstart=no",
             f"--callgrind-out-file={folder}/out", sys.executable, "-m", "costs.counting", str(marks), module, *names,
         ]  # fmt: skip
-        done = subprocess.run(command, cwd=HERE.parent, capture_output=True, text=True, timeout=LONGEST)
+        environment = os.environ | {"OMNIROLL_CFLAGS": flags}
+        done = subprocess.run(
+            command, cwd=HERE.parent, env=environment, capture_output=True, text=True, timeout=LONGEST
+        )
         assert done.returncode == 0, done.stderr[-2000:]
-        figures = json.loads(done.stdout.splitlines()[-1])
         texts = [file.read_text() for file in Path(folder).glob("out*")]
-        found = dict(match.groups() for text in texts for match in WRITTEN.finditer(text))
-        return {name: Count(int(found[name]), **figures[name]) for name in names}
+        written = [(WRITTEN.search(text), text) for text in texts]
+        return json.loads(done.stdout.splitlines()[-1]), {found[1]: text for found, text in written if found}
 
 
 # In the process under callgrind
