@@ -46,6 +46,7 @@ NODES = 16  # of a step; gauss.h
 MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
+GROWTH = 8  # times its rows has a buffer that grows: a page costs nothing before it is written to, and a copy much
 CALLS = 8  # that fill the memory of a run at least
 ALIGNMENT = 128  # bytes
 MOST_GUARDS = 4 * MOST_WHEELS  # run.c
@@ -153,9 +154,10 @@ class CompiledRun:
         step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
         most = min(ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
+        largest = int(self.task.memory / self.space.bytes_per_row) + most
         self.status, room = FULL, min(FIRST, most)
         while self.status == FULL:
-            self.space.make_room(self.run.row_count, self.run.switch_count, room)
+            self.space.make_room(self.run.row_count, self.run.switch_count, room, largest)
             room = min(2 * room, most)
             self.status = step(*arguments)
             while self.status == ASK and not self._is_ended():
@@ -545,13 +547,14 @@ class Workspace:
             array.fill(0)
         return self.struct
 
-    def make_room(self, rows: int, switches: int, room: int) -> None:
-        """Room for so many further rows and switches, at most ROWS."""
+    def make_room(self, rows: int, switches: int, room: int, largest: int) -> None:
+        """Room for so many further rows and switches, at most ROWS; there will be at most `largest` of each."""
         run = self.struct[0]
         for name, count in (("rows", rows), ("steps", rows), ("switches", switches), ("switch_axial", switches)):
             old = getattr(self, name)
             if count + room > len(old) > 1:
-                array = np.empty((2 * (count + max(room, ROWS)), *old.shape[1:]))
+                grown = min(GROWTH * (count + max(room, ROWS)), max(largest, count + room))
+                array = np.empty((grown, *old.shape[1:]))
                 array[:count] = old[:count]
                 setattr(self, name, array)
                 setattr(run, name, self.ffi.from_buffer("double[]", array))
