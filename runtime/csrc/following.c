@@ -39,6 +39,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_INPUTS*wheels)*groups*lane);
     w->axial = part(base, &size, wheels*w->rollers*groups*lane);
+    w->held = part(base, &size, 2*HELD_SIZE*lane);
     w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
     w->free_axial = part(base, &size, wheels*w->rollers*(long long)sizeof(double));
     w->point = part(base, &size, point_size(w)*lane);
@@ -69,6 +70,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
     for (int j = 0; j < NODES; j++)
         for (int k = 0; k < NODES; k++) {

@@ -30,6 +30,7 @@ typedef struct {
     lanes_t *given;             /* (inputs + SET_INPUTS*wheels) x groups: inputs, and how fast drives change */
     lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
     double *momenta;            /* of the phase                                                 */
+    lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
     double *free_axial;         /* wheels*(rollers - 1): at its start, by place                 */
     lanes_t *point, *along;     /* state, inputs and rates at nodes, and a direction            */
     nodes_t *slope;             /* core x directions                                            */
@@ -76,16 +77,40 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
     return point_inputs(w) + d - SET_HAS_HEADING;
 }
 
+/* What bearings that stick leave to nu (directions by rows, then which are absent), and room for what holds them. */
+#define HELD_SIZE 15
+enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
+
 ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
 {
-    return (point_t){.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
+    point_t point = {.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
                      .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
                      .momenta = own + point_momenta(w), .still = own + point_still(w),
                      .core_dot = own + point_rates(w) + POINT_CORE};
+#if SET_HOLDS
+    lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
+    point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
+#endif
+    return point;
+}
+
+/* What sticks in a row: at a point, where one of the numbers of the vehicle grows or none. */
+ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
+{
+#if SET_HOLDS
+    const int numbers = w->run->models - 1;
+    const double *const own = w->run->allowed + w->run->hold[row]*(12 + 9*numbers);
+    for (int k = 0; k < 12; k++)
+        w->held[k] = lanes_of(own[k]);
+    for (int k = 0; k < 9; k++)
+        w->held[HELD_SIZE + k] = lanes_of(number < 0 ? 0 : own[12 + 9*number + k]);
+#else
+    (void)w, (void)row, (void)number;
+#endif
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
-NEVER_INLINE void slopes_of_core(variations_t *w, int b)
+NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
     for (int d = 0; d < directions + w->run->models - 1; d++) {
@@ -95,6 +120,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, int b)
         const int stride = number < 0 ? directions : 1;
         if (way)
             *way = lanes_of(1);
+        if (d == 0 || number >= 0)
+            put_held(w, row, number);
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
@@ -162,7 +189,7 @@ static void put_slopes(variations_t *w, long long step, long long row)
 {
     for (int b = 0; b < BLOCKS; b++) {
         put_point(w, step, row, b);
-        slopes_of_core(w, b);
+        slopes_of_core(w, row, b);
         slopes_of_carried(w, b);
     }
 }

@@ -17,6 +17,9 @@ typedef struct {
     const double *spins;                    /* T x N x (n-1), or null                                   */
     const long long *contact;               /* T x N                                                    */
     const double *drive;                    /* T x inputs of the set x N                                */
+    const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
+    const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
+                                             * of its columns are absent, 3; how the directions move with each number */
     const double *dense;                    /* S x degree + 1 x row_size                                */
     const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
     const long long *phase_start;           /* K: the rows at which phases start                        */

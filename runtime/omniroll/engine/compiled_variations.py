@@ -11,6 +11,7 @@ import numpy as np
 
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.compiled_engine import NODES
+from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
 from omniroll.errors import KernelsMissingError
@@ -84,17 +85,25 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
+    holds   where bearings may stick
     """
 
     def __init__(
-        self, module, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray | None
+        self,
+        module,
+        motion: Motion,
+        columns: Columns,
+        rows: np.ndarray,
+        inputs: np.ndarray,
+        axial: np.ndarray | None,
+        holds: HoldDeviations | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        self._fill()
+        self._fill(holds)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -118,7 +127,7 @@ class CompiledVariations:
         self.kept.append(array)
         return self.module.ffi.from_buffer(names[kind], array)
 
-    def _fill(self) -> None:
+    def _fill(self, holds: HoldDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
@@ -137,12 +146,16 @@ class CompiledVariations:
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
         whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
+        if holds is not None:
+            whole["hold"] = holds.holds.which
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
             "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y,
             "drive": drive, "dense": dense, "moved": self.rows, "given": self.inputs,
         }  # fmt: skip
+        if holds is not None:
+            numbers["allowed"] = holds.tables
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

@@ -23,6 +23,7 @@ from omniroll import validation
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
+from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
@@ -53,6 +54,11 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
     columns_of(names, plain, task.effects.effects)
     refuse_what_is_not_followed(task.effects.effects, plain)
+
+
+def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
+    """What deviations do where bearings may stick; None where none may."""
+    return None if motion.holds is None else HoldDeviations(motion, columns)
 
 
 @dataclass(frozen=True)
@@ -140,13 +146,14 @@ class Followed:
         compiled = self.compiled_for(motion, columns)
         if compiled is not None:
             return self._since_row_compiled(compiled, step, times)
-        variations = self.variations or columns.variations(motion)
+        variations = self.variations or columns.variations(motion, hold_deviations(motion, columns))
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
+            holds = hold_deviations(motion, columns)
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds)
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -179,9 +186,12 @@ class Sweep:
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
+        self.holds = hold_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
+            self.compiled = CompiledVariations(
+                module, motion, columns, self.rows, self.inputs, self.axial, self.holds
+            )
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -206,6 +216,8 @@ class Sweep:
         while row < last:
             phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             if self.moving and row in steps:
+                if self.holds is not None and self.holds.enters(row):
+                    self.rows[row] = self.holds.projected(row, self.rows[row])
                 self._give(steps[row], row, self.rows[row])
             elif self.moving and self._jumped(row):
                 row += 1
@@ -226,12 +238,43 @@ class Sweep:
         """The walk has come to a row: for those who look at phases."""
 
     def _jumped(self, row: int) -> bool:
-        """Whether drives jump between this row and the next at a time that deviates; the next row is filled then."""
-        if row + 1 in self.motion.switched or (times := self.drives.jump(self.trajectory.elapsed[row + 1])) is None:
+        """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
+        row is filled then."""
+        if row + 1 in self.switched:
             return False
+        found = self._after_jump(row, self.rows[row])
+        if found is not None:
+            self.rows[row + 1] = found
+        return found is not None
+
+    @cached_property
+    def switched(self) -> set[int]:
+        return set(self.motion.switched.tolist())
+
+    def _after_jump(self, row: int, moved: np.ndarray) -> np.ndarray | None:
+        """(m, P) the deviations after a drive has jumped, or bearings have stopped or broken away, between this row and
+        the next; None where neither has."""
+        times = self.drives.jump(self.trajectory.elapsed[row + 1])
+        if self.holds is not None and self.holds.changes(row):
+            return self.holds.passed(row, moved, times, self._inputs_at(row))
+        if times is None:
+            return None
         rates = self.motion.rates
-        self.rows[row + 1] = self.rows[row] + (rates[row] - rates[row + 1])[:, None] * times
-        return True
+        return moved + (rates[row] - rates[row + 1])[:, None] * times
+
+    def _inputs_at(self, row: int) -> np.ndarray:
+        """(U, 1 + P) how fast the inputs of the last phase change, and their deviations, in this row at its end."""
+        trajectory, size = self.trajectory, self.deviations.input_size
+        step = int(np.searchsorted(trajectory.step_rows, row)) - 1
+        found = np.zeros((size, 1 + len(self.columns)))
+        if step < 0:
+            return found
+        first = trajectory.step_rows[step]
+        length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
+        found[:, 0] = (self.motion.inputs[first + 1] - self.motion.inputs[first]) / length
+        found[:, 1:] = self.inputs[step, :size]
+        found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
+        return found
 
     def _put_start(self, compiled: CompiledVariations) -> None:
         places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
@@ -267,6 +310,8 @@ class Sweep:
         for row in range(len(trajectory) - 1):
             if row in step_of:
                 step = step_of[row]
+                if self.holds is not None and self.holds.enters(row):
+                    moved = self.rows[row] = self.holds.projected(row, moved)
                 grown = maps[step]
                 entered, moved = moved, grown[:, : self.size] @ moved + driven[step]
                 if given:
@@ -275,15 +320,15 @@ class Sweep:
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))
-            elif (times := self.drives.jump(trajectory.elapsed[row + 1])) is not None:
-                moved = moved + (motion.rates[row] - motion.rates[row + 1])[:, None] * times
+            elif (found := self._after_jump(row, moved)) is not None:
+                moved = found
             self.rows[row + 1] = moved
 
     def _maps(self) -> np.ndarray:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        self.variations = self.columns.variations(self.motion)
+        self.variations = self.columns.variations(self.motion, self.holds)
         return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -330,6 +375,8 @@ class Sweep:
         drive = dict(zip(names, trajectory.drive[row], strict=True))
         slopes = dict(zip(names, (trajectory.drive[row + 1] - trajectory.drive[row]) / length, strict=True))
         found = self.drives.after(elapsed, drive, slopes)
+        if self.holds is not None:
+            found |= self.holds.given(row)
         for k, name in enumerate(names):
             width = drive[name].size
             for own, first in zip(found[name], (0, self.deviations.input_size), strict=True):
@@ -453,4 +500,4 @@ class Sweep:
         if "momenta" in self.deviations.inputs:
             given = self.deviations.views(inputs) | {"momenta": self.motion.plain.momenta(state.free_axial())}
             inputs = self.deviations.joined(given)
-        return Instant(at.elapsed, y[None], self.motion.rates_in(y, inputs)[None])
+        return Instant(at.elapsed, y[None], self.motion.rates_in(y, inputs, np.array(row))[None])
