@@ -1,8 +1,8 @@
 """How deviations pass where bearings come to rest, stick and break away.
 
 What sticks takes G nu away: the motions beside a run reach G nu = 0 a little earlier or later, and by forces that are
-combinations of the rows of G alone. So behind such an instant, whatever the order in which several bearings have come to
-rest, with the mass matrix M* and the directions A that are left,
+combinations of the rows of G alone. So behind such an instant, whatever the order in which several bearings have come
+to rest, with the mass matrix M* and the directions A that are left,
 
     d+ = A (A^T M* A)^-1 A^T M* (d - q) + q,   G q = -dG nu:
 

@@ -8,10 +8,16 @@ the columns of A with G A = 0, whatever the state is.
 import numpy as np
 
 from omniroll.effects.complementarity import span
+from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
 
 AT_REST = 1e-11  # of the fastest that nu has been: rates of what sticks are rounding
+
+
+def bearings_that_stick(effects: EffectSet) -> tuple[str, ...]:
+    """The inputs of the kernel that are torques of bearings which may stick: of axles, of rollers in contact."""
+    return tuple(name for name in BEARINGS if name in effects.drives())
 
 
 class Holds:
@@ -60,7 +66,7 @@ class Holds:
         return modes.astype(int)
 
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """What the generated functions take of the sets in rows (...), by name: directions (..., 9), absent (..., 3)."""
+        """What generated functions take of the sets in rows (...), by name: directions (..., 9), absent (..., 3)."""
         sets = self.which[rows]
         return {"directions": self.allowed[sets].reshape(*sets.shape, 9), "absent": self.absent[sets]}
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
 from omniroll.engine.holds import Holds
-from omniroll.engine.variations import NOTHING, Deviations, Variations
+from omniroll.engine.slopes import NOTHING
+from omniroll.engine.variations import Deviations, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller

@@ -189,9 +189,7 @@ class Sweep:
         self.holds = hold_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, self.holds
-            )
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 

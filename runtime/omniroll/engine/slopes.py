@@ -5,6 +5,7 @@ columns. The rest come from the functions of the rates on numbers that carry tan
 """
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from omniroll.results.accelerations import call_named
 from omniroll.results.trajectory import Trajectory
 
 DYNAMICS, KINEMATICS, OF_MOMENTA = "forward_dynamics_derivatives", "rate_derivatives", "momenta_derivatives"
+NOTHING: Mapping[str, np.ndarray] = MappingProxyType({})  # sticks
 BY_WHEEL = {"nu_dot_by_chi": "chi", "nu_dot_by_torque": "torque"}
 BY_MOMENTA = {"nu_dot_by_momentum_cos": 0, "nu_dot_by_momentum_sin": 1}
 
@@ -45,7 +47,7 @@ class Slopes:
         names = ["nu", "chi", "pose", "torque", "momenta"]
         return [int(place) for name in names if name in self.places for place in self.places[name].ravel()]
 
-    def at(self, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray]) -> np.ndarray:
+    def at(self, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray] = NOTHING) -> np.ndarray:
         """(k, m, m + U) the slopes in states y (k, size) with inputs (k, U); `held`, what sticks leaves to nu."""
         found = np.zeros((len(y), *self.width))
         if self.generated is not None:

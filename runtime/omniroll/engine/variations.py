@@ -10,14 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import prod
-from types import MappingProxyType
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import HELD, PLAIN, PLAIN_RATES, dynamics_with
-from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.slopes import Slopes
+from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of
 from omniroll.results.accelerations import call_named
@@ -26,8 +25,6 @@ from omniroll.results.trajectory import Trajectory
 
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
-BEARINGS = ("bearing_torque", "contact_bearing")  # inputs: torques of axles, and of rollers in contact, that may stick
-NOTHING: Mapping[str, np.ndarray] = MappingProxyType({})
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
 
