@@ -58,6 +58,24 @@ class DriveDeviations:
                     curve = _Curve(effect, name, bound.wheels, given, self.columns, start_time)
                     self.curves.append((name, curve))
 
+    def hold(self, held: Mapping[str, list[np.ndarray]]) -> None:
+        """The torques and targets that the steps of a session hold now, by name; their deviations stay."""
+        for curve in self.torques:
+            if curve.is_constant:
+                curve.values[0] = held["torque"][0]
+        for sampler in self.samplers:
+            if len(sampler.target.values) == 1:
+                sampler.target.values.real[0] = held["target"][0]
+
+    def remembered(self) -> tuple:
+        """What the controllers remember."""
+        return tuple((sampler.samples, sampler.sum, sampler.output) for sampler in self.samplers)
+
+    def recall(self, remembered: tuple) -> None:
+        """Go back to what `remembered` gave."""
+        for sampler, own in zip(self.samplers, remembered, strict=True):
+            sampler.samples, sampler.sum, sampler.output = own
+
     def next_time(self) -> float:
         return min((sampler.next_time() for sampler in self.samplers), default=math.inf)
 

@@ -56,6 +56,8 @@ class Holds:
         taken = torques.reshape(len(trajectory), -1)
         at_rest = np.where(np.abs(taken) == self.sliding, -np.sign(taken), 0)
         modes = np.where(np.abs(rates) > rest, np.sign(rates), at_rest)  # of rows between two transitions
+        if not len(first):
+            return modes.astype(int)
         inside = trajectory.dense[:, :, :3] @ self.rows.T
         sticks = np.abs(inside).max(axis=1) <= rest[first + 1]
         if "bearing_torque" in self.names:  # an angle that is held does not change at all

@@ -254,13 +254,13 @@ class Sweep:
         the next; None where neither has."""
         times = self.drives.jump(self.trajectory.elapsed[row + 1])
         if self.holds is not None and self.holds.changes(row):
-            return self.holds.passed(row, moved, times, self._inputs_at(row))
+            return self.holds.passed(row, moved, times, self.inputs_at(row))
         if times is None:
             return None
         rates = self.motion.rates
         return moved + (rates[row] - rates[row + 1])[:, None] * times
 
-    def _inputs_at(self, row: int) -> np.ndarray:
+    def inputs_at(self, row: int) -> np.ndarray:
         """(U, 1 + P) how fast the inputs of the last phase change, and their deviations, in this row at its end."""
         trajectory, size = self.trajectory, self.deviations.input_size
         step = int(np.searchsorted(trajectory.step_rows, row)) - 1
