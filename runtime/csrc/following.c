@@ -26,6 +26,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
     w->inputs = SET_INPUTS*wheels + HELD_MOMENTA(wheels);
     w->directions = w->core + w->felt + w->inputs;
+    w->nodes = run->nodes, w->blocks = run->nodes/LANES;
     const long long groups = w->groups, unknowns = NODES*w->core;
     const long long model = LANES_MODEL_SIZE(wheels, run->rollers_per_wheel)*lane;
     w->vehicle = part(base, &size, models*(long long)sizeof *w->vehicle);
@@ -72,12 +73,15 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
-    for (int j = 0; j < NODES; j++)
-        for (int k = 0; k < NODES; k++) {
-            w->once[j].node[k] = gauss_integral[k].node[j];
+    const int nodes = w->nodes;
+    const double *const integral = run->gauss_integral;
+    memcpy(w->node.node, run->node, nodes*sizeof(double));
+    for (int j = 0; j < nodes; j++)
+        for (int k = 0; k < nodes; k++) {
+            w->once[j].node[k] = integral[j*nodes + k];
             w->twice[j].node[k] = 0;
-            for (int i = 0; i < NODES; i++)
-                w->twice[j].node[k] += gauss_integral[i].node[j]*gauss_integral[k].node[i];
+            for (int i = 0; i < nodes; i++)
+                w->twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
         }
 }
 
@@ -228,8 +232,13 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
         const long long row = run->step_rows[steps[k]];
         into_lanes(w, row_of(w, row), w->size, w->moved);
         exchange_given(w, steps[k]);
-        vary_along(w, steps[k], row, rates + k*NODES*w->size*w->columns);
+        vary_along(w, steps[k], row, rates + k*w->nodes*w->size*w->columns);
     }
+}
+
+int omniroll_variations_nodes(int nodes)
+{
+    return nodes < NODES && nodes%LANES == 0 ? nodes : NODES;
 }
 
 const char *omniroll_variations_states(void)

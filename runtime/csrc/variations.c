@@ -8,20 +8,20 @@
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
  * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
- * are called with directions: eight nodes in the lanes. The columns stand in the lanes of everything else. */
+ * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. */
 #include "set_in_lanes.h"
 
 #include "along_set.h"
 #include "gauss.h"
 #include "variations_calls.h"
 
-#define BLOCKS (NODES/LANES)
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
     const omniroll_variations_t *run;
     int wheels, rollers, columns, groups;
+    int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
     int size, core, felt, inputs, directions;   /* numbers: all, of the core, of what it feels, that it is given */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
@@ -38,6 +38,7 @@ typedef struct {
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
     double carries[MOST_WHEELS + 1][3];     /* W                                                */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
+    nodes_t node;               /* where the nodes are, from 0 to 1                             */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
 } variations_t;
@@ -168,26 +169,28 @@ static void put_point(variations_t *w, long long step, long long row, int b)
 {
     const omniroll_variations_t *const run = w->run;
     const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
-    const nodes_t *const weight = (const nodes_t *)run->weight;
     for (int k = 0; k < w->size; k++) {
         const int place = point_of_place(w, k);
         if (place < 0)
             continue;
         lanes_t sum = {0};
-        for (int c = 0; c <= run->degree; c++)
-            sum += weight[c].lanes[b]*dense[c*run->row_size + run->place[k]];
+        for (int c = 0; c <= run->degree; c++) {
+            lanes_t weight;
+            memcpy(&weight, run->weight + c*w->nodes + b*LANES, sizeof weight);
+            sum += weight*dense[c*run->row_size + run->place[k]];
+        }
         w->point[place] = sum;
     }
     const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        w->point[point_inputs(w) + k] = first[k] + gauss_node.lanes[b]*(then[k] - first[k]);
+        w->point[point_inputs(w) + k] = first[k] + w->node.lanes[b]*(then[k] - first[k]);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
 
 static void put_slopes(variations_t *w, long long step, long long row)
 {
-    for (int b = 0; b < BLOCKS; b++) {
+    for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
         slopes_of_core(w, row, b);
         slopes_of_carried(w, b);
@@ -222,9 +225,9 @@ static void integrate(const variations_t *w, double h, const lanes_t *rate, lane
 {
     const int groups = w->groups;
     for (int g = 0; g < groups; g++)
-        for (int j = 0; j < NODES; j += AT_ONCE) {
+        for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < NODES; k++)
+            for (int k = 0; k < w->nodes; k++)
                 for (int i = 0; i < AT_ONCE; i++)
                     sum[i] += w->once[j + i].node[k]*rate[k*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
@@ -242,7 +245,7 @@ static void put_felt(variations_t *w, double h)
         const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             for (int g = 0; g < groups; g++) {
                 rate[j*groups + g] = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
                     + carries[2]*w->moved[2*groups + g];
@@ -254,10 +257,10 @@ static void put_felt(variations_t *w, double h)
     }
 }
 
-ALWAYS_INLINE int is_zero(const nodes_t *x)
+ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
 {
     lane_mask_t any = {0};
-    for (int b = 0; b < BLOCKS; b++)
+    for (int b = 0; b < w->blocks; b++)
         any |= x->lanes[b] != 0;
     long long found = 0;
     for (int k = 0; k < LANES; k++)
@@ -277,7 +280,7 @@ static int blocks_apart(const variations_t *w)
 {
     for (int a = 3; a < w->core; a++)
         for (int c = 3; c < w->core; c++)
-            if (a != c && !is_zero(&w->slope[a*w->directions + c]))
+            if (a != c && !is_zero(w, &w->slope[a*w->directions + c]))
                 return 0;
     return w->core - 3;
 }
@@ -289,12 +292,12 @@ static void put_matrix(variations_t *w, double h, int a)
     for (int c = 0; c < w->core; c++) {
         nodes_t once = slope[c], twice = {{{0}}};
         for (int f = 0; c < 3 && f < w->felt; f++)
-            for (int b = 0; b < BLOCKS; b++)
+            for (int b = 0; b < w->blocks; b++)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-        const int linear = !is_zero(&once), squared = !is_zero(&twice);
-        for (int j = 0; j < NODES; j++) {
-            lanes_t *const to = w->row[block_of(w, a)*NODES + j] + block_of(w, c)*BLOCKS;
-            for (int b = 0; b < BLOCKS; b++) {
+        const int linear = !is_zero(w, &once), squared = !is_zero(w, &twice);
+        for (int j = 0; j < w->nodes; j++) {
+            lanes_t *const to = w->row[block_of(w, a)*w->nodes + j] + block_of(w, c)*w->blocks;
+            for (int b = 0; b < w->blocks; b++) {
                 lanes_t sum = {0};
                 if (linear)
                     sum -= h*once.node[j]*w->once[j].lanes[b];
@@ -313,8 +316,8 @@ static void put_right(variations_t *w, double h, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
-    for (int j = 0; j < NODES; j++) {
-        lanes_t *const right = w->row[block_of(w, a)*NODES + j] + width;
+    for (int j = 0; j < w->nodes; j++) {
+        lanes_t *const right = w->row[block_of(w, a)*w->nodes + j] + width;
         for (int g = 0; g < groups; g++) {
             lanes_t sum = {0};
             for (int c = 0; c < w->core; c++)
@@ -324,7 +327,7 @@ static void put_right(variations_t *w, double h, int a, int width)
             for (int u = 0; u < w->inputs; u++)
                 sum += slope[fed + u].node[j]*w->given[u*groups + g];
             for (int u = 0; u < SET_INPUTS*w->wheels; u++)
-                sum += slope[fed + u].node[j]*h*gauss_node.node[j]*w->given[(w->inputs + u)*groups + g];
+                sum += slope[fed + u].node[j]*h*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
             right[g] = sum;
         }
         add_numbers(w, w->core_by, w->core, a, j, right);
@@ -332,16 +335,16 @@ static void put_right(variations_t *w, double h, int a, int width)
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. Of the unknowns the first
- * `apart` stand in blocks of NODES that do not know each other, but only what follows all of them. */
+ * `apart` stand in blocks of `nodes` that do not know each other, but only what follows all of them. */
 typedef struct {
     lanes_t **row;
-    int unknowns, apart, width, groups;
+    int nodes, unknowns, apart, width, groups;
 } equations_t;
 
 /* Where the block of an unknown ends. */
 ALWAYS_INLINE int end_of_block(const equations_t *e, int p)
 {
-    return p < e->apart ? (p/NODES + 1)*NODES : e->unknowns;
+    return p < e->apart ? (p/e->nodes + 1)*e->nodes : e->unknowns;
 }
 
 /* The next row that the unknown p has something to do with. */
@@ -412,7 +415,7 @@ NEVER_INLINE void solve(const equations_t *e)
         lanes_t *const own = e->row[p] + e->width;
         for (int g = 0; g < e->groups; g++)
             own[g] *= 1/e->row[p][v][k];
-        for (int i = p < e->apart ? p/NODES*NODES : 0; i < p; i++) {
+        for (int i = p < e->apart ? p/e->nodes*e->nodes : 0; i < p; i++) {
             const double by = e->row[i][v][k];
             for (int g = 0; g < e->groups && by != 0; g++)
                 e->row[i][e->width + g] -= by*own[g];
@@ -426,12 +429,12 @@ static void put_core(variations_t *w, double h, int width)
     const int groups = w->groups;
     for (int a = 0; a < w->core; a++) {
         lanes_t *const at = w->core_at + a*NODES*groups;
-        for (int j = 0; j < NODES; j++)
+        for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
                 at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
-        for (int j = 0; j < NODES; j++)
-            memcpy(rate + j*groups, w->row[block_of(w, a)*NODES + j] + width, groups*sizeof *rate);
+        for (int j = 0; j < w->nodes; j++)
+            memcpy(rate + j*groups, w->row[block_of(w, a)*w->nodes + j] + width, groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -444,7 +447,7 @@ static void put_carried_rates(variations_t *w, double h)
     lanes_t *const heading = w->felt_at;            /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
             for (int g = 0; g < groups; g++)
                 to[g] = w->carries[i][0]*core[j*groups + g] + w->carries[i][1]*core[(NODES + j)*groups + g]
@@ -455,12 +458,12 @@ static void put_carried_rates(variations_t *w, double h)
                 add_numbers(w, w->pose_by, 3, 2, j, to);
         }
     }
-    for (int j = 0; j < NODES; j++)
+    for (int j = 0; j < w->nodes; j++)
         for (int g = 0; g < groups; g++)
             heading[j*groups + g] = w->moved[(5 + wheels)*groups + g];
     integrate(w, h, w->carried_at + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
             for (int g = 0; g < groups; g++) {
                 to[g] = w->pose_slope[c][3].node[j]*heading[j*groups + g];
@@ -476,15 +479,15 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->row[block_of(w, core)*NODES + node] + width;
+        return w->row[block_of(w, core)*w->nodes + node] + width;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
-/* The deviations at the end of a step, from those at its start; rates (NODES x size x columns), or null. */
+/* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. */
 static void vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
-    const int groups = w->groups, unknowns = NODES*w->core, width = unknowns/LANES;
+    const int groups = w->groups, unknowns = w->nodes*w->core, width = unknowns/LANES;
     put_slopes(w, step, row);
     put_felt(w, h);
     for (int k = 0; k < unknowns; k++)
@@ -493,14 +496,14 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
         put_matrix(w, h, a);
         put_right(w, h, a, width);
     }
-    solve(&(equations_t){w->row, unknowns, NODES*blocks_apart(w), width, groups});
+    solve(&(equations_t){w->row, w->nodes, unknowns, w->nodes*blocks_apart(w), width, groups});
     put_core(w, h, width);
     put_carried_rates(w, h);
     for (int place = 0; place < w->size; place++)
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j, width);
             for (int g = 0; g < groups; g++)
-                w->moved[place*groups + g] += h*gauss_weight.node[j]*rate[g];
+                w->moved[place*groups + g] += h*w->run->gauss_weight[j]*rate[g];
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }

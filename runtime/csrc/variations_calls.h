@@ -11,7 +11,10 @@ typedef struct {
     const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
     const int *number;                      /* P: the model of each column                              */
     const int *place;                       /* m: places in a row of y                                  */
-    const double *weight;                   /* degree + 1 x NODES: of the polynomials' coefficients     */
+    int nodes;                              /* of a step: NODES or fewer, a multiple of LANES           */
+    const double *node, *gauss_weight;      /* nodes: from 0 to 1, and of the integral over a step      */
+    const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
+    const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
     const double *y;                        /* T x row_size                                             */
     const double *spins;                    /* T x N x (n-1), or null                                   */
@@ -42,7 +45,10 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 
-/* The rates of the deviations, NODES x m x P, at the nodes of each of some steps, each in its phase. */
+/* The most nodes, of so many or fewer, that a step may have here. */
+int omniroll_variations_nodes(int nodes);
+
+/* The rates of the deviations, nodes x m x P, at the nodes of each of some steps, each in its phase. */
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, double *rates);
 

@@ -20,6 +20,9 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
 
 ALIGNMENT = 128  # bytes
+# At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row fewer
+# nodes are as exact as the run's polynomials, of runs with this accuracy and better: those have steps that are short.
+FEWER, FINE = 12, 1e-8
 
 
 def library_of(motion: Motion):
@@ -111,14 +114,30 @@ class CompiledVariations:
 
     def follow(self, first: int, last: int, phase: int, as_one: bool = False) -> int:
         """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain."""
+        self._take_nodes(FEWER if self.motion.trajectory.accuracy <= FINE else NODES)
         return self.module.lib.omniroll_follow(self.struct, first, last, phase, as_one)
 
     def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
+        self._take_nodes(NODES)
         rates = np.empty((len(steps), NODES, *self.rows.shape[1:]))
         pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
         self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
         return rates
+
+    def _take_nodes(self, wanted: int) -> None:
+        """Work with so many nodes in a step, where vectors are no wider."""
+        count = self.module.lib.omniroll_variations_nodes(wanted)
+        run, nodes = self.struct[0], gauss(count)
+        if run.nodes == count:
+            return
+        run.nodes = count
+        tables = {
+            "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
+            "weight": weights_at(run.degree, nodes.nodes),
+        }  # fmt: skip
+        for name, array in tables.items():
+            setattr(run, name, self._pointer(array, float))
 
     def _pointer(self, array: np.ndarray, kind: type):
         """A pointer to an array's numbers, which are kept alive; not of another array's where the type fits."""
@@ -151,8 +170,8 @@ class CompiledVariations:
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y,
-            "drive": drive, "dense": dense, "moved": self.rows, "given": self.inputs,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
+            "given": self.inputs,
         }  # fmt: skip
         if holds is not None:
             numbers["allowed"] = holds.tables
