@@ -1,6 +1,7 @@
 """Instructions of the compiled engine, counted by valgrind's callgrind: no other program on the machine moves them.
 
-A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else. Under it
+A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else; where a
+task asks for sensitivities, then what follows the deviations in C. Under it
 there is no AVX-512: engines of the level x86-64-v3 run, of all sets alike. Four numbers are a vector there.
 """
 
@@ -16,20 +17,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import cffi
 
 from omniroll.engine.compiled_engine import CompiledRun
-from omniroll.engine.simulate import checked_task
+from omniroll.engine.compiled_variations import CompiledVariations
+from omniroll.engine.simulate import checked_task, simulate
 from omniroll.kernels import building
 
 LEVEL = "x86-64-v3"
 HERE = Path(__file__).resolve().parent
 HEADER = Path("/usr/include/valgrind/callgrind.h")
 LONGEST = 1800  # seconds
+CONTROLLED, FOLLOWED = ", controlled", ", deviations"  # behind a task's name: with its control; what follows them
 WRITTEN = re.compile(r"^desc: Trigger: Client Request: (.+?)$.*?^summary: (\d+)", re.MULTILINE | re.DOTALL)
 MARKS = """
 void start_counting(void);
+void toggle_counting(void);
 int counted_call(void *engine, void *run, const void *model);
 void write_down(const char *name);
 """
@@ -68,6 +73,18 @@ def missing() -> str:
 
 def counted(module: str, names: list[str]) -> dict[str, Count]:
     """The counts of runs. module: whose `task(name)` gives the arguments of simulate()."""
+    figures, found = _counted(module, names)
+    return {name: Count(int(found[name]), **figures[name]) for name in names}
+
+
+def counted_with_sensitivities(module: str, name: str) -> tuple[int, int]:
+    """Instructions of a run whose task asks for sensitivities, with its control, and of following its deviations."""
+    _, found = _counted(module, [name])
+    return int(found[name + CONTROLLED]), int(found[name + FOLLOWED])
+
+
+def _counted(module: str, names: list[str]) -> tuple[dict[str, dict[str, int]], dict[str, str]]:
+    """The figures of runs, and by name the instructions that were written down."""
     with tempfile.TemporaryDirectory() as folder:
         marks = Path(folder, "marks.so")
         subprocess.run(["cc", "-O1", "-shared", "-fPIC", HERE / "callgrind_marks.c", "-o", marks], check=True)
@@ -79,8 +96,7 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
         assert done.returncode == 0, done.stderr[-2000:]
         figures = json.loads(done.stdout.splitlines()[-1])
         texts = [file.read_text() for file in Path(folder).glob("out*")]
-        found = dict(match.groups() for text in texts for match in WRITTEN.finditer(text))
-        return {name: Count(int(found[name]), **figures[name]) for name in names}
+        return figures, dict(match.groups() for text in texts for match in WRITTEN.finditer(text))
 
 
 # In the process under callgrind
@@ -101,9 +117,27 @@ class CountedEngine:
         return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in places))
 
 
+def count_calls(kind: type, name: str, task: Mapping, marks: SimpleNamespace) -> None:
+    """Simulate, and count what a method of this name does."""
+    own = getattr(kind, name)
+
+    def counted_call(*given) -> Any:
+        marks.lib.toggle_counting()
+        found = own(*given)
+        marks.lib.toggle_counting()
+        return found
+
+    setattr(kind, name, counted_call)
+    try:
+        simulate(**task)
+    finally:
+        setattr(kind, name, own)
+
+
 def run(task: Mapping, marks: SimpleNamespace | None = None) -> dict[str, int]:
     """Simulate; the figures of the run."""
     options = dict(task)
+    options.pop("sensitivities", None)
     engine = CompiledRun(checked_task(options.pop("vehicle"), **options), options["accuracy"])
     if marks is not None:
         module = engine.module
@@ -124,11 +158,18 @@ def main(marks_library: str, module: str, *names: str) -> None:
     marks, task = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(marks_library)), importlib.import_module(module).task
     for name in names:  # kernels are made and loaded beforehand
         run(task(name) | {"duration": 1e-3})
+        if "sensitivities" in task(name):
+            simulate(**task(name) | {"duration": 1e-3})
     marks.lib.start_counting()
     found = {}
     for name in names:
         found[name] = run(task(name), marks)
         marks.lib.write_down(name.encode())
+        if "sensitivities" in task(name):
+            count_calls(CompiledRun, "advance", task(name) | {"sensitivities": ()}, marks)
+            marks.lib.write_down((name + CONTROLLED).encode())
+            count_calls(CompiledVariations, "follow", task(name), marks)
+            marks.lib.write_down((name + FOLLOWED).encode())
     print(json.dumps(found))
 
 

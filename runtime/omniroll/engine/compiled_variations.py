@@ -20,8 +20,8 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
 
 ALIGNMENT = 128  # bytes
-# At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row fewer
-# nodes are as exact as the run's polynomials, of runs with this accuracy and better: those have steps that are short.
+# At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
+# fewer nodes are as exact as the run itself, where its accuracy is this one or better.
 FEWER, FINE = 12, 1e-8
 
 

@@ -106,19 +106,21 @@ class HoldDeviations:
             holding.append(most if given else coulomb)
         return np.concatenate(sliding, axis=1), np.concatenate(holding, axis=1)
 
-    def given(self, row: int) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Deviations of value and slope (P, N) of the bearings' torques in the step from a row, by the input's name."""
-        moved = -self.holds.modes[row] * self.torques[0]
-        parts = np.split(moved, len(self.holds.names), axis=1)
+    def given(self, rows: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Deviations of value and slope (S, P, N) of the bearings' torques in the steps from rows (S,), by the input's
+        name."""
+        moved = -self.holds.modes[rows][:, None] * self.torques[0]
+        parts = np.split(moved, len(self.holds.names), axis=2)
         return {name: (part, np.zeros_like(part)) for name, part in zip(self.holds.names, parts, strict=True)}
 
     # Transitions
 
-    def enters(self, row: int) -> bool:
-        """Whether bearings stick in the step from this row, in which the step before has not held the same."""
-        holds, start = self.holds, self.motion.starts_step[row]
-        before = row > 0 and self.motion.starts_step[row - 1] and holds.which[row - 1] == holds.which[row]
-        return bool(start and holds.sets[holds.which[row]].any() and not before)
+    @cached_property
+    def enters(self) -> np.ndarray:
+        """(T,) bool: whether bearings stick in the step from a row, in which the step before has not held the same."""
+        holds, starts = self.holds, self.motion.starts_step
+        same = np.append(False, starts[:-1] & (holds.which[:-1] == holds.which[1:]))
+        return starts & holds.sets.any(axis=1)[holds.which] & ~same
 
     def projected(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which what sticks in a row leaves those before it."""
@@ -137,9 +139,10 @@ class HoldDeviations:
             found[motion.deviations.places["spins"].ravel()] += jump.reshape(len(self.columns), -1).T
         return found
 
-    def changes(self, row: int) -> bool:
-        """Whether bearings stop or break away between this row and the next."""
-        return not np.array_equal(self.holds.modes[row], self.holds.modes[row + 1])
+    @cached_property
+    def changes(self) -> np.ndarray:
+        """(T - 1,) bool: whether bearings stop or break away between a row and the next, where no time passes."""
+        return (self.holds.modes[:-1] != self.holds.modes[1:]).any(axis=1) & ~self.motion.starts_step[:-1]
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after bearings have changed their modes between a row and the next.

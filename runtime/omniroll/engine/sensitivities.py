@@ -207,20 +207,21 @@ class Sweep:
             self._run_in_python()
 
     def _run_compiled(self, compiled: CompiledVariations) -> None:
-        """In C up to whatever is left to Python: what drives give, and switches of several wheels."""
-        trajectory, last, row = self.trajectory, len(self.trajectory) - 1, 0
-        steps = {int(row): step for step, row in enumerate(trajectory.step_rows)} if self.moving else {}
+        """In C from one row to the next at which something is left to Python, and up to switches that are not plain."""
+        last, row, given = len(self.trajectory) - 1, 0, 0
         self._put_start(compiled)
+        stops = np.append(np.flatnonzero(self._stops()), last)
         while row < last:
-            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
-            if self.moving and row in steps:
-                if self.holds is not None and self.holds.enters(row):
-                    self.rows[row] = self.holds.projected(row, self.rows[row])
-                self._give(steps[row], row, self.rows[row])
-            elif self.moving and self._jumped(row):
+            end = int(stops[np.searchsorted(stops, row, side="right")])
+            if self.motion.starts_step[row]:
+                self._enter(row, self.rows[row])
+            elif self._jumped(row):
                 row += 1
                 continue
-            end = self._end_of_stretch(row, phase, last)
+            if row >= given:
+                self._give(row, end)
+                given = end
+            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             reached = compiled.follow(row, end, phase)
             if reached < end:
                 self._pass_together(compiled, reached)
@@ -228,17 +229,34 @@ class Sweep:
             row = reached
             self._phase_begun(row)
 
-    def _end_of_stretch(self, row: int, phase: int, last: int) -> int:
-        """The row up to which nothing is left to Python, but for switches that are not plain."""
-        return row + 1 if self.moving else last
+    def _stops(self) -> np.ndarray:
+        """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
+        found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
+        if not self.moving:
+            return found
+        first = trajectory.step_rows
+        times = self.drives.samples(trajectory.elapsed[-1])
+        found[first[np.unique(np.searchsorted(trajectory.elapsed[first], times)).clip(max=len(first) - 1)]] = True
+        found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
+        if self.holds is not None:
+            found |= self.holds.enters
+            found[:-1] |= self.holds.changes
+        return found
 
     def _phase_begun(self, row: int) -> None:
         """The walk has come to a row: for those who look at phases."""
 
+    def _enter(self, row: int, moved: np.ndarray) -> None:
+        """A step begins with deviations (m, P), which are changed where bearings stick from now on: samples are due."""
+        if self.holds is not None and self.holds.enters[row]:
+            moved[:] = self.holds.projected(row, moved)
+        while self.drives.next_time() <= self.trajectory.elapsed[row]:
+            self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
+
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
         row is filled then."""
-        if row + 1 in self.switched:
+        if not self.moving or row + 1 in self.switched:
             return False
         found = self._after_jump(row, self.rows[row])
         if found is not None:
@@ -253,7 +271,7 @@ class Sweep:
         """(m, P) the deviations after a drive has jumped, or bearings have stopped or broken away, between this row and
         the next; None where neither has."""
         times = self.drives.jump(self.trajectory.elapsed[row + 1])
-        if self.holds is not None and self.holds.changes(row):
+        if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, self.inputs_at(row))
         if times is None:
             return None
@@ -308,12 +326,14 @@ class Sweep:
         for row in range(len(trajectory) - 1):
             if row in step_of:
                 step = step_of[row]
-                if self.holds is not None and self.holds.enters(row):
-                    moved = self.rows[row] = self.holds.projected(row, moved)
+                self._enter(row, moved)
+                self.rows[row] = moved
                 grown = maps[step]
-                entered, moved = moved, grown[:, : self.size] @ moved + driven[step]
+                moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
-                    self._give(step, row, entered)
+                    if self.momenta_maps is not None:
+                        self.inputs[step, self.moving : self.deviations.input_size] = self.momenta
+                    self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
             elif row in switch_of:
                 switch = switch_of[row]
@@ -357,28 +377,25 @@ class Sweep:
         own = None if axial is None else tangent_of(axial).reshape(len(self.columns), -1).T
         return self.passage.deviation(y).T, own
 
-    def _give(self, step: int, row: int, moved: np.ndarray) -> None:
-        """Put down the deviations of what the step from this row is given."""
-        inputs = self.inputs[step]
-        if self.momenta_maps is not None:
-            inputs[self.moving : self.deviations.input_size] = self.momenta
-        if not self.moving:
-            return
+    def _give(self, row: int, end: int) -> None:
+        """Put down what drives give in the steps from this row up to another: until then no sample is due."""
         trajectory = self.trajectory
-        elapsed, length = trajectory.elapsed[row], trajectory.elapsed[row + 1] - trajectory.elapsed[row]
-        while self.drives.next_time() <= elapsed:
-            nu = self.motion.y[row, :3]
-            self.drives.pass_time(elapsed, with_tangent(nu, moved[:3].T))
-        names = self.trajectory.effects.drives()
-        drive = dict(zip(names, trajectory.drive[row], strict=True))
-        slopes = dict(zip(names, (trajectory.drive[row + 1] - trajectory.drive[row]) / length, strict=True))
+        first, last = np.searchsorted(trajectory.step_rows, (row, end))
+        if not self.moving or first == last:
+            return
+        rows = trajectory.step_rows[first:last]
+        elapsed = trajectory.elapsed[rows]
+        names = trajectory.effects.drives()
+        drive = {name: trajectory.drive[rows, k] for k, name in enumerate(names)}
+        length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
+        slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
         if self.holds is not None:
-            found |= self.holds.given(row)
+            found |= self.holds.given(rows)
         for k, name in enumerate(names):
-            width = drive[name].size
-            for own, first in zip(found[name], (0, self.deviations.input_size), strict=True):
-                inputs[first + k * width : first + (k + 1) * width] = own.T
+            width = self.motion.plain.wheels
+            for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
+                self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
 
     @cached_property
     def drives(self) -> DriveDeviations:
