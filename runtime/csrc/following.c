@@ -54,6 +54,8 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
     w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
     w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
+    w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
+    w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
     return size;
 }
 
@@ -66,9 +68,12 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
+    w->numbered = 0;
     for (int p = 0; p < run->columns; p++)
-        if (run->number[p])
+        if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
+            w->numbered_column[w->numbered] = p, w->number_of[w->numbered++] = run->number[p] - 1;
+        }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);

@@ -39,6 +39,7 @@ typedef struct {
     double carries[MOST_WHEELS + 1][3];     /* W                                                */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
     nodes_t node;               /* where the nodes are, from 0 to 1                             */
+    int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
 } variations_t;
@@ -202,9 +203,9 @@ static void put_slopes(variations_t *w, long long step, long long row)
 ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int node, lanes_t *to)
 {
     double *const column = (double *)to;
-    for (int p = 0; p < w->columns; p++)
-        if (w->run->number[p])
-            column[p] += by[(w->run->number[p] - 1)*stride + place].node[node];
+    const nodes_t *const own = by + place;
+    for (int k = 0; k < w->numbered; k++)
+        column[w->numbered_column[k]] += own[w->number_of[k]*stride].node[node];
 }
 
 /* Where what the core feels stands among the deviations. */
@@ -311,27 +312,37 @@ static void put_matrix(variations_t *w, double h, int a)
     }
 }
 
+/* What a deviation does by its slopes at some nodes. */
+ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t *sum)
+{
+    for (int i = 0; i < AT_ONCE; i++)
+        sum[i] += slope->node[j + i]*moved;
+}
+
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, double h, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
-    for (int j = 0; j < w->nodes; j++) {
-        lanes_t *const right = w->row[block_of(w, a)*w->nodes + j] + width;
-        for (int g = 0; g < groups; g++) {
-            lanes_t sum = {0};
+    lanes_t **const row = w->row + block_of(w, a)*w->nodes;
+    for (int g = 0; g < groups; g++)
+        for (int j = 0; j < w->nodes; j += AT_ONCE) {
+            lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
-                sum += slope[c].node[j]*w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g];
+                add_moved(slope + c, j, w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g], sum);
             for (int f = 0; f < w->felt; f++)
-                sum += slope[w->core + f].node[j]*w->felt_at[(f*NODES + j)*groups + g];
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                sum += slope[fed + u].node[j]*w->given[u*groups + g];
+                add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_INPUTS*w->wheels; u++)
-                sum += slope[fed + u].node[j]*h*w->node.node[j]*w->given[(w->inputs + u)*groups + g];
-            right[g] = sum;
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
+            for (int i = 0; i < AT_ONCE; i++)
+                row[j + i][width + g] = sum[i];
         }
-        add_numbers(w, w->core_by, w->core, a, j, right);
-    }
+    for (int j = 0; j < w->nodes; j++)
+        add_numbers(w, w->core_by, w->core, a, j, row[j] + width);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. Of the unknowns the first
@@ -411,14 +422,15 @@ NEVER_INLINE void solve(const equations_t *e)
     for (int p = 0; p < e->unknowns; p += 2)
         eliminate_two(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
-        const int v = p/LANES, k = p%LANES;
-        lanes_t *const own = e->row[p] + e->width;
-        for (int g = 0; g < e->groups; g++)
-            own[g] *= 1/e->row[p][v][k];
-        for (int i = p < e->apart ? p/e->nodes*e->nodes : 0; i < p; i++) {
-            const double by = e->row[i][v][k];
-            for (int g = 0; g < e->groups && by != 0; g++)
-                e->row[i][e->width + g] -= by*own[g];
+        const double *const own = (const double *)e->row[p];
+        const int end = end_of_block(e, p);
+        for (int g = 0; g < e->groups; g++) {
+            lanes_t left = e->row[p][e->width + g];
+            for (int i = p + 1; i < end; i++)
+                left -= own[i]*e->row[i][e->width + g];
+            for (int i = end > e->apart ? end : e->apart; i < e->unknowns; i++)
+                left -= own[i]*e->row[i][e->width + g];
+            e->row[p][e->width + g] = left*(1/own[p]);
         }
     }
 }
