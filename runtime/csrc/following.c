@@ -208,7 +208,8 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {
             exchange_given(w, run->step_of[row]);
-            vary_along(w, run->step_of[row], row, 0);
+            if (!vary_along(w, run->step_of[row], row, 0))
+                return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))

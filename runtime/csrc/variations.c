@@ -495,8 +495,34 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
-/* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. */
-static void vary_along(variations_t *w, long long step, long long row, double *rates)
+/* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
+ * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move where
+ * what is beside it does. */
+static int are_seen(const variations_t *w, double h, int width)
+{
+    for (int g = 0; g < w->groups; g++) {
+        lanes_t last = {0}, size = {0};
+        for (int a = 0; a < 3; a++) {
+            lanes_t sum = {0};
+            for (int j = 0; j < w->nodes; j++) {
+                const lanes_t rate = w->row[block_of(w, a)*w->nodes + j][width + g];
+                sum += w->run->gauss_last[j]*rate;
+                size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
+            }
+            last += lanes_abs(sum), size += h*lanes_abs(w->moved[a*w->groups + g]);
+        }
+        for (int i = 0; i < w->wheels; i++)
+            size += lanes_abs(w->moved[(3 + i)*w->groups + g]);
+        for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
+            if (h*h*last[k] > w->run->most_last*(size[k] + w->run->least[g*LANES + k]))
+                return 0;
+    }
+    return 1;
+}
+
+/* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. Returns whether
+ * the nodes are enough, where the run asks that; nothing has been done otherwise. */
+static int vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
     const int groups = w->groups, unknowns = w->nodes*w->core, width = unknowns/LANES;
@@ -509,6 +535,8 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
         put_right(w, h, a, width);
     }
     solve(&(equations_t){w->row, w->nodes, unknowns, w->nodes*blocks_apart(w), width, groups});
+    if (w->run->most_last > 0 && !are_seen(w, h, width))
+        return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);
     for (int place = 0; place < w->size; place++)
@@ -519,4 +547,5 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
+    return 1;
 }

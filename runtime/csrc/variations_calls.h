@@ -13,6 +13,10 @@ typedef struct {
     const int *place;                       /* m: places in a row of y                                  */
     int nodes;                              /* of a step: NODES or fewer, a multiple of LANES           */
     const double *node, *gauss_weight;      /* nodes: from 0 to 1, and of the integral over a step      */
+    double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
+                                             * of their rates may make of them in a step; 0: it is not asked */
+    const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
+    const double *gauss_last;               /* nodes: of the coefficient of that                        */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
     const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
@@ -41,7 +45,7 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes. */
+ * grazes. -1 - row: the step from this row asks for more nodes. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

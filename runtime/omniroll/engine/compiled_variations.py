@@ -21,8 +21,11 @@ from omniroll.results.dense import weights_at
 
 ALIGNMENT = 128  # bytes
 # At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
-# fewer nodes are as exact as the run itself, where its accuracy is this one or better.
-FEWER, FINE = 12, 1e-8
+# fewer nodes are as exact as the run itself, where its accuracy is this one or better, and where the deviations move no
+# faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
+FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
+MANY = 16  # steps that ask for more
+NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own size
 
 
 def library_of(motion: Motion):
@@ -106,6 +109,8 @@ class CompiledVariations:
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
+        self.nodes = FEWER if motion.trajectory.accuracy <= FINE else NODES  # from row to row
+        self.asked = 0
         self._fill(holds)
 
     def deviate(self, spins: np.ndarray) -> None:
@@ -114,8 +119,18 @@ class CompiledVariations:
 
     def follow(self, first: int, last: int, phase: int, as_one: bool = False) -> int:
         """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain."""
-        self._take_nodes(FEWER if self.motion.trajectory.accuracy <= FINE else NODES)
-        return self.module.lib.omniroll_follow(self.struct, first, last, phase, as_one)
+        call = self.module.lib.omniroll_follow
+        self._take_nodes(self.nodes)
+        reached = call(self.struct, first, last, phase, as_one)
+        while reached < 0:  # a step asks for more nodes; where many do, all get them
+            first, self.asked = -1 - reached, self.asked + 1
+            self.nodes = NODES if self.asked == MANY else self.nodes
+            phase = int(np.searchsorted(self.motion.phases, first, side="right")) - 1
+            self._take_nodes(NODES)
+            call(self.struct, first, first + 1, phase, False)
+            self._take_nodes(self.nodes)
+            reached = call(self.struct, first + 1, last, phase, False)
+        return reached
 
     def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
@@ -131,10 +146,10 @@ class CompiledVariations:
         run, nodes = self.struct[0], gauss(count)
         if run.nodes == count:
             return
-        run.nodes = count
+        run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
         tables = {
             "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
-            "weight": weights_at(run.degree, nodes.nodes),
+            "weight": weights_at(run.degree, nodes.nodes), "gauss_last": nodes.last,
         }  # fmt: skip
         for name, array in tables.items():
             setattr(run, name, self._pointer(array, float))
@@ -171,7 +186,7 @@ class CompiledVariations:
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
             "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
-            "given": self.inputs,
+            "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
         if holds is not None:
             numbers["allowed"] = holds.tables

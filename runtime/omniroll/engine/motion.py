@@ -2,20 +2,16 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
 from omniroll.engine.holds import Holds
 from omniroll.engine.slopes import NOTHING
-from omniroll.engine.variations import Deviations, Variations
+from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
-
-if TYPE_CHECKING:
-    from omniroll.engine.hold_deviations import HoldDeviations
 
 
 class Motion:
@@ -174,9 +170,9 @@ class Columns:
         """The functions with the deviation of one number, for states of any leading axes."""
         return TangentKernel(self.plain, {name: tangents[column] for name, tangents in self.constants.items()})
 
-    def variations(self, motion: Motion, holds: "HoldDeviations | None" = None) -> Variations:
+    def variations(self, motion: Motion, held: Held | None = None) -> Variations:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            **({} if holds is None else {"held": holds.held}),
+            held,
         )  # fmt: skip

@@ -28,7 +28,7 @@ from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Variations, gauss
+from omniroll.engine.variations import Held, Variations, gauss
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
@@ -59,6 +59,10 @@ def check_names(task: Task, names: Sequence[str]) -> None:
 def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
     """What deviations do where bearings may stick; None where none may."""
     return None if motion.holds is None else HoldDeviations(motion, columns)
+
+
+def held_in(holds: HoldDeviations | None) -> Held | None:
+    return None if holds is None else holds.held
 
 
 @dataclass(frozen=True)
@@ -146,7 +150,7 @@ class Followed:
         compiled = self.compiled_for(motion, columns)
         if compiled is not None:
             return self._since_row_compiled(compiled, step, times)
-        variations = self.variations or columns.variations(motion, hold_deviations(motion, columns))
+        variations = self.variations or columns.variations(motion, held_in(hold_deviations(motion, columns)))
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
@@ -346,7 +350,7 @@ class Sweep:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        self.variations = self.columns.variations(self.motion, self.holds)
+        self.variations = self.columns.variations(self.motion, held_in(self.holds))
         return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:

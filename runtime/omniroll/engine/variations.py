@@ -27,6 +27,8 @@ LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many node
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
+Held = Callable[[np.ndarray], tuple[Mapping, Mapping]]  # see Variations
+
 
 @dataclass(frozen=True)
 class Gauss:
@@ -46,6 +48,12 @@ class Gauss:
         of_series = legendre.legvander(2 * np.asarray(x) - 1, s)
         falling = np.concatenate([-np.ones_like(of_series[..., :1]), of_series[..., : s - 1]], axis=-1)
         return (of_series[..., 1:] - falling) / 2 @ to_series
+
+    @property
+    def last(self) -> np.ndarray:
+        """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
+        s = len(self.nodes)
+        return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
 
     @cached_property
     def to_nodes(self) -> np.ndarray:
@@ -192,10 +200,10 @@ class Variations:
         deviations: Deviations,
         inputs: np.ndarray,
         nodes: int | None = None,
-        held: Callable[[np.ndarray], tuple[Mapping, Mapping]] = lambda rows: (NOTHING, NOTHING),
+        held: Held | None = None,
     ):
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
-        self.held = held
+        self.held = held or (lambda rows: (NOTHING, NOTHING))
         self.slopes = Slopes(deviations, trajectory, plain)
         of_numbers = {name: tangent[:, None] for name, tangent in tangents.items()}
         self.of_numbers = TangentKernel(plain, of_numbers, (numbers, 1)) if numbers else None
