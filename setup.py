@@ -14,7 +14,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -49,8 +49,14 @@ def wanted_sets(building: SimpleNamespace, models: Sequence[str], levels: Sequen
     wheel that travels to machines without a compiler brings them."""
     registry = json.loads((ROOT / "generated/data/effects.json").read_text(encoding="utf-8"))["effects"]
     lowest = max(levels, key=list(building.LEVELS).index)  # runs wherever the others run
-    engines = tuple(building.Engine(level, wheels) for level in levels for wheels in (*building.UNROLLED, None))
-    following = tuple(replace(engine, kind="variations") for engine in engines)
+    engines, following = (
+        tuple(
+            building.Engine(level, wheels, kind=kind)
+            for level in building.levels_of(kind, levels)
+            for wheels in (*building.UNROLLED, None)
+        )
+        for kind in ("engine", "variations")
+    )
     found = [
         Wanted(model, effects, (building.Engine.general(lowest, model),))
         for model in models

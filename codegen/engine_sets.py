@@ -352,8 +352,10 @@ def differentiated(effects: EffectSet, registry: Registry) -> set[str]:
 
 
 def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
-    """The facts of a set with what deviates as its core: energies feed nothing back."""
+    """The facts of a set with what deviates as its core: energies feed nothing back. Where bearings stick, the dynamics
+    are those of what sticks: with all directions allowed, of what turns."""
     facts = EngineSet(effects, registry)
+    facts.dynamics = facts.held if facts.holds else facts.dynamics
     facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
     return facts

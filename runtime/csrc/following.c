@@ -26,6 +26,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
     w->inputs = SET_INPUTS*wheels + HELD_MOMENTA(wheels);
     w->directions = w->core + w->felt + w->inputs;
+    w->nodes = run->nodes, w->blocks = run->nodes/LANES;
     const long long groups = w->groups, unknowns = NODES*w->core;
     const long long model = LANES_MODEL_SIZE(wheels, run->rollers_per_wheel)*lane;
     w->vehicle = part(base, &size, models*(long long)sizeof *w->vehicle);
@@ -39,6 +40,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_INPUTS*wheels)*groups*lane);
     w->axial = part(base, &size, wheels*w->rollers*groups*lane);
+    w->held = part(base, &size, 2*HELD_SIZE*lane);
     w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
     w->free_axial = part(base, &size, wheels*w->rollers*(long long)sizeof(double));
     w->point = part(base, &size, point_size(w)*lane);
@@ -52,6 +54,8 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
     w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
     w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
+    w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
+    w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
     return size;
 }
 
@@ -64,18 +68,25 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
+    w->numbered = 0;
     for (int p = 0; p < run->columns; p++)
-        if (run->number[p])
+        if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
+            w->numbered_column[w->numbered] = p, w->number_of[w->numbered++] = run->number[p] - 1;
+        }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
-    for (int j = 0; j < NODES; j++)
-        for (int k = 0; k < NODES; k++) {
-            w->once[j].node[k] = gauss_integral[k].node[j];
+    const int nodes = w->nodes;
+    const double *const integral = run->gauss_integral;
+    memcpy(w->node.node, run->node, nodes*sizeof(double));
+    for (int j = 0; j < nodes; j++)
+        for (int k = 0; k < nodes; k++) {
+            w->once[j].node[k] = integral[j*nodes + k];
             w->twice[j].node[k] = 0;
-            for (int i = 0; i < NODES; i++)
-                w->twice[j].node[k] += gauss_integral[i].node[j]*gauss_integral[k].node[i];
+            for (int i = 0; i < nodes; i++)
+                w->twice[j].node[k] += integral[j*nodes + i]*integral[i*nodes + k];
         }
 }
 
@@ -197,7 +208,8 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {
             exchange_given(w, run->step_of[row]);
-            vary_along(w, run->step_of[row], row, 0);
+            if (!vary_along(w, run->step_of[row], row, 0))
+                return -1 - row;
         } else {
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
@@ -226,8 +238,13 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
         const long long row = run->step_rows[steps[k]];
         into_lanes(w, row_of(w, row), w->size, w->moved);
         exchange_given(w, steps[k]);
-        vary_along(w, steps[k], row, rates + k*NODES*w->size*w->columns);
+        vary_along(w, steps[k], row, rates + k*w->nodes*w->size*w->columns);
     }
+}
+
+int omniroll_variations_nodes(int nodes)
+{
+    return nodes < NODES && nodes%LANES == 0 ? nodes : NODES;
 }
 
 const char *omniroll_variations_states(void)

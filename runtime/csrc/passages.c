@@ -26,6 +26,7 @@ NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *ra
 {
     const int wheels = OWN_WHEELS(w->wheels);
     put_state(w, row, w->point);
+    put_held(w, row, -1);
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};

@@ -8,20 +8,20 @@
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
  * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
- * are called with directions: eight nodes in the lanes. The columns stand in the lanes of everything else. */
+ * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. */
 #include "set_in_lanes.h"
 
 #include "along_set.h"
 #include "gauss.h"
 #include "variations_calls.h"
 
-#define BLOCKS (NODES/LANES)
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
     const omniroll_variations_t *run;
     int wheels, rollers, columns, groups;
+    int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
     int size, core, felt, inputs, directions;   /* numbers: all, of the core, of what it feels, that it is given */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
@@ -30,6 +30,7 @@ typedef struct {
     lanes_t *given;             /* (inputs + SET_INPUTS*wheels) x groups: inputs, and how fast drives change */
     lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
     double *momenta;            /* of the phase                                                 */
+    lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
     double *free_axial;         /* wheels*(rollers - 1): at its start, by place                 */
     lanes_t *point, *along;     /* state, inputs and rates at nodes, and a direction            */
     nodes_t *slope;             /* core x directions                                            */
@@ -37,6 +38,8 @@ typedef struct {
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
     double carries[MOST_WHEELS + 1][3];     /* W                                                */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
+    nodes_t node;               /* where the nodes are, from 0 to 1                             */
+    int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
 } variations_t;
@@ -76,16 +79,40 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
     return point_inputs(w) + d - SET_HAS_HEADING;
 }
 
+/* What bearings that stick leave to nu (directions by rows, then which are absent), and room for what holds them. */
+#define HELD_SIZE 15
+enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
+
 ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
 {
-    return (point_t){.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
+    point_t point = {.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
                      .heading = own[point_heading(w)], .inputs = own + point_inputs(w),
                      .momenta = own + point_momenta(w), .still = own + point_still(w),
                      .core_dot = own + point_rates(w) + POINT_CORE};
+#if SET_HOLDS
+    lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
+    point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
+#endif
+    return point;
+}
+
+/* What sticks in a row: at a point, where one of the numbers of the vehicle grows or none. */
+ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
+{
+#if SET_HOLDS
+    const int numbers = w->run->models - 1;
+    const double *const own = w->run->allowed + w->run->hold[row]*(12 + 9*numbers);
+    for (int k = 0; k < 12; k++)
+        w->held[k] = lanes_of(own[k]);
+    for (int k = 0; k < 9; k++)
+        w->held[HELD_SIZE + k] = lanes_of(number < 0 ? 0 : own[12 + 9*number + k]);
+#else
+    (void)w, (void)row, (void)number;
+#endif
 }
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
-NEVER_INLINE void slopes_of_core(variations_t *w, int b)
+NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
     for (int d = 0; d < directions + w->run->models - 1; d++) {
@@ -95,6 +122,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, int b)
         const int stride = number < 0 ? directions : 1;
         if (way)
             *way = lanes_of(1);
+        if (d == 0 || number >= 0)
+            put_held(w, row, number);
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
@@ -141,28 +170,30 @@ static void put_point(variations_t *w, long long step, long long row, int b)
 {
     const omniroll_variations_t *const run = w->run;
     const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
-    const nodes_t *const weight = (const nodes_t *)run->weight;
     for (int k = 0; k < w->size; k++) {
         const int place = point_of_place(w, k);
         if (place < 0)
             continue;
         lanes_t sum = {0};
-        for (int c = 0; c <= run->degree; c++)
-            sum += weight[c].lanes[b]*dense[c*run->row_size + run->place[k]];
+        for (int c = 0; c <= run->degree; c++) {
+            lanes_t weight;
+            memcpy(&weight, run->weight + c*w->nodes + b*LANES, sizeof weight);
+            sum += weight*dense[c*run->row_size + run->place[k]];
+        }
         w->point[place] = sum;
     }
     const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        w->point[point_inputs(w) + k] = first[k] + gauss_node.lanes[b]*(then[k] - first[k]);
+        w->point[point_inputs(w) + k] = first[k] + w->node.lanes[b]*(then[k] - first[k]);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
 
 static void put_slopes(variations_t *w, long long step, long long row)
 {
-    for (int b = 0; b < BLOCKS; b++) {
+    for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
-        slopes_of_core(w, b);
+        slopes_of_core(w, row, b);
         slopes_of_carried(w, b);
     }
 }
@@ -172,9 +203,9 @@ static void put_slopes(variations_t *w, long long step, long long row)
 ALWAYS_INLINE void add_numbers(const variations_t *w, const nodes_t *by, int stride, int place, int node, lanes_t *to)
 {
     double *const column = (double *)to;
-    for (int p = 0; p < w->columns; p++)
-        if (w->run->number[p])
-            column[p] += by[(w->run->number[p] - 1)*stride + place].node[node];
+    const nodes_t *const own = by + place;
+    for (int k = 0; k < w->numbered; k++)
+        column[w->numbered_column[k]] += own[w->number_of[k]*stride].node[node];
 }
 
 /* Where what the core feels stands among the deviations. */
@@ -195,9 +226,9 @@ static void integrate(const variations_t *w, double h, const lanes_t *rate, lane
 {
     const int groups = w->groups;
     for (int g = 0; g < groups; g++)
-        for (int j = 0; j < NODES; j += AT_ONCE) {
+        for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
-            for (int k = 0; k < NODES; k++)
+            for (int k = 0; k < w->nodes; k++)
                 for (int i = 0; i < AT_ONCE; i++)
                     sum[i] += w->once[j + i].node[k]*rate[k*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
@@ -215,7 +246,7 @@ static void put_felt(variations_t *w, double h)
         const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             for (int g = 0; g < groups; g++) {
                 rate[j*groups + g] = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
                     + carries[2]*w->moved[2*groups + g];
@@ -227,10 +258,10 @@ static void put_felt(variations_t *w, double h)
     }
 }
 
-ALWAYS_INLINE int is_zero(const nodes_t *x)
+ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
 {
     lane_mask_t any = {0};
-    for (int b = 0; b < BLOCKS; b++)
+    for (int b = 0; b < w->blocks; b++)
         any |= x->lanes[b] != 0;
     long long found = 0;
     for (int k = 0; k < LANES; k++)
@@ -250,7 +281,7 @@ static int blocks_apart(const variations_t *w)
 {
     for (int a = 3; a < w->core; a++)
         for (int c = 3; c < w->core; c++)
-            if (a != c && !is_zero(&w->slope[a*w->directions + c]))
+            if (a != c && !is_zero(w, &w->slope[a*w->directions + c]))
                 return 0;
     return w->core - 3;
 }
@@ -262,12 +293,12 @@ static void put_matrix(variations_t *w, double h, int a)
     for (int c = 0; c < w->core; c++) {
         nodes_t once = slope[c], twice = {{{0}}};
         for (int f = 0; c < 3 && f < w->felt; f++)
-            for (int b = 0; b < BLOCKS; b++)
+            for (int b = 0; b < w->blocks; b++)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-        const int linear = !is_zero(&once), squared = !is_zero(&twice);
-        for (int j = 0; j < NODES; j++) {
-            lanes_t *const to = w->row[block_of(w, a)*NODES + j] + block_of(w, c)*BLOCKS;
-            for (int b = 0; b < BLOCKS; b++) {
+        const int linear = !is_zero(w, &once), squared = !is_zero(w, &twice);
+        for (int j = 0; j < w->nodes; j++) {
+            lanes_t *const to = w->row[block_of(w, a)*w->nodes + j] + block_of(w, c)*w->blocks;
+            for (int b = 0; b < w->blocks; b++) {
                 lanes_t sum = {0};
                 if (linear)
                     sum -= h*once.node[j]*w->once[j].lanes[b];
@@ -281,40 +312,50 @@ static void put_matrix(variations_t *w, double h, int a)
     }
 }
 
+/* What a deviation does by its slopes at some nodes. */
+ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t *sum)
+{
+    for (int i = 0; i < AT_ONCE; i++)
+        sum[i] += slope->node[j + i]*moved;
+}
+
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, double h, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
-    for (int j = 0; j < NODES; j++) {
-        lanes_t *const right = w->row[block_of(w, a)*NODES + j] + width;
-        for (int g = 0; g < groups; g++) {
-            lanes_t sum = {0};
+    lanes_t **const row = w->row + block_of(w, a)*w->nodes;
+    for (int g = 0; g < groups; g++)
+        for (int j = 0; j < w->nodes; j += AT_ONCE) {
+            lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
-                sum += slope[c].node[j]*w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g];
+                add_moved(slope + c, j, w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g], sum);
             for (int f = 0; f < w->felt; f++)
-                sum += slope[w->core + f].node[j]*w->felt_at[(f*NODES + j)*groups + g];
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                sum += slope[fed + u].node[j]*w->given[u*groups + g];
+                add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_INPUTS*w->wheels; u++)
-                sum += slope[fed + u].node[j]*h*gauss_node.node[j]*w->given[(w->inputs + u)*groups + g];
-            right[g] = sum;
+                for (int i = 0; i < AT_ONCE; i++)
+                    sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
+            for (int i = 0; i < AT_ONCE; i++)
+                row[j + i][width + g] = sum[i];
         }
-        add_numbers(w, w->core_by, w->core, a, j, right);
-    }
+    for (int j = 0; j < w->nodes; j++)
+        add_numbers(w, w->core_by, w->core, a, j, row[j] + width);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. Of the unknowns the first
- * `apart` stand in blocks of NODES that do not know each other, but only what follows all of them. */
+ * `apart` stand in blocks of `nodes` that do not know each other, but only what follows all of them. */
 typedef struct {
     lanes_t **row;
-    int unknowns, apart, width, groups;
+    int nodes, unknowns, apart, width, groups;
 } equations_t;
 
 /* Where the block of an unknown ends. */
 ALWAYS_INLINE int end_of_block(const equations_t *e, int p)
 {
-    return p < e->apart ? (p/NODES + 1)*NODES : e->unknowns;
+    return p < e->apart ? (p/e->nodes + 1)*e->nodes : e->unknowns;
 }
 
 /* The next row that the unknown p has something to do with. */
@@ -381,14 +422,15 @@ NEVER_INLINE void solve(const equations_t *e)
     for (int p = 0; p < e->unknowns; p += 2)
         eliminate_two(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
-        const int v = p/LANES, k = p%LANES;
-        lanes_t *const own = e->row[p] + e->width;
-        for (int g = 0; g < e->groups; g++)
-            own[g] *= 1/e->row[p][v][k];
-        for (int i = p < e->apart ? p/NODES*NODES : 0; i < p; i++) {
-            const double by = e->row[i][v][k];
-            for (int g = 0; g < e->groups && by != 0; g++)
-                e->row[i][e->width + g] -= by*own[g];
+        const double *const own = (const double *)e->row[p];
+        const int end = end_of_block(e, p);
+        for (int g = 0; g < e->groups; g++) {
+            lanes_t left = e->row[p][e->width + g];
+            for (int i = p + 1; i < end; i++)
+                left -= own[i]*e->row[i][e->width + g];
+            for (int i = end > e->apart ? end : e->apart; i < e->unknowns; i++)
+                left -= own[i]*e->row[i][e->width + g];
+            e->row[p][e->width + g] = left*(1/own[p]);
         }
     }
 }
@@ -399,12 +441,12 @@ static void put_core(variations_t *w, double h, int width)
     const int groups = w->groups;
     for (int a = 0; a < w->core; a++) {
         lanes_t *const at = w->core_at + a*NODES*groups;
-        for (int j = 0; j < NODES; j++)
+        for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
                 at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
-        for (int j = 0; j < NODES; j++)
-            memcpy(rate + j*groups, w->row[block_of(w, a)*NODES + j] + width, groups*sizeof *rate);
+        for (int j = 0; j < w->nodes; j++)
+            memcpy(rate + j*groups, w->row[block_of(w, a)*w->nodes + j] + width, groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -417,7 +459,7 @@ static void put_carried_rates(variations_t *w, double h)
     lanes_t *const heading = w->felt_at;            /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
             for (int g = 0; g < groups; g++)
                 to[g] = w->carries[i][0]*core[j*groups + g] + w->carries[i][1]*core[(NODES + j)*groups + g]
@@ -428,12 +470,12 @@ static void put_carried_rates(variations_t *w, double h)
                 add_numbers(w, w->pose_by, 3, 2, j, to);
         }
     }
-    for (int j = 0; j < NODES; j++)
+    for (int j = 0; j < w->nodes; j++)
         for (int g = 0; g < groups; g++)
             heading[j*groups + g] = w->moved[(5 + wheels)*groups + g];
     integrate(w, h, w->carried_at + (wheels + 2)*NODES*groups, heading);
     for (int c = 0; c < 2; c++)
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + ((wheels + c)*NODES + j)*groups;
             for (int g = 0; g < groups; g++) {
                 to[g] = w->pose_slope[c][3].node[j]*heading[j*groups + g];
@@ -449,15 +491,41 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->row[block_of(w, core)*NODES + node] + width;
+        return w->row[block_of(w, core)*w->nodes + node] + width;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
-/* The deviations at the end of a step, from those at its start; rates (NODES x size x columns), or null. */
-static void vary_along(variations_t *w, long long step, long long row, double *rates)
+/* Whether the nodes see what the deviations of nu do in a step: of its rates, as Legendre's polynomials, the last one
+ * makes next to nothing of the way of the wheels. The steps are as long as the run lets them be, which may hardly move where
+ * what is beside it does. */
+static int are_seen(const variations_t *w, double h, int width)
+{
+    for (int g = 0; g < w->groups; g++) {
+        lanes_t last = {0}, size = {0};
+        for (int a = 0; a < 3; a++) {
+            lanes_t sum = {0};
+            for (int j = 0; j < w->nodes; j++) {
+                const lanes_t rate = w->row[block_of(w, a)*w->nodes + j][width + g];
+                sum += w->run->gauss_last[j]*rate;
+                size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
+            }
+            last += lanes_abs(sum), size += h*lanes_abs(w->moved[a*w->groups + g]);
+        }
+        for (int i = 0; i < w->wheels; i++)
+            size += lanes_abs(w->moved[(3 + i)*w->groups + g]);
+        for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
+            if (h*h*last[k] > w->run->most_last*(size[k] + w->run->least[g*LANES + k]))
+                return 0;
+    }
+    return 1;
+}
+
+/* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. Returns whether
+ * the nodes are enough, where the run asks that; nothing has been done otherwise. */
+static int vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
-    const int groups = w->groups, unknowns = NODES*w->core, width = unknowns/LANES;
+    const int groups = w->groups, unknowns = w->nodes*w->core, width = unknowns/LANES;
     put_slopes(w, step, row);
     put_felt(w, h);
     for (int k = 0; k < unknowns; k++)
@@ -466,15 +534,18 @@ static void vary_along(variations_t *w, long long step, long long row, double *r
         put_matrix(w, h, a);
         put_right(w, h, a, width);
     }
-    solve(&(equations_t){w->row, unknowns, NODES*blocks_apart(w), width, groups});
+    solve(&(equations_t){w->row, w->nodes, unknowns, w->nodes*blocks_apart(w), width, groups});
+    if (w->run->most_last > 0 && !are_seen(w, h, width))
+        return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);
     for (int place = 0; place < w->size; place++)
-        for (int j = 0; j < NODES; j++) {
+        for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j, width);
             for (int g = 0; g < groups; g++)
-                w->moved[place*groups + g] += h*gauss_weight.node[j]*rate[g];
+                w->moved[place*groups + g] += h*w->run->gauss_weight[j]*rate[g];
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
+    return 1;
 }

@@ -11,12 +11,22 @@ typedef struct {
     const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
     const int *number;                      /* P: the model of each column                              */
     const int *place;                       /* m: places in a row of y                                  */
-    const double *weight;                   /* degree + 1 x NODES: of the polynomials' coefficients     */
+    int nodes;                              /* of a step: NODES or fewer, a multiple of LANES           */
+    const double *node, *gauss_weight;      /* nodes: from 0 to 1, and of the integral over a step      */
+    double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
+                                             * of their rates may make of them in a step; 0: it is not asked */
+    const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
+    const double *gauss_last;               /* nodes: of the coefficient of that                        */
+    const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
+    const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
     const double *y;                        /* T x row_size                                             */
     const double *spins;                    /* T x N x (n-1), or null                                   */
     const long long *contact;               /* T x N                                                    */
     const double *drive;                    /* T x inputs of the set x N                                */
+    const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
+    const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
+                                             * of its columns are absent, 3; how the directions move with each number */
     const double *dense;                    /* S x degree + 1 x row_size                                */
     const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
     const long long *phase_start;           /* K: the rows at which phases start                        */
@@ -35,11 +45,14 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes. */
+ * grazes. -1 - row: the step from this row asks for more nodes. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 
-/* The rates of the deviations, NODES x m x P, at the nodes of each of some steps, each in its phase. */
+/* The most nodes, of so many or fewer, that a step may have here. */
+int omniroll_variations_nodes(int nodes);
+
+/* The rates of the deviations, nodes x m x P, at the nodes of each of some steps, each in its phase. */
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, double *rates);
 

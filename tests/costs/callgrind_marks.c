@@ -8,6 +8,12 @@ void start_counting(void)
     CALLGRIND_START_INSTRUMENTATION;
 }
 
+/* Count from here on, or no more. */
+void toggle_counting(void)
+{
+    CALLGRIND_TOGGLE_COLLECT;
+}
+
 /* Only this is counted. */
 int counted_call(void *engine, void *run, const void *model)
 {

@@ -1,6 +1,7 @@
 """Instructions of the compiled engine, counted by valgrind's callgrind: no other program on the machine moves them.
 
-A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else. Under it
+A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else; where a
+task asks for sensitivities, then what follows the deviations in C. Under it
 there is no AVX-512: engines of the level x86-64-v3 run, of all sets alike. Four numbers are a vector there.
 """
 
@@ -16,20 +17,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import cffi
 
 from omniroll.engine.compiled_engine import CompiledRun
-from omniroll.engine.simulate import checked_task
+from omniroll.engine.compiled_variations import CompiledVariations
+from omniroll.engine.simulate import checked_task, simulate
 from omniroll.kernels import building
 
 LEVEL = "x86-64-v3"
 HERE = Path(__file__).resolve().parent
 HEADER = Path("/usr/include/valgrind/callgrind.h")
 LONGEST = 1800  # seconds
+CONTROLLED, FOLLOWED = ", controlled", ", deviations"  # behind a task's name: with its control; what follows them
 WRITTEN = re.compile(r"^desc: Trigger: Client Request: (.+?)$.*?^summary: (\d+)", re.MULTILINE | re.DOTALL)
 MARKS = """
 void start_counting(void);
+void toggle_counting(void);
 int counted_call(void *engine, void *run, const void *model);
 void write_down(const char *name);
 """
@@ -69,7 +74,17 @@ def missing() -> str:
 def counted(module: str, names: list[str]) -> dict[str, Count]:
     """The counts of runs. module: whose `task(name)` gives the arguments of simulate()."""
     figures, texts = under_callgrind(module, names)
-    return {name: Count(int(WRITTEN.search(texts[name])[2]), **figures[name]) for name in names}
+    return {name: Count(_instructions(texts[name]), **figures[name]) for name in names}
+
+
+def counted_with_sensitivities(module: str, name: str) -> tuple[int, int]:
+    """Instructions of a run whose task asks for sensitivities, with its control, and of following its deviations."""
+    _, texts = under_callgrind(module, [name])
+    return _instructions(texts[name + CONTROLLED]), _instructions(texts[name + FOLLOWED])
+
+
+def _instructions(text: str) -> int:
+    return int(WRITTEN.search(text)[2])
 
 
 def under_callgrind(module: str, names: list[str], flags: str = "") -> tuple[dict[str, dict], dict[str, str]]:
@@ -109,9 +124,27 @@ class CountedEngine:
         return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in places))
 
 
+def count_calls(kind: type, name: str, task: Mapping, marks: SimpleNamespace) -> None:
+    """Simulate, and count what a method of this name does."""
+    own = getattr(kind, name)
+
+    def counted_call(*given) -> Any:
+        marks.lib.toggle_counting()
+        found = own(*given)
+        marks.lib.toggle_counting()
+        return found
+
+    setattr(kind, name, counted_call)
+    try:
+        simulate(**task)
+    finally:
+        setattr(kind, name, own)
+
+
 def run(task: Mapping, marks: SimpleNamespace | None = None) -> dict[str, int]:
     """Simulate; the figures of the run."""
     options = dict(task)
+    options.pop("sensitivities", None)
     engine = CompiledRun(checked_task(options.pop("vehicle"), **options), options["accuracy"])
     if marks is not None:
         module = engine.module
@@ -132,11 +165,18 @@ def main(marks_library: str, module: str, *names: str) -> None:
     marks, task = SimpleNamespace(ffi=ffi, lib=ffi.dlopen(marks_library)), importlib.import_module(module).task
     for name in names:  # kernels are made and loaded beforehand
         run(task(name) | {"duration": 1e-3})
+        if "sensitivities" in task(name):
+            simulate(**task(name) | {"duration": 1e-3})
     marks.lib.start_counting()
     found = {}
     for name in names:
         found[name] = run(task(name), marks)
         marks.lib.write_down(name.encode())
+        if "sensitivities" in task(name):
+            count_calls(CompiledRun, "advance", task(name) | {"sensitivities": ()}, marks)
+            marks.lib.write_down((name + CONTROLLED).encode())
+            count_calls(CompiledVariations, "follow", task(name), marks)
+            marks.lib.write_down((name + FOLLOWED).encode())
     print(json.dumps(found))
 
 

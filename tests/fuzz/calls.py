@@ -89,6 +89,13 @@ def run() -> omniroll.Trajectory:
 
 
 @cache
+def sensitive_session() -> omniroll.Session:
+    followed = omniroll.Session(VEHICLE, nu=(1, 0, 1), sensitivities=["mass"])
+    followed.step(0.2)
+    return followed
+
+
+@cache
 def sensitive_run() -> omniroll.Trajectory:
     return omniroll.simulate(VEHICLE, nu=(1, 0, 1), duration=0.2, sensitivities=["nu[0]"])
 
@@ -164,6 +171,8 @@ CALLS = (
     Call("Session", omniroll.Session, {
         "subject": VEHICLE, "driven": True, "nu": (1, 0, 1), "chi": 0, "pose": (0, 0, 0), "effects": (),
         "accuracy": 1e-6}),
+    Call("Session, sensitivities", omniroll.Session, {"subject": VEHICLE, "sensitivities": ("mass",)}),
+    Call("Session.sensitivity", lambda name: sensitive_session().sensitivity(name), {"name": "mass"}),
     Call("Session.step", partial(session, "step"), {"duration": 0.01, "torque": 0.0}),
     Call("Session.step, voltage", partial(session, "step"), {"duration": 0.01, "voltage": None, "target": None}),
     Call("Session.reset", partial(session, "reset"), {"nu": (1, 0, 0), "chi": 0, "spins": 0, "pose": (0, 0, 0)}),

@@ -60,6 +60,8 @@ class Bearings(Effect):
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
 
+    signals: ClassVar[tuple[str, ...]] = ("wheel_coulomb", "wheel_break_away", "roller_coulomb", "roller_break_away")
+
     wheel_viscous: ArrayLike | None = None
     wheel_coulomb: ArrayLike | None = None
     wheel_speed: float | None = None

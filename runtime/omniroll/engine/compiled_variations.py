@@ -11,6 +11,7 @@ import numpy as np
 
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.compiled_engine import NODES
+from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
 from omniroll.errors import KernelsMissingError
@@ -19,6 +20,12 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.dense import weights_at
 
 ALIGNMENT = 128  # bytes
+# At the ends of steps collocation at Gauss's nodes has twice the order that it has inside them. So from row to row
+# fewer nodes are as exact as the run itself, where its accuracy is this one or better, and where the deviations move no
+# faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
+FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
+MANY = 16  # steps that ask for more
+NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own size
 
 
 def library_of(motion: Motion):
@@ -84,17 +91,27 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
+    holds   where bearings may stick
     """
 
     def __init__(
-        self, module, motion: Motion, columns: Columns, rows: np.ndarray, inputs: np.ndarray, axial: np.ndarray | None
+        self,
+        module,
+        motion: Motion,
+        columns: Columns,
+        rows: np.ndarray,
+        inputs: np.ndarray,
+        axial: np.ndarray | None,
+        holds: HoldDeviations | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        self._fill()
+        self.nodes = FEWER if motion.trajectory.accuracy <= FINE else NODES  # from row to row
+        self.asked = 0
+        self._fill(holds)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -102,14 +119,40 @@ class CompiledVariations:
 
     def follow(self, first: int, last: int, phase: int, as_one: bool = False) -> int:
         """Fill the rows behind `first` up to `last`; returns where it has come, before a switch that is not plain."""
-        return self.module.lib.omniroll_follow(self.struct, first, last, phase, as_one)
+        call = self.module.lib.omniroll_follow
+        self._take_nodes(self.nodes)
+        reached = call(self.struct, first, last, phase, as_one)
+        while reached < 0:  # a step asks for more nodes; where many do, all get them
+            first, self.asked = -1 - reached, self.asked + 1
+            self.nodes = NODES if self.asked == MANY else self.nodes
+            phase = int(np.searchsorted(self.motion.phases, first, side="right")) - 1
+            self._take_nodes(NODES)
+            call(self.struct, first, first + 1, phase, False)
+            self._take_nodes(self.nodes)
+            reached = call(self.struct, first + 1, last, phase, False)
+        return reached
 
     def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
+        self._take_nodes(NODES)
         rates = np.empty((len(steps), NODES, *self.rows.shape[1:]))
         pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
         self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
         return rates
+
+    def _take_nodes(self, wanted: int) -> None:
+        """Work with so many nodes in a step, where vectors are no wider."""
+        count = self.module.lib.omniroll_variations_nodes(wanted)
+        run, nodes = self.struct[0], gauss(count)
+        if run.nodes == count:
+            return
+        run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
+        tables = {
+            "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
+            "weight": weights_at(run.degree, nodes.nodes), "gauss_last": nodes.last,
+        }  # fmt: skip
+        for name, array in tables.items():
+            setattr(run, name, self._pointer(array, float))
 
     def _pointer(self, array: np.ndarray, kind: type):
         """A pointer to an array's numbers, which are kept alive; not of another array's where the type fits."""
@@ -118,7 +161,7 @@ class CompiledVariations:
         self.kept.append(array)
         return self.module.ffi.from_buffer(names[kind], array)
 
-    def _fill(self) -> None:
+    def _fill(self, holds: HoldDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
@@ -137,12 +180,16 @@ class CompiledVariations:
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
         whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
+        if holds is not None:
+            whole["hold"] = holds.holds.which
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "weight": weights_at(run.degree, gauss(NODES).nodes), "elapsed": trajectory.elapsed, "y": motion.y,
-            "drive": drive, "dense": dense, "moved": self.rows, "given": self.inputs,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
+            "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
+        if holds is not None:
+            numbers["allowed"] = holds.tables
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

@@ -11,7 +11,7 @@ import numpy as np
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect, Process
 from omniroll.effects.motor import Motor
-from omniroll.effects.numbers import Curve, spread
+from omniroll.effects.numbers import spread
 from omniroll.effects.torque import Torque, TorqueTable
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
@@ -27,8 +27,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
-        if effect.axles(plain) is not None or plain.rollers_stick or plain.slips or not known:
-            what = "bearings that stick, wheels that slip and functions of your own are not followed"
+        if plain.rollers_stick and plain.has_spins or plain.slips or not known:
+            what = "free rollers that stick, wheels that slip and functions of your own are not followed"
             raise InvalidValueError("sensitivities", type(effect).__name__, what)
 
 
@@ -44,19 +44,35 @@ class DriveDeviations:
         self.bound, (self.columns,) = bound, bound.columns
         self.motor = next((effect for effect in effects if isinstance(effect, Motor)), None)
         self.curves: list[tuple[str, _Curve]] = []  # by the signal that they are added to
-        self.torques: list[Curve] = []  # (K, N) that motors have no part in
+        self.torques: list[_Curve] = []  # that motors have no part in
         self.samplers: list[_Sampling] = []
-        self.laws: dict[bytes, tuple[np.ndarray, ...]] = {}  # of the motors, by their modes
         for k, effect in enumerate(effects):
             given = {name: signals[place, name] for place, name in signals if place == k}
             if isinstance(effect, Controller):
                 self.samplers.append(_Sampling(effect, bound, given, start_time))
             if isinstance(effect, Torque | TorqueTable):
-                self.torques.append(effect.process(bound, start_time).curve)
+                self.torques.append(_Curve(effect, "torque", bound.wheels, {}, self.columns, start_time))
             for name in ("torque", "voltage"):
                 if given and name in effect.signals:
                     curve = _Curve(effect, name, bound.wheels, given, self.columns, start_time)
                     self.curves.append((name, curve))
+
+    def hold(self, held: Mapping[str, list[np.ndarray]]) -> None:
+        """The torques and targets that the steps of a session hold now, by name; their deviations stay."""
+        constant = {"torque": self.torques, "target": [sampler.target for sampler in self.samplers]}
+        for name, curves in constant.items():
+            for curve in curves:
+                if len(curve.values) == 1:
+                    curve.values.real[0] = held[name][0]
+
+    def remembered(self) -> tuple:
+        """What the controllers remember."""
+        return tuple((sampler.samples, sampler.sum, sampler.output) for sampler in self.samplers)
+
+    def recall(self, remembered: tuple) -> None:
+        """Go back to what `remembered` gave."""
+        for sampler, own in zip(self.samplers, remembered, strict=True):
+            sampler.samples, sampler.sum, sampler.output = own
 
     def next_time(self) -> float:
         return min((sampler.next_time() for sampler in self.samplers), default=math.inf)
@@ -80,12 +96,23 @@ class DriveDeviations:
             raise InvalidValueError("sensitivities", "times", bound)
         return jumps[0]
 
-    def after(self, elapsed: float, drive: Mapping[str, np.ndarray], slopes: Mapping[str, np.ndarray]) -> dict:
-        """Tangents of value and slope (P, N) of each input from `elapsed` on, by name.
+    def jumps(self, elapsed: np.ndarray) -> np.ndarray:
+        """(...,) bool: times at which a drive jumps, at a time that deviates."""
+        return np.isin(elapsed, np.concatenate([[math.nan], *(curve.jumps for _, curve in self.curves)]))
 
-        drive, slopes  (N,) torque and damping of the run from there on, and how fast they change
+    def samples(self, elapsed: float) -> np.ndarray:
+        """All times of samples up to `elapsed`."""
+        times = [
+            np.arange(elapsed / own.controller.sample_time + 1) * own.controller.sample_time for own in self.samplers
+        ]
+        return np.concatenate([np.zeros(0), *times])
+
+    def after(self, elapsed: np.ndarray, drive: Mapping[str, np.ndarray], slopes: Mapping[str, np.ndarray]) -> dict:
+        """Tangents of value and slope (S, P, N) of each input from the times (S,) on, by name; up to the next sample.
+
+        drive, slopes  (S, N) torque and damping of the run from there on, and how fast they change
         """
-        zero = np.zeros((self.columns, self.bound.wheels))
+        zero = np.zeros((len(elapsed), self.columns, self.bound.wheels))
         found = {name: (zero, zero) for name in ("torque", "voltage")}
         for name, curve in self.curves:
             found[name] = tuple(a + tangent_of(b) for a, b in zip(found[name], curve.after(elapsed), strict=True))
@@ -94,18 +121,25 @@ class DriveDeviations:
             found[sampler.signal] = value + tangent_of(sampler.output), slope
         if self.motor is None:
             return found
-        given = [curve.after(elapsed) for curve in self.torques]
-        given += [(sampler.output[0].real, 0.0) for sampler in self.samplers if sampler.signal == "torque"]
-        own = drive["torque"] - sum(value for value, _ in given), slopes["torque"] - sum(slope for _, slope in given)
-        return self._of_motors(found, *own, drive["damping"])
+        own, own_slope = np.array(drive["torque"]), np.array(slopes["torque"])
+        for curve in self.torques:
+            value, slope = (part[:, 0].real for part in curve.after(elapsed))
+            own -= value
+            own_slope -= slope
+        own -= sum(sampler.output[0].real for sampler in self.samplers if sampler.signal == "torque")
+        return self._of_motors(found, own, own_slope, drive["damping"])
 
     def _of_motors(self, found: Mapping, own: np.ndarray, own_slope: np.ndarray, damping: np.ndarray) -> dict:
         """Torque and damping of the motors in their modes, whose torques are `own` and change with `own_slope`."""
-        limit, *_ = self._laws(np.ones(self.bound.wheels))
+        limit, *_ = self.bound.motor_laws(np.ones(self.bound.wheels))
         modes = np.where(self._at_limit(own, limit[0].real, damping), np.sign(own * limit[0].real), 0.0)
-        at_zero, per_volt, lost = self._laws(modes)
+        sets, which = np.unique(modes, axis=0, return_inverse=True)  # a run has few
+        laws = [self.bound.motor_laws(own_modes)[:3] for own_modes in sets]
+        at_zero, per_volt, lost = (np.array(parts)[which.reshape(-1)] for parts in zip(*laws, strict=True))
         with np.errstate(divide="ignore", invalid="ignore"):
-            volts, volts_slope = (np.where(modes == 0, value / per_volt[0].real, 0.0) for value in (own, own_slope))
+            volts, volts_slope = (
+                np.where(modes == 0, value / per_volt[:, 0].real, 0.0)[:, None] for value in (own, own_slope)
+            )
         (volts_moved, slope_moved), (torque, torque_slope) = found["voltage"], found["torque"]
         value = at_zero + per_volt * with_tangent(volts, volts_moved)
         slope = per_volt * with_tangent(volts_slope, slope_moved)
@@ -114,18 +148,11 @@ class DriveDeviations:
             "damping": (tangent_of(lost), np.zeros_like(torque)),
         }
 
-    def _laws(self, modes: np.ndarray) -> tuple[np.ndarray, ...]:
-        """(P, N) the parts of the motors' torques in their modes (N,); the modes of a run are few."""
-        key = (modes + 0.0).tobytes()
-        if key not in self.laws:
-            self.laws[key] = self.bound.motor_laws(modes)[:3]
-        return self.laws[key]
-
     def _at_limit(self, own: np.ndarray, limit: np.ndarray, damping: np.ndarray) -> np.ndarray:
-        """(N,) bool: a motor at its limit does not feel the rate."""
+        """(S, N) bool: a motor at its limit does not feel the rate."""
         if self.motor.current_limit is None:
-            return np.zeros(self.bound.wheels, bool)
-        _, _, lost = self._laws(np.zeros(self.bound.wheels))
+            return np.zeros(own.shape, bool)
+        lost = self.bound.motor_laws(np.zeros(self.bound.wheels))[2]
         return damping == 0 if lost.real.any() else np.abs(own) >= (1 - ROUNDINGS * EPS) * np.abs(limit)
 
 
@@ -142,15 +169,26 @@ class _Curve:
         self.moved = given.get("times", np.zeros((columns, len(self.knots)))).T
         self.holds = times is None or getattr(effect, "interpolation", "linear") == "hold"
 
-    def after(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Value and slope (P, W) from `elapsed` to the next knot."""
-        segment = int(np.searchsorted(self.knots, elapsed, side="right")) - 1
-        held = self.values[max(segment, 0)]
-        if segment < 0 or segment == len(self.knots) - 1 or self.holds:
-            return held, np.zeros_like(held)
-        start, end = (with_tangent(self.knots[k], self.moved[k])[:, None] for k in (segment, segment + 1))
-        slope = (self.values[segment + 1] - held) / (end - start)
-        return held + slope * (elapsed - start), slope
+    def after(self, elapsed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes (S, P, W) from the times (S,) to the next knot of each."""
+        segment = np.searchsorted(self.knots, elapsed, side="right") - 1
+        held = self.values[np.maximum(segment, 0)]
+        slope = np.zeros_like(held)
+        inside = (segment >= 0) & (segment < len(self.knots) - 1) & (not self.holds)
+        if not inside.any():
+            return held, slope
+        start, end = (
+            with_tangent(self.knots[k][:, None], self.moved[k])[..., None]
+            for k in (segment[inside], segment[inside] + 1)
+        )
+        slope[inside] = (self.values[segment[inside] + 1] - held[inside]) / (end - start)
+        held[inside] += slope[inside] * (elapsed[inside, None, None] - start)
+        return held, slope
+
+    @property
+    def jumps(self) -> np.ndarray:
+        """The times at which a value that is held changes, of those that deviate."""
+        return self.knots[self.moved.any(axis=1)] if self.holds else np.zeros(0)
 
     def jump(self, elapsed: float) -> np.ndarray | None:
         """(P,) by how much the time deviates at which a value that is held changes now; None where none does."""
@@ -179,7 +217,7 @@ class _Sampling:
         return self.samples * self.controller.sample_time
 
     def pass_time(self, nu: np.ndarray) -> None:
-        wanted, _ = self.target.after(self.next_time())
+        (wanted,), _ = self.target.after(np.array([self.next_time()]))
         error = self.bound.wheel_speeds(wanted - nu)
         arguments = (np.moveaxis(values, -1, 0) for values in (error, self.sum, *self.gains))
         found = parts.controller_sample(self.bound.wheels, 0, *arguments, self.controller.sample_time)

@@ -91,9 +91,10 @@ class Chain(Sweep):
         super()._put_start(compiled)
         self._phase_begun(0)
 
-    def _end_of_stretch(self, row: int, phase: int, last: int) -> int:
-        phases = self.motion.phases
-        return row + 1 if self.moving else int(phases[phase + 1]) if phase + 1 < len(phases) else last
+    def _stops(self) -> np.ndarray:
+        found = super()._stops()
+        found[self.motion.phases] = True
+        return found
 
     def _phase_begun(self, row: int) -> None:
         phase = int(np.searchsorted(self.motion.phases, row))

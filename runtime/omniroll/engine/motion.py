@@ -6,7 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
-from omniroll.engine.variations import Deviations, Variations
+from omniroll.engine.holds import Holds
+from omniroll.engine.slopes import NOTHING
+from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
@@ -20,6 +22,8 @@ class Motion:
         self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
         self.deviations = Deviations(trajectory.effects, self.plain)
         self.vector = self.deviations.vector
+        self.starts_step = np.zeros(len(trajectory), bool)
+        self.starts_step[trajectory.step_rows] = True
         self.y = trajectory.state_rows()
 
     @cached_property
@@ -30,6 +34,12 @@ class Motion:
         found = self.trajectory
         free = self.plain.axial_speeds(found.nu, found.chi, found.spins)
         return by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), found.contact)
+
+    @cached_property
+    def holds(self) -> Holds | None:
+        """Which bearings stick; None where none may."""
+        sticking = self.deviations.sticking
+        return Holds(self.trajectory, self.plain, sticking) if sticking else None
 
     @cached_property
     def inputs(self) -> np.ndarray:
@@ -93,14 +103,15 @@ class Motion:
         later = trajectory.effects.axial_later(bound, speeds, before, self.vector.views(y), since)
         return bound.spins_from_axial(self.vector.view(y, "nu"), self.vector.view(y, "chi"), later)
 
-    def rates_in(self, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(..., m) the rates of what deviates in states (..., size)."""
-        return self.deviations.rates_of(self.plain, y, inputs)
+    def rates_in(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(..., m) the rates of what deviates in states (..., size), where what sticks is as in rows (...)."""
+        held = NOTHING if self.holds is None else self.holds.at(rows)
+        return self.deviations.rates_of(self.plain, y, inputs, held)
 
     @cached_property
     def rates(self) -> np.ndarray:
         """(T, m) the same in the rows."""
-        return self.rates_in(self.y, self.inputs)
+        return self.rates_in(self.y, self.inputs, np.arange(len(self.y)))
 
 
 class Columns:
@@ -159,8 +170,9 @@ class Columns:
         """The functions with the deviation of one number, for states of any leading axes."""
         return TangentKernel(self.plain, {name: tangents[column] for name, tangents in self.constants.items()})
 
-    def variations(self, motion: Motion) -> Variations:
+    def variations(self, motion: Motion, held: Held | None = None) -> Variations:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
-            motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes
-        )
+            motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
+            held,
+        )  # fmt: skip

@@ -35,7 +35,7 @@ class _Slopes:
         self.columns = Columns(run, self.followed.names, others=1)  # the first is that of the time
         self.drives = run.drives_at(times)
         self.drive_slopes = self._drive_slopes()
-        rates = self.motion.rates_in(self.y, self._inputs())
+        rates = self.motion.rates_in(self.y, self._inputs(), self.row)
         self.carrying = with_tangent(
             self.y, self.motion.whole(np.concatenate([rates[None], np.moveaxis(look.moved, -1, 0)]))
         )

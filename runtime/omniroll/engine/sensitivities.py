@@ -23,11 +23,12 @@ from omniroll import validation
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
+from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Variations, gauss
+from omniroll.engine.variations import Held, Variations, gauss
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
@@ -53,6 +54,15 @@ def check_names(task: Task, names: Sequence[str]) -> None:
     plain = task.effects.kernel(task.vehicle, task.kernel.roller_model, "python")
     columns_of(names, plain, task.effects.effects)
     refuse_what_is_not_followed(task.effects.effects, plain)
+
+
+def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
+    """What deviations do where bearings may stick; None where none may."""
+    return None if motion.holds is None else HoldDeviations(motion, columns)
+
+
+def held_in(holds: HoldDeviations | None) -> Held | None:
+    return None if holds is None else holds.held
 
 
 @dataclass(frozen=True)
@@ -140,13 +150,14 @@ class Followed:
         compiled = self.compiled_for(motion, columns)
         if compiled is not None:
             return self._since_row_compiled(compiled, step, times)
-        variations = self.variations or columns.variations(motion)
+        variations = self.variations or columns.variations(motion, held_in(hold_deviations(motion, columns)))
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
+            holds = hold_deviations(motion, columns)
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds)
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -179,9 +190,10 @@ class Sweep:
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
+        self.holds = hold_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial)
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -199,18 +211,21 @@ class Sweep:
             self._run_in_python()
 
     def _run_compiled(self, compiled: CompiledVariations) -> None:
-        """In C up to whatever is left to Python: what drives give, and switches of several wheels."""
-        trajectory, last, row = self.trajectory, len(self.trajectory) - 1, 0
-        steps = {int(row): step for step, row in enumerate(trajectory.step_rows)} if self.moving else {}
+        """In C from one row to the next at which something is left to Python, and up to switches that are not plain."""
+        last, row, given = len(self.trajectory) - 1, 0, 0
         self._put_start(compiled)
+        stops = np.append(np.flatnonzero(self._stops()), last)
         while row < last:
-            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
-            if self.moving and row in steps:
-                self._give(steps[row], row, self.rows[row])
-            elif self.moving and self._jumped(row):
+            end = int(stops[np.searchsorted(stops, row, side="right")])
+            if self.motion.starts_step[row]:
+                self._enter(row, self.rows[row])
+            elif self._jumped(row):
                 row += 1
                 continue
-            end = self._end_of_stretch(row, phase, last)
+            if row >= given:
+                self._give(row, end)
+                given = end
+            phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             reached = compiled.follow(row, end, phase)
             if reached < end:
                 self._pass_together(compiled, reached)
@@ -218,20 +233,68 @@ class Sweep:
             row = reached
             self._phase_begun(row)
 
-    def _end_of_stretch(self, row: int, phase: int, last: int) -> int:
-        """The row up to which nothing is left to Python, but for switches that are not plain."""
-        return row + 1 if self.moving else last
+    def _stops(self) -> np.ndarray:
+        """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
+        found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
+        if not self.moving:
+            return found
+        first = trajectory.step_rows
+        times = self.drives.samples(trajectory.elapsed[-1])
+        found[first[np.unique(np.searchsorted(trajectory.elapsed[first], times)).clip(max=len(first) - 1)]] = True
+        found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
+        if self.holds is not None:
+            found |= self.holds.enters
+            found[:-1] |= self.holds.changes
+        return found
 
     def _phase_begun(self, row: int) -> None:
         """The walk has come to a row: for those who look at phases."""
 
+    def _enter(self, row: int, moved: np.ndarray) -> None:
+        """A step begins with deviations (m, P), which are changed where bearings stick from now on: samples are due."""
+        if self.holds is not None and self.holds.enters[row]:
+            moved[:] = self.holds.projected(row, moved)
+        while self.drives.next_time() <= self.trajectory.elapsed[row]:
+            self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
+
     def _jumped(self, row: int) -> bool:
-        """Whether drives jump between this row and the next at a time that deviates; the next row is filled then."""
-        if row + 1 in self.motion.switched or (times := self.drives.jump(self.trajectory.elapsed[row + 1])) is None:
+        """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
+        row is filled then."""
+        if not self.moving or row + 1 in self.switched:
             return False
+        found = self._after_jump(row, self.rows[row])
+        if found is not None:
+            self.rows[row + 1] = found
+        return found is not None
+
+    @cached_property
+    def switched(self) -> set[int]:
+        return set(self.motion.switched.tolist())
+
+    def _after_jump(self, row: int, moved: np.ndarray) -> np.ndarray | None:
+        """(m, P) the deviations after a drive has jumped, or bearings have stopped or broken away, between this row and
+        the next; None where neither has."""
+        times = self.drives.jump(self.trajectory.elapsed[row + 1])
+        if self.holds is not None and self.holds.changes[row]:
+            return self.holds.passed(row, moved, times, self.inputs_at(row))
+        if times is None:
+            return None
         rates = self.motion.rates
-        self.rows[row + 1] = self.rows[row] + (rates[row] - rates[row + 1])[:, None] * times
-        return True
+        return moved + (rates[row] - rates[row + 1])[:, None] * times
+
+    def inputs_at(self, row: int) -> np.ndarray:
+        """(U, 1 + P) how fast the inputs of the last phase change, and their deviations, in this row at its end."""
+        trajectory, size = self.trajectory, self.deviations.input_size
+        step = int(np.searchsorted(trajectory.step_rows, row)) - 1
+        found = np.zeros((size, 1 + len(self.columns)))
+        if step < 0:
+            return found
+        first = trajectory.step_rows[step]
+        length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
+        found[:, 0] = (self.motion.inputs[first + 1] - self.motion.inputs[first]) / length
+        found[:, 1:] = self.inputs[step, :size]
+        found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
+        return found
 
     def _put_start(self, compiled: CompiledVariations) -> None:
         places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
@@ -267,23 +330,27 @@ class Sweep:
         for row in range(len(trajectory) - 1):
             if row in step_of:
                 step = step_of[row]
+                self._enter(row, moved)
+                self.rows[row] = moved
                 grown = maps[step]
-                entered, moved = moved, grown[:, : self.size] @ moved + driven[step]
+                moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
-                    self._give(step, row, entered)
+                    if self.momenta_maps is not None:
+                        self.inputs[step, self.moving : self.deviations.input_size] = self.momenta
+                    self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))
-            elif (times := self.drives.jump(trajectory.elapsed[row + 1])) is not None:
-                moved = moved + (motion.rates[row] - motion.rates[row + 1])[:, None] * times
+            elif (found := self._after_jump(row, moved)) is not None:
+                moved = found
             self.rows[row + 1] = moved
 
     def _maps(self) -> np.ndarray:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        self.variations = self.columns.variations(self.motion)
+        self.variations = self.columns.variations(self.motion, held_in(self.holds))
         return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -314,26 +381,25 @@ class Sweep:
         own = None if axial is None else tangent_of(axial).reshape(len(self.columns), -1).T
         return self.passage.deviation(y).T, own
 
-    def _give(self, step: int, row: int, moved: np.ndarray) -> None:
-        """Put down the deviations of what the step from this row is given."""
-        inputs = self.inputs[step]
-        if self.momenta_maps is not None:
-            inputs[self.moving : self.deviations.input_size] = self.momenta
-        if not self.moving:
-            return
+    def _give(self, row: int, end: int) -> None:
+        """Put down what drives give in the steps from this row up to another: until then no sample is due."""
         trajectory = self.trajectory
-        elapsed, length = trajectory.elapsed[row], trajectory.elapsed[row + 1] - trajectory.elapsed[row]
-        while self.drives.next_time() <= elapsed:
-            nu = self.motion.y[row, :3]
-            self.drives.pass_time(elapsed, with_tangent(nu, moved[:3].T))
-        names = self.trajectory.effects.drives()
-        drive = dict(zip(names, trajectory.drive[row], strict=True))
-        slopes = dict(zip(names, (trajectory.drive[row + 1] - trajectory.drive[row]) / length, strict=True))
+        first, last = np.searchsorted(trajectory.step_rows, (row, end))
+        if not self.moving or first == last:
+            return
+        rows = trajectory.step_rows[first:last]
+        elapsed = trajectory.elapsed[rows]
+        names = trajectory.effects.drives()
+        drive = {name: trajectory.drive[rows, k] for k, name in enumerate(names)}
+        length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
+        slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
+        if self.holds is not None:
+            found |= self.holds.given(rows)
         for k, name in enumerate(names):
-            width = drive[name].size
-            for own, first in zip(found[name], (0, self.deviations.input_size), strict=True):
-                inputs[first + k * width : first + (k + 1) * width] = own.T
+            width = self.motion.plain.wheels
+            for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
+                self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
 
     @cached_property
     def drives(self) -> DriveDeviations:
@@ -453,4 +519,4 @@ class Sweep:
         if "momenta" in self.deviations.inputs:
             given = self.deviations.views(inputs) | {"momenta": self.motion.plain.momenta(state.free_axial())}
             inputs = self.deviations.joined(given)
-        return Instant(at.elapsed, y[None], self.motion.rates_in(y, inputs)[None])
+        return Instant(at.elapsed, y[None], self.motion.rates_in(y, inputs, np.array(row))[None])

@@ -7,7 +7,7 @@ known then. A torque or a voltage that differs from the one before is an event, 
 
 import pickle
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -19,14 +19,18 @@ from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
 from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
+from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
+from omniroll.engine.stepped_deviations import SteppedDeviations
 from omniroll.engine.stepped_run import SteppedRun
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.results.slipping import Contacts
+from omniroll.results.trajectory import Sensitivity, Trajectory
+from omniroll.vehicles.state import State, by_roller
 from omniroll.vehicles.vehicle import Vehicle
 
-FORMAT = 1  # of what save() gives
+FORMAT = 2  # of what save() gives
 START = ("nu", "chi", "spins", "pose")
 ARGUMENTS = (*START, "start_time", "roller_model", "switching", "accuracy", "effects")
 NOT_IN_SESSIONS = ("duration", "engine", "memory", "progress", "control")  # arguments of simulate
@@ -47,12 +51,14 @@ class Saved:
     memory    the engine's memory, as bytes
     clock     the time since the start in s, and what its rounding has left over
     effects   what the effects remember, where the engine asks them, as bytes that pickle reads
+    deviations  where they have come, in the same way; empty where none are followed
     """
 
     made_for: Mapping[str, str]
     memory: bytes
     clock: tuple[float, float]
     effects: bytes
+    deviations: bytes = b""
 
 
 class Session:
@@ -64,6 +70,9 @@ class Session:
     options  arguments of omniroll.simulate, which stand before those of a scene: nu (at rest where it is not given),
              chi, spins, pose, start_time, roller_model, switching, effects, and accuracy, to which a step is made
 
+    sensitivities  names of numbers by which the motion is to be differentiated, as for simulate; `sensitivity` gives
+             the derivatives. torque, voltage and target are what is held from the start on, whatever steps make of it
+
     A step takes a torque, a voltage or a target and holds it until another is given. A torque replaces that of a
     Torque; a voltage needs a Motor whose voltage is constant, a target a Controller whose target is constant, and each
     takes the place of that.
@@ -72,7 +81,9 @@ class Session:
     these effects. Warns as simulate does of effects that look wrong. A session belongs to one thread.
     """
 
-    def __init__(self, subject: Vehicle | Described, *, driven: bool = True, **options: Any):
+    def __init__(
+        self, subject: Vehicle | Described, *, driven: bool = True, sensitivities: Sequence[str] = (), **options: Any
+    ):
         vehicle, options = _asked(subject, options)
         if validation.truth("driven", driven):
             options["effects"] = with_torque(options.get("effects", ()))
@@ -86,7 +97,11 @@ class Session:
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "
                 "effects whose kernels were not built beforehand"
             )
-        self._run = SteppedRun(self._task, self._task.accuracy)
+        names = validation.sequence("sensitivities", sensitivities, "must be a sequence of names")
+        if names:
+            check_names(self._task, names)
+        self._deviations = SteppedDeviations(tuple(names)) if names else None
+        self._run = SteppedRun(self._task, self._task.accuracy, self._follow if names else None)
         self._elapsed, self._rest = 0.0, 0.0
         self._nu, self._chi, self._pose, self._contact = map(
             read_only, (self._run.nu, self._run.chi, self._run.pose, self._run.contact)
@@ -128,6 +143,25 @@ class Session:
         part = elapsed - before
         self._elapsed, self._rest = elapsed, (before - (elapsed - part)) + (added - part)
 
+    def _follow(self, piece: Trajectory) -> None:
+        self._deviations.follow(piece, self._run.held)
+
+    def sensitivity(self, name: str) -> Sensitivity:
+        """The derivative of the motion now by a number that `sensitivities` named: of one run, whatever the steps.
+
+        name  as it was named
+
+        Raises InvalidValueError for another name, NoDerivativeError where the motion has had none since its start.
+        """
+        if self._deviations is None:
+            raise InvalidValueError("name", name, "the session was not asked for it; name it in sensitivities=(...)")
+        axial = None
+        if self._task.kernel.has_spins:
+            free = self._run.axial_now()
+            axial = by_roller(np.concatenate([np.zeros_like(free[:, :1]), free], axis=1), self._contact)
+        state = State(self._nu, self._chi, self._pose, self._contact, axial)
+        return self._deviations.at(self._task, name, self.time, state)
+
     def _checked(self, name: str, given: ArrayLike) -> list[float]:
         """What is given for a value that one effect holds. Raises InvalidValueError."""
         there = self._run.held.get(name, ())
@@ -156,6 +190,8 @@ class Session:
         validation.known(start, START, "reset")
         task = checked_task(self.vehicle, **self._options | start, duration=0) if start else None
         self._run.go_to_start()
+        if self._deviations is not None:
+            self._deviations.reached = None
         self._elapsed, self._rest = 0.0, 0.0
         if task is not None:
             self._run.start(task)
@@ -167,7 +203,8 @@ class Session:
         where that cannot be kept.
         """
         effects = pickle.dumps([process.saved() for process in self._run.asked])
-        return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects)
+        deviations = b"" if self._deviations is None else pickle.dumps((self._run.forgotten, self._deviations.reached))
+        return Saved(self._made_for, self._run.memory.read(), (self._elapsed, self._rest), effects, deviations)
 
     def restore(self, saved: Saved) -> None:
         """Go back, or forth, to what `save` gave: all that follows is the same to the bit.
@@ -184,6 +221,8 @@ class Session:
             if other != value:
                 raise InvalidValueError("saved", other, f"was saved by a session whose {name} is not {value}")
         self._run.go_back(saved.memory, pickle.loads(saved.effects))
+        if self._deviations is not None:
+            self._run.forgotten, self._deviations.reached = pickle.loads(saved.deviations)
         self._elapsed, self._rest = saved.clock
 
     def _what_must_agree(self) -> dict[str, str]:
@@ -198,6 +237,7 @@ class Session:
             "start_time": repr(task.start_time),
             "effects": repr(task.effects.effects),
             "memory": f"{self._run.memory.size} bytes",
+            "sensitivities": repr(() if self._deviations is None else self._deviations.names),
         }
 
     # The state: views of the engine's own memory, which follow the motion

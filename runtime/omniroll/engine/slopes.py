@@ -4,7 +4,8 @@ Generated functions give them where there are such (maxima/effects/derivatives.m
 columns. The rest come from the functions of the rates on numbers that carry tangents.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from omniroll.results.accelerations import call_named
 from omniroll.results.trajectory import Trajectory
 
 DYNAMICS, KINEMATICS, OF_MOMENTA = "forward_dynamics_derivatives", "rate_derivatives", "momenta_derivatives"
+NOTHING: Mapping[str, np.ndarray] = MappingProxyType({})  # sticks
 BY_WHEEL = {"nu_dot_by_chi": "chi", "nu_dot_by_torque": "torque"}
 BY_MOMENTA = {"nu_dot_by_momentum_cos": 0, "nu_dot_by_momentum_sin": 1}
 
@@ -33,7 +35,7 @@ class Slopes:
         self.width = len(deviations.state), len(deviations.state) + deviations.input_size
         known = {"nu", "chi", "pose", "momenta"}
         self.generated = None
-        if generated and set(deviations.rates) <= known:
+        if generated and not deviations.sticking and set(deviations.rates) <= known:
             effects = trajectory.effects
             self.generated = effects.kernel(trajectory.vehicle, plain.roller_model, "python", also=(DERIVATIVES,))
         self.rest = np.setdiff1d(np.arange(self.width[1]), self._columns())
@@ -45,8 +47,8 @@ class Slopes:
         names = ["nu", "chi", "pose", "torque", "momenta"]
         return [int(place) for name in names if name in self.places for place in self.places[name].ravel()]
 
-    def at(self, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(k, m, m + U) the slopes in states y (k, size) with inputs (k, U)."""
+    def at(self, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray] = NOTHING) -> np.ndarray:
+        """(k, m, m + U) the slopes in states y (k, size) with inputs (k, U); `held`, what sticks leaves to nu."""
         found = np.zeros((len(y), *self.width))
         if self.generated is not None:
             self._generated_into(found, y, inputs)
@@ -56,7 +58,7 @@ class Slopes:
             states = np.concatenate([self.deviations.state, size + np.arange(given)])
             along[np.arange(len(self.rest)), 0, states[self.rest]] = 1
             rates = self.deviations.rates_of(
-                self.carrying, with_tangent(y, along[..., :size]), with_tangent(inputs, along[..., size:])
+                self.carrying, with_tangent(y, along[..., :size]), with_tangent(inputs, along[..., size:]), held
             )
             found[..., self.rest] = np.moveaxis(tangent_of(rates), 0, -1)
         return found

@@ -11,20 +11,35 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun, Plan
-from omniroll.engine.compiled_engine import ASK, FULL, HOPELESS, STATE_ARRAYS, WHOLE_ARRAYS, CompiledRun, Workspace
+from omniroll.engine.compiled_engine import (
+    ASK,
+    FULL,
+    HOPELESS,
+    STATE_ARRAYS,
+    WHOLE_ARRAYS,
+    CompiledRun,
+    Forgotten,
+    Workspace,
+)
 from omniroll.engine.outlook import FIRST, OutlookOfStep
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
 from omniroll.engine.what_acts import WhatActs
+from omniroll.results.trajectory import Trajectory
 
 STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
 CAPACITY = 16  # rows of the engine's buffer, which nobody reads
+SEEN = 512  # where somebody does
 
 
 class SteppedRun(CompiledRun):
-    """A run that pauses where its duration is over, and keeps neither rows nor steps."""
+    """A run that pauses where its duration is over, and keeps neither rows nor steps.
 
-    def __init__(self, task: Task, tolerance: float):
+    see  is called with what each call of the engine has left, before that is forgotten; None: nobody looks at it
+    """
+
+    def __init__(self, task: Task, tolerance: float, see: Callable[[Trajectory], None] | None = None):
+        self.see = see
         self.acting = EffectRun(task.effects, task.kernel, task.start_time)
         super().__init__(task, tolerance)
         self.run.pauses = 1
@@ -44,7 +59,8 @@ class SteppedRun(CompiledRun):
         self.memory = Memory(self.module.ffi, self._structs(), self._arrays())
 
     def _workspace(self) -> Workspace:
-        return Workspace(self.kernel, self.columns, [], CAPACITY, keeps_steps=False)
+        capacity = CAPACITY if self.see is None else SEEN
+        return Workspace(self.kernel, self.columns, [], capacity, keeps_steps=self.see is not None)
 
     def _describe_what_acts(self) -> None:
         """The engine reads and writes the processes' own arrays, which steps write and `readings` read."""
@@ -86,12 +102,19 @@ class SteppedRun(CompiledRun):
                 self.passes += self.space.switches[: self.run.switch_count, 2:].sum(axis=0).astype(np.int64)
             if self.status == FULL:
                 self._look_ahead_from(elapsed, steps)
+            self._show()
             if self.status != FULL:
                 break
             self.run.row_count = self.run.switch_count = 0
             self.status = self.call(self.struct, self.model)
         if not self.done:
             raise self.stop
+
+    def _show(self) -> None:
+        """Show what the engine has left since it was last called."""
+        if self.see is not None:
+            self.see(self.part(0))
+            self.forgotten = self.forgotten.and_of(self.task, self.space, self.run.switch_count)
 
     def _look_ahead_from(self, elapsed: float, steps: int) -> None:
         """Whether the step that began there has a future: asked after some of the engine's steps, then after twice as
@@ -122,6 +145,7 @@ class SteppedRun(CompiledRun):
 
     def go_to_start(self) -> None:
         """Go back to the start. Processes that the engine asks are made anew: not each of them can be saved."""
+        self.forgotten = Forgotten()
         if self.asked:
             self.acting = EffectRun(self.task.effects, self.task.kernel, self.task.start_time)
             self._describe_what_acts()

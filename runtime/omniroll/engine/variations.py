@@ -6,7 +6,7 @@ nodes then is one linear system a step. It gives the deviation at the nodes, and
 what it is at the step's start, of the inputs' deviations and of the numbers'.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import prod
@@ -14,9 +14,9 @@ from math import prod
 import numpy as np
 from numpy.polynomial import legendre
 
-from omniroll.effects.bound_rates import PLAIN, PLAIN_RATES, dynamics_with
-from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.slopes import Slopes
+from omniroll.effects.bound_rates import HELD, PLAIN, PLAIN_RATES, dynamics_with
+from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of
 from omniroll.results.accelerations import call_named
@@ -26,6 +26,8 @@ from omniroll.results.trajectory import Trajectory
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
+
+Held = Callable[[np.ndarray], tuple[Mapping, Mapping]]  # see Variations
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,12 @@ class Gauss:
         falling = np.concatenate([-np.ones_like(of_series[..., :1]), of_series[..., : s - 1]], axis=-1)
         return (of_series[..., 1:] - falling) / 2 @ to_series
 
+    @property
+    def last(self) -> np.ndarray:
+        """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
+        s = len(self.nodes)
+        return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
+
     @cached_property
     def to_nodes(self) -> np.ndarray:
         """(s, s) the same, from 0 to each node."""
@@ -66,6 +74,7 @@ class Deviations:
     state      (m,) their places in y
     inputs     names and shapes of what a phase is given: what the drives give, and the momenta of free rollers where
                they are constant
+    sticking   names of those inputs that are torques of bearings which may stick
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -80,8 +89,12 @@ class Deviations:
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
+        self.sticking = tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
-        self.functions = self._needed(bound, dict.fromkeys((*asked, dynamics_with(asked), *PLAIN)))
+        functions = dict.fromkeys((*asked, dynamics_with(asked), *PLAIN))
+        if self.sticking:
+            functions = dict.fromkeys(HELD.get(name, name) for name in functions)
+        self.functions = self._needed(bound, functions)
 
     def _needed(self, bound: Kernel, functions: Iterable[str]) -> tuple[str, ...]:
         """Those of these functions, which are called one after the other, that the rates depend on."""
@@ -144,13 +157,22 @@ class Deviations:
         known = {name: self.vector.view(y, name) for name in self.vector.slices} | self.views(inputs)
         return known | dict.fromkeys(("theta", "heading"), known["pose"][..., 2])
 
-    def rates_of(self, kernel: Kernel, y: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(..., m) the rates of what deviates, in states y (..., size) with inputs (..., U)."""
-        known = self.known_in(y, inputs)
+    def known_of(
+        self, kernel: Kernel, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """The same, with what the functions of the rates give; `held`, what sticks leaves to nu."""
+        known = self.known_in(y, inputs) | dict(held)
         for function in self.functions:
             names = [argument.name for argument in kernel.signatures[function].outputs]
             found = call_named(kernel, function, known)
             known |= dict(zip(names, found if len(names) > 1 else (found,), strict=True))
+        return known
+
+    def rates_of(
+        self, kernel: Kernel, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray] = NOTHING
+    ) -> np.ndarray:
+        """(..., m) the rates of what deviates, in states y (..., size) with inputs (..., U)."""
+        known = self.known_of(kernel, y, inputs, held)
         parts = [(known[rate], len(self.vector.shapes[name])) for name, rate in self.rates.items()]
         parts = [part.reshape(*part.shape[: part.ndim - axes], -1) for part, axes in parts]
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
@@ -166,6 +188,7 @@ class Variations:
     numbers     Q
     inputs      (T, U) what each row's phase was given
     nodes       inside a step; None: as many as the polynomials ask for
+    held        from rows what sticks leaves to nu in their steps, and the same carrying the numbers' tangents
     """
 
     def __init__(
@@ -177,8 +200,10 @@ class Variations:
         deviations: Deviations,
         inputs: np.ndarray,
         nodes: int | None = None,
+        held: Held | None = None,
     ):
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
+        self.held = held or (lambda rows: (NOTHING, NOTHING))
         self.slopes = Slopes(deviations, trajectory, plain)
         of_numbers = {name: tangent[:, None] for name, tangent in tangents.items()}
         self.of_numbers = TangentKernel(plain, of_numbers, (numbers, 1)) if numbers else None
@@ -207,14 +232,15 @@ class Variations:
         inputs = np.repeat(self.inputs[rows], s, axis=0)
         if moving:
             inputs = inputs + np.tile(nodes, count)[:, None] * (np.repeat(self.inputs[rows + 1], s, axis=0) - inputs)
-        slopes = self.slopes.at(y, inputs).reshape(count, s, size, -1)
+        held, turning = self.held(np.repeat(rows, s))
+        slopes = self.slopes.at(y, inputs, held).reshape(count, s, size, -1)
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
         G[..., :given] = slopes[..., size:]
         times = (self.lengths[steps][:, None] * nodes)[..., None, None]
         G[..., given : given + moving] = times * slopes[..., size : size + moving]
         if self.of_numbers is not None:
-            found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs))
+            found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs, turning))
             G[..., given + moving :] = np.moveaxis(found.reshape(self.numbers, count, s, size), 0, -1)
         return slopes[..., :size], G
 

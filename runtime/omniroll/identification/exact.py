@@ -6,6 +6,7 @@ import numpy as np
 
 from omniroll.engine.columns import columns_of
 from omniroll.engine.drive_deviations import refuse_what_is_not_followed
+from omniroll.engine.holds import bearings_that_stick
 from omniroll.engine.reading_slopes import reading_slopes
 from omniroll.engine.sensitivities import with_sensitivities
 from omniroll.errors import InvalidValueError, NoDerivativeError
@@ -47,8 +48,11 @@ def _by_correction(number: str, true: Readings) -> Readings:
 
 
 def _known(run: Trajectory, wanted: set[str]) -> set[str] | None:
-    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all."""
+    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, or where
+    bearings may stick: between rows the torques that hold them are known, and not their derivatives."""
     plain, effects = run.effects.kernel(run.vehicle, run.roller_model, "python"), run.effects.effects
+    if bearings_that_stick(run.effects):
+        return None
     try:
         refuse_what_is_not_followed(effects, plain)
     except InvalidValueError:

@@ -72,6 +72,17 @@ def levels_here() -> list[str]:
     return [level for level, needed in LEVELS.items() if flags.issuperset(needed)]
 
 
+def levels_of(kind: str, levels: Sequence[str]) -> list[str]:
+    """The levels, of those given, at which libraries of this kind are compiled.
+
+    Deviations go from node to node of a step. With four nodes in a vector twelve of them are enough; the eight of the
+    widest level ask for sixteen, which takes longer.
+    """
+    if kind != "variations":
+        return list(levels)
+    return [level for level in levels if level != "x86-64-v4"] or ["x86-64-v3"]
+
+
 def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]]:
     """The effects of the general sets of a roller model: those that a scene does not call for are at neutral values.
 

@@ -1,0 +1,81 @@
+"""Which bearings stick in the rows of a run, and what they leave to nu.
+
+Bearings are those whose rates follow from nu: of the axles, then of the rollers in contact, where these may stick. The
+direction of such a rate in nu never changes (sticking_bearings.py). So where some stick, nu has the directions that are
+the columns of A with G A = 0, whatever the state is.
+"""
+
+import numpy as np
+
+from omniroll.effects.complementarity import span
+from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.kernels.kernel import Kernel
+from omniroll.results.trajectory import Trajectory
+
+AT_REST = 1e-11  # of the fastest that nu has been: rates of what sticks are rounding
+
+
+def bearings_that_stick(effects: EffectSet) -> tuple[str, ...]:
+    """The inputs of the kernel that are torques of bearings which may stick: of axles, of rollers in contact."""
+    return tuple(name for name in BEARINGS if name in effects.drives())
+
+
+class Holds:
+    """The bearings (B,) of a run that may stick.
+
+    names     the kernel's inputs that are their torques, N bearings each
+    place     of their effect among those of the run
+    rows      (B, 3) their rates for each of nu, where chi is 0
+    sliding   (B,) in N m, torques of those that turn
+    holding   (B,) in N m, the largest torques of those at rest
+    modes     (T, B) in each row 0 where one sticks, else the sign of its rate: in a row where a step starts those of
+              the step, in others those with which a phase ends
+    sets      (H, B) bool: those that stick together
+    which     (T,) the place of each row's set
+    allowed   (H, 3, 3) A of each set, columns; 0 where there are fewer
+    absent    (H, 3) 1 for each column that is 0, else 0
+    """
+
+    def __init__(self, trajectory: Trajectory, plain: Kernel, names: tuple[str, ...]):
+        self.names = names
+        effects = trajectory.effects.effects
+        found = [effect.axles(plain) or effect.sticking_bearings(plain) for effect in effects]
+        self.place, bearings = next((k, own) for k, own in enumerate(found) if own is not None)
+        self.rows, self.sliding, self.holding = bearings.rows, bearings.sliding, bearings.holding
+        self.modes = self._modes(trajectory)
+        self.sets, which = np.unique(self.modes == 0, axis=0, return_inverse=True)
+        self.which = which.reshape(-1)
+        self.allowed = np.array([directions_left(self.rows[sticking]) for sticking in self.sets])
+        self.absent = (~self.allowed.any(axis=1)).astype(float)
+
+    def _modes(self, trajectory: Trajectory) -> np.ndarray:
+        lengths, wheels = np.linalg.norm(self.rows, axis=1), trajectory.vehicle.wheels
+        rest = AT_REST * lengths * np.maximum.accumulate(np.linalg.norm(trajectory.nu, axis=1))[:, None]
+        rates, first = trajectory.nu @ self.rows.T, trajectory.step_rows
+        torques = trajectory.drive[:, [trajectory.effects.drives().index(name) for name in self.names]]
+        taken = torques.reshape(len(trajectory), -1)
+        at_rest = np.where(np.abs(taken) == self.sliding, -np.sign(taken), 0)
+        modes = np.where(np.abs(rates) > rest, np.sign(rates), at_rest)  # of rows between two transitions
+        if not len(first):
+            return modes.astype(int)
+        inside = trajectory.dense[:, :, :3] @ self.rows.T
+        sticks = np.abs(inside).max(axis=1) <= rest[first + 1]
+        if "bearing_torque" in self.names:  # an angle that is held does not change at all
+            sticks[:, :wheels] &= ~np.ptp(trajectory.dense[:, :, 3 : 3 + wheels], axis=1).astype(bool)
+        of_steps = np.where(sticks, 0, np.sign(inside.mean(axis=1)))
+        modes[first + 1] = of_steps
+        modes[first] = of_steps
+        return modes.astype(int)
+
+    def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """What generated functions take of the sets in rows (...), by name: directions (..., 9), absent (..., 3)."""
+        sets = self.which[rows]
+        return {"directions": self.allowed[sets].reshape(*sets.shape, 9), "absent": self.absent[sets]}
+
+
+def directions_left(rows: np.ndarray) -> np.ndarray:
+    """(3, 3) orthonormal columns that span the nu which leave all rates `rows` nu at zero; 0 where there are fewer."""
+    basis = span(rows)
+    columns = np.zeros((3, 3))
+    columns[:, : 3 - len(basis)] = np.linalg.svd(basis)[2][len(basis) :].T if len(basis) else np.eye(3)
+    return columns

@@ -1,0 +1,24 @@
+"""Runs of the paper's vehicle with twelve derivatives, whose instructions are counted (tests/costs/counting.py)."""
+
+from typing import Any
+
+from omniroll import Bearings, Motor, Vehicle
+
+TWELVE = (
+    "nu[0]", "nu[1]", "nu[2]", "chi[0]", "chi[1]", "pose[2]", "mass", "yaw_inertia", "wheel_inertia", "roller_inertia",
+    "wheel_radius", "platform_radius",
+)  # fmt: skip
+MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
+FRICTION = Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
+TASKS: dict[str, dict[str, Any]] = {
+    "massless": {"roller_model": "massless"},
+    "locked": {"roller_model": "locked"},
+    "free": {"roller_model": "free"},
+    "friction": {"roller_model": "free", "effects": [FRICTION]},
+    "motors": {"roller_model": "locked", "effects": [MOTOR]},
+}
+
+
+def task(name: str) -> dict[str, Any]:
+    start = {"nu": (1, 0.3, 0.8), "chi": (0.1, -0.2, 0.15), "duration": 10.0, "accuracy": 1e-9}
+    return {"vehicle": Vehicle.paper(), **start, **TASKS[name], "sensitivities": TWELVE}

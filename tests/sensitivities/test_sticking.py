@@ -1,0 +1,143 @@
+"""Sensitivities of runs in which bearings come to rest, stick and break away, against differences of runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, NoDerivativeError, Slope, Torque, TorqueTable
+from omniroll.engine.motion import Motion
+from tests.sensitivities.differences import Case, derivative
+from tests.sensitivities.test_compiled import same_as_in_python
+from tests.sensitivities.test_runs import CONTROLLER, HELD, MOTOR, check
+
+AXLES = Bearings(wheel_coulomb=0.002)
+NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "mass": 1e-3, "wheel_inertia": 1e-6}
+TURNING = {"wheel_angles[1]": 1e-5, "wheel_coulomb": 1e-6, "wheel_coulomb[1]": 1e-6}
+RAMP = TorqueTable((0, 1, 2, 3), ((0, 0, 0), (0.05, -0.02, 0.03), (-0.04, 0.05, -0.02), (0, 0.02, 0.03)))
+AT_REST = {"nu": (0.0, 0.0, 0.0)}
+BREAKING_AWAY = {"mass": 1e-3, "torque[1][0]": 1e-5, "times[1]": 1e-4, "wheel_coulomb[0]": 1e-5, "chi[1]": 1e-4}
+HELD_LONGER = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016)
+ROLLERS = Bearings(wheel_coulomb=1e-3, roller_coulomb=2e-3, roller_break_away=4e-3)
+OF_ROLLERS = {"roller_coulomb": 1e-7, "roller_break_away": 1e-7, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6}
+FADING = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5, wheel_coulomb=0.002)
+RUBBING = Bearings(roller_coulomb=1e-4, roller_speed=0.8, wheel_coulomb=0.003)
+FOUR = omniroll.Vehicle.paper().replace(wheels=4, wheel_angles=(0.7, 2.3, 3.9, 5.5))
+ELSEWHERE = [
+    (Case("free", effects=(FADING,), duration=8.0), NUMBERS | {"wheel_coulomb": 1e-6, "roller_viscous": 1e-9}),
+    (Case("free", effects=(RUBBING,), duration=5.0), NUMBERS | {"wheel_coulomb": 1e-6, "roller_coulomb": 1e-8}),
+    (Case("locked", effects=(Slope(0.02, 0.4), Bearings(wheel_coulomb=0.02)), duration=6.0),
+     {"nu[0]": 1e-4, "mass": 1e-4, "angle": 1e-6}),
+    (Case("locked", effects=(HELD, Bearings(wheel_coulomb=0.03)), start=AT_REST, duration=2.0),
+     {"voltage[1][2]": 1e-3, "times[1]": 1e-5, "current_limit": 1e-4, "wheel_coulomb[2]": 1e-6}),
+    (Case("locked", effects=(replace(MOTOR, voltage=0), CONTROLLER, Bearings(wheel_coulomb=0.03)), start=AT_REST),
+     {"target[0]": 1e-3, "proportional": 1e-3, "wheel_coulomb[2]": 1e-6}),
+    (Case("locked", vehicle=FOUR, effects=(Bearings(wheel_coulomb=0.004),), start={"chi": (0.1, -0.2, 0.15, 0.05)},
+          duration=6.0), {"nu[0]": 1e-4, "wheel_coulomb[3]": 1e-6, "wheel_angles[1]": 1e-5}),
+]  # fmt: skip
+
+
+def modes(run):
+    """What the sets of bearings that stick together are, as text."""
+    return {"".join(map(str, own.astype(int))) for own in Motion(run).holds.sets}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["smooth", "impact"])
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_axles_stick_one_after_the_other_up_to_the_end(roller_model, law):
+    """Over a dozen switches; at the end everything rests, and what nu was does not matter for it any more."""
+    case = Case(roller_model, law, effects=(AXLES,), duration=12.0)
+    check(case, NUMBERS | TURNING)
+    run = case.run(sensitivities=("nu[0]", "wheel_coulomb"))
+    assert {"000", "111"} <= modes(run) and len(modes(run)) == 4
+    for name in ("nu[0]", "wheel_coulomb"):
+        assert np.abs(run.sensitivity(name).nu[-1]).max() < 1e-12
+        assert np.abs(run.sensitivity(name).pose[-1]).max() > 1
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("bearings", [Bearings(wheel_coulomb=0.01), HELD_LONGER], ids=["at the torque", "above it"])
+@pytest.mark.parametrize("roller_model", ["massless", "locked", "free"])
+def test_torques_that_grow_break_axles_away(roller_model, bearings):
+    """Above the sliding torque the rates jump at the break-away, whose time is that of a facet."""
+    start = AT_REST | ({"spins": 0.0} if roller_model == "free" else {})
+    case = Case(roller_model, effects=(RAMP, bearings), start=start, duration=3.5)
+    names = BREAKING_AWAY | {"wheel_angles[1]": 1e-5}
+    check(case, names | ({"wheel_break_away[0]": 1e-5} if bearings is HELD_LONGER else {}))
+    assert len(modes(case.run())) >= 5
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("roller_model", ["massless", "locked"])
+def test_rollers_in_contact_stick_and_break_away(roller_model):
+    """What holds them acts over rho, which changes as wheels turn."""
+    case = Case(roller_model, effects=(RAMP, ROLLERS), start=AT_REST, duration=3.5)
+    check(case, {"mass": 1e-3, "torque[1][0]": 5e-6, "wheel_coulomb[2]": 1e-7} | OF_ROLLERS)
+    assert {"111111", "000111"} <= modes(case.run())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case, changes", ELSEWHERE, ids=["fading", "rubbing", "slope", "motor", "controller", "four"])
+def test_beside_other_effects(case, changes):
+    check(case, changes)
+    assert len(modes(case.run())) > 1
+
+
+@pytest.mark.long
+def test_in_c_and_in_python_they_are_the_same(monkeypatch):
+    names = ("nu[0]", "chi[1]", "mass", "wheel_angles[1]", "wheel_coulomb[1]")
+    same_as_in_python(Case("free", effects=(AXLES,), duration=12.0), names, monkeypatch)
+    held = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=3.5)
+    same_as_in_python(held, ("mass", "torque[1][0]", "times[1]", "wheel_break_away[0]"), monkeypatch)
+
+
+@pytest.mark.long
+def test_backwards_they_are_the_same():
+    case, names = Case("locked", effects=(AXLES,), duration=12.0), ("nu[0]", "mass", "wheel_coulomb[1]")
+    run, weights = case.run(sensitivities=names), np.array([[1.0, 2.0, 3.0], [0.5, -1.0, 2.0]])
+    found = omniroll.gradient(run, names, [3.3, 11.0], pose=weights)
+    for name in names:
+        forwards = (weights * run.sensitivity(name, np.array([3.3, 11.0])).pose).sum()
+        assert found[name] == pytest.approx(forwards, rel=1e-11)
+
+
+@pytest.mark.long
+def test_a_speed_that_friction_takes_at_once_does_nothing():
+    """At rest under friction a little speed is gone before the vehicle has moved by more than its square."""
+    run = Case("locked", effects=(AXLES,), start=AT_REST).run(sensitivities=("nu[0]", "chi[1]"))
+    assert not derivative(run, "nu[0]").any()
+    assert derivative(run, "chi[1]").tolist() == [0, 0, 0, 0, 1, 0, 0, 0, 0]
+
+
+@pytest.mark.long
+def test_bearings_that_pass_rest_together_and_turn_on_have_none_where_they_part():
+    """Straight on, and strongly back: two wheels pass rest at one time, and turn back."""
+    back = Torque((0.0, 0.05, -0.05))
+    start = {"nu": (0.3, 0.0, 0.0), "chi": (0.1, 0.1, -0.1)}
+    ahead = omniroll.kernel(omniroll.Vehicle.paper(), "massless", "python").wheel_speeds(start["nu"])
+    torque = tuple(-0.05 * np.sign(np.round(ahead, 9)))
+    case = Case("massless", effects=(replace(back, torque=torque), AXLES), start=start, duration=1.0)
+    check(case, {"mass": 1e-3, "wheel_coulomb": 1e-6})
+    with pytest.raises(NoDerivativeError, match=r"apart where a number changes; by nu\[2\]") as caught:
+        case.run(sensitivities=("mass", "nu[2]"))
+    turning = tuple(np.flatnonzero(np.abs(ahead) > 1e-9))
+    rates = np.abs(Motion(case.run()).y[:, :3] @ omniroll.kernel(case.vehicle, "massless", "python").wheel_rows.T)
+    row = int(np.argmin(np.abs(case.run().t - caught.value.t)))
+    assert caught.value.wheels == turning and rates[row].max() < 1e-12
+
+
+@pytest.mark.long
+def test_a_number_by_which_what_sticks_leaves_less():
+    """Two axles are parallel and stick: one of them turned a little, they leave nu one direction less."""
+    side, angles = omniroll.Vehicle.paper().platform_radius, (0.0, 0.0, np.pi / 2, np.pi)
+    places = ((side, side), (side, -side), (0.0, side), (-side, 0.0))
+    vehicle = omniroll.Vehicle.paper().replace(wheels=4, wheel_angles=angles, wheel_places=places)
+    case = Case("locked", vehicle=vehicle, effects=(Bearings(wheel_coulomb=(0.05, 0.05, 1e-3, 1e-3)),),
+                start={"nu": (1.0, 0.0, 0.0), "chi": (0.1, 0.1, 0.1, 0.1)}, duration=0.3)  # fmt: skip
+    assert modes(case.run()) == {"1101"}
+    check(case, {"mass": 1e-3, "wheel_coulomb[2]": 1e-6, "nu[0]": 1e-4}, switches=0)
+    with pytest.raises(NoDerivativeError, match=r"would leave other directions; by wheel_angles\[0\]") as caught:
+        case.run(sensitivities=("wheel_angles[0]",))
+    assert caught.value.wheels == (0, 1, 3) and caught.value.t == 0
