@@ -19,6 +19,7 @@ from . import (  # noqa: E402
     environments,
     motion,
     mujoco_vehicle,
+    phase_derivatives,
     prices,
     right_hand_side,
     sweeps,
@@ -39,6 +40,7 @@ QUESTIONS = {
     "derivatives": derivatives,
     "driven": driven,
     "prices": prices,
+    "phase_derivatives": phase_derivatives,
 }
 PAGE = ROOT / "docs/benchmarks.md"
 
