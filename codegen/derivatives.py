@@ -13,9 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from .expressions import ONE, Canonical, Expression, Number, Order, Symbol, symbols
-from .operations import count_operations
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
-from .sharing import share
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -66,24 +64,23 @@ class Derivatives:
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
             return found, fields
-        wanted = [self._programs(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
-        numbers = Numbers(self.rules, named["prepare"], [of for ways in wanted for of in ways], asked)
+        wanted = [self._program(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
+        numbers = Numbers(self.rules, named["prepare"], wanted, asked)
         extended = tuple(fields) + numbers.fields
         found = [numbers.prepare if f.prepares else f for f in found] + list(map(numbers.function, wanted))
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
 
-    def _programs(self, named: Mapping[str, Function], name: str) -> "list[Differentiable]":
-        """What can be differentiated for a function's derivatives: its own steps, and those of its residual."""
+    def _program(self, named: Mapping[str, Function], name: str) -> "Differentiable":
+        """What is differentiated for a function's derivatives: its own steps, or those of its residual."""
         own = named[name]
-        found = [Differentiable(own, own.arguments, self.rules)]
-        if name in self.residuals:
-            other, start, last = self.residuals[name]
-            program = named[other]
-            names = ["" if isinstance(node, Loop) else node.name for node in program.body]
-            still = min(k for k, step in enumerate(names) if step in ("", start)), names.index(last) + 1
-            function = replace(program, name=name, summary=own.summary)
-            found.append(Differentiable(function, own.arguments, self.rules.holding(self.held), still))
-        return found
+        if name not in self.residuals:
+            return Differentiable(own, own.arguments, self.rules)
+        other, start, last = self.residuals[name]
+        program = named[other]
+        names = ["" if isinstance(node, Loop) else node.name for node in program.body]
+        still = min(k for k, step in enumerate(names) if step in ("", start)), names.index(last) + 1
+        function = replace(program, name=name, summary=own.summary)
+        return Differentiable(function, own.arguments, self.rules.holding(self.held), still)
 
 
 @dataclass(frozen=True)
@@ -199,13 +196,8 @@ class Numbers:
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
 
-    def function(self, programs: Sequence[Differentiable]) -> Function:
-        """The derivatives of a function's outputs by the numbers, from the program where they are the least work: the
-        residual passes through the wheels a second time, and each number is cheaper there."""
-        ways = [self._function(program) for program in programs]
-        return min(ways, key=work) if len(ways) > 1 else ways[0]
-
-    def _function(self, program: Differentiable) -> Function:
+    def function(self, program: Differentiable) -> Function:
+        """The derivatives of a function's outputs by the numbers."""
         function = program.function
         name = function.name.removesuffix(SHARP) + BY_NUMBERS + (SHARP if function.name.endswith(SHARP) else "")
         outputs: dict[str, Array] = {}
@@ -244,15 +236,6 @@ class Numbers:
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
         return Column(direction.name, seeds, target)
-
-
-def work(function: Function) -> int:
-    """Roughly the instructions of a call for three wheels; a sine is worth some 30."""
-    times = {"once": 1, "wheel": 3, "pair": 9, "earlier": 3}
-    counts = count_operations(share(function))
-    return sum(
-        times.get(place, 0) * (sum(counted.values()) + 29 * counted["sincos"]) for place, counted in counts.items()
-    )
 
 
 def without_unread_storage(function: Function, storage: Sequence[Array]) -> Function:

@@ -198,10 +198,12 @@ void omniroll_constants(const omniroll_vehicle *vehicle, omniroll_wheel *wheel, 
         wheel[i].cos_alpha = cos_alpha;
         wheel[i].sin_alpha = sin_alpha;
     }
-    const omniroll_real m0_11 = J*g11 + mass_R2;
+    const omniroll_real wheels_11 = J*g11;
+    const omniroll_real wheels_22 = J*g22;
+    const omniroll_real m0_11 = mass_R2 + wheels_11;
     const omniroll_real m0_12 = J*g12;
     const omniroll_real m0_13 = J*g13;
-    const omniroll_real m0_22 = J*g22 + mass_R2;
+    const omniroll_real m0_22 = mass_R2 + wheels_22;
     const omniroll_real m0_23 = J*g23;
     const omniroll_real J_g33 = J*g33;
     const omniroll_real m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw;

@@ -79,7 +79,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       ground_friction_rolling[N] [1]: coefficient of friction along the rolling direction.
       ground_fade[N] [m^2/s^2]: square of the slip velocity where friction fades, times both coefficients.
     Operations: once 11 add, 36 mul, 9 div, 3 sincos; per wheel 9 add, 16 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 66.
+    4 add, 12 mul, 5 sincos. Intermediates: 68.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -146,10 +146,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         model.ground_friction_axle[i] = ground_friction_axle
         model.ground_friction_rolling[i] = ground_friction_rolling
         model.ground_fade[i] = ground_fade
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

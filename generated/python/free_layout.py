@@ -360,7 +360,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       com_x_over_R [1]: centre of mass, over R.
       com_y_over_R [1]: centre of mass, over R.
     Operations: once 13 add, 42 mul, 12 div, 3 sincos; per wheel 22 add, 33 mul, 6 sincos; per free-roller
-    slot 4 add, 12 mul, 5 sincos. Intermediates: 87.
+    slot 4 add, 12 mul, 5 sincos. Intermediates: 89.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -429,10 +429,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         model.sin_alpha[i] = sin_alpha
         model.arm_over_l[i] = arm_over_l
         model.offset[i] = offset
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13 - coriolis*com_y_over_R
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23 + coriolis*com_x_over_R
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

@@ -232,7 +232,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       limit_torque [N m]: torque at the axle at the current's limit.
       current_limit [A]: largest current of a motor.
     Operations: once 11 add, 39 mul, 10 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 69.
+    4 add, 12 mul, 5 sincos. Intermediates: 71.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -291,10 +291,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         g33 = g33 + g_3*g_3
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

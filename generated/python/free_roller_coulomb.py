@@ -74,7 +74,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       roller_torque[N] [N m]: Coulomb's friction of a roller's bearings.
       coulomb_per_inertia[N] [rad/s^2]: Coulomb's friction of a roller's bearings, over its inertia.
     Operations: once 11 add, 35 mul, 10 div, 3 sincos; per wheel 9 add, 15 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 65.
+    4 add, 12 mul, 5 sincos. Intermediates: 67.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -134,10 +134,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         model.sin_alpha[i] = sin_alpha
         model.roller_torque[i] = roller_torque_i
         model.coulomb_per_inertia[i] = inv_B*roller_torque_i
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

@@ -122,7 +122,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       bearing_versine[N] [1]: 1 - cosine of the bearing.
       spin_response[N] [1/(kg m^2)]: acceleration of a free roller's spin per moment in its bearing.
     Operations: once 11 add, 35 mul, 10 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 65.
+    4 add, 12 mul, 5 sincos. Intermediates: 67.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -179,10 +179,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
         model.spin_response[i] = inv_B
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

@@ -93,7 +93,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       down_x [kg m^2/s^2]: M R g sin(slope) along x.
       down_y [kg m^2/s^2]: M R g sin(slope) along y.
     Operations: once 11 add, 40 mul, 9 div, 6 sincos; per wheel 9 add, 14 mul, 4 sincos; per free-roller slot
-    4 add, 12 mul, 5 sincos. Intermediates: 67.
+    4 add, 12 mul, 5 sincos. Intermediates: 69.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -150,10 +150,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         g33 = g33 + g_3*g_3
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = J_g33 + inverse_yaw_scale*inverse_yaw_scale*bare_yaw

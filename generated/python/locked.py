@@ -65,7 +65,7 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
       sin_alpha[N] [1]: sine of the axle's direction.
       bearing_sine[N] [1]: sine of the bearing, the angle from the last wheel's axle to this one.
       bearing_versine[N] [1]: 1 - cosine of the bearing.
-    Operations: once 11 add, 32 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 50.
+    Operations: once 11 add, 32 mul, 9 div, 3 sincos; per wheel 9 add, 14 mul, 4 sincos. Intermediates: 52.
     """
     like = mass
     model = SimpleNamespace(wheels=wheels, rollers_per_wheel=rollers_per_wheel)
@@ -115,10 +115,12 @@ def prepare(wheels, rollers_per_wheel, mass, yaw_inertia, wheel_inertia, roller_
         g33 = g33 + g_3*g_3
         model.cos_alpha[i] = cos_alpha
         model.sin_alpha[i] = sin_alpha
-    m0_11 = J*g11 + mass_R2
+    wheels_11 = J*g11
+    wheels_22 = J*g22
+    m0_11 = mass_R2 + wheels_11
     m0_12 = J*g12
     m0_13 = J*g13
-    m0_22 = J*g22 + mass_R2
+    m0_22 = mass_R2 + wheels_22
     m0_23 = J*g23
     J_g33 = J*g33
     m0_33 = I_S*inverse_yaw_scale*inverse_yaw_scale + J_g33

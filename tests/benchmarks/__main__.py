@@ -20,6 +20,7 @@ from . import (  # noqa: E402
     limit,
     motion,
     mujoco_vehicle,
+    phase_derivatives,
     prices,
     right_hand_side,
     sweeps,
@@ -40,6 +41,7 @@ QUESTIONS = {
     "derivatives": derivatives,
     "driven": driven,
     "prices": prices,
+    "phase_derivatives": phase_derivatives,
     "limit": limit,
 }
 PAGE = ROOT / "docs/benchmarks.md"

@@ -15,8 +15,11 @@ TRUTH = {name: getattr(VEHICLE, name) for name in ("mass", "yaw_inertia", "wheel
     "wheel_viscous": FRICTION
 }
 GUESS = VEHICLE.replace(mass=1.3 * VEHICLE.mass, yaw_inertia=1.3 * VEHICLE.yaw_inertia)
-DURATION, STEP, MUJOCO_STEP = 10.0, 0.01, 5e-4  # s
-TORQUE, EVERY = 0.17, 0.25  # N m and s: size of random torques, and the time between two of them
+DURATION, STEP = 10.0, 0.01  # s
+TORQUE, EVERY = 0.06, 0.25  # N m and s: size of random torques, and the time between two of them
+# Longer steps, more friction and larger torques each take the contacts further from rolling, and the wheels' inertia
+# with them: docs/fitting.md has by how much.
+MUJOCO_STEP, GROUND_FRICTION = 1e-4, 0.5  # s, 1
 NOISE = 0.01  # of the largest rate
 DRIVES = 6
 
@@ -35,7 +38,8 @@ def log_of(seed):
     """What the encoders in MuJoCo's wheels read, with noise."""
     acting = [drive_of(seed), omniroll.Bearings(wheel_viscous=FRICTION)]
     run = omniroll.simulate(VEHICLE, nu=(0, 0, 0), duration=DURATION, effects=acting)
-    found = run_in_mujoco(run, STEP * np.arange(1, round(DURATION / STEP) + 1), MUJOCO_STEP, 1.0)
+    times = STEP * np.arange(1, round(DURATION / STEP) + 1)
+    found = run_in_mujoco(run, times, MUJOCO_STEP, GROUND_FRICTION)
     noise = NOISE * float(np.abs(found.wheel_rates).max())
     noisy = found.wheel_rates + np.random.default_rng(seed).normal(scale=noise, size=found.wheel_rates.shape)
     return omniroll.Log({"t": found.t, "wheel_rate": noisy}, noise={"wheel_rate": noise}, name="MuJoCo")

@@ -6,12 +6,18 @@ from identification.mujoco_logs import FRICTION, VEHICLE, errors, fit_of
 
 pytest.importorskip("mujoco")
 WHEEL_AS_MASS, WHEEL_AS_YAW_INERTIA = 506.2, 33.94  # of a wheel_inertia, driving straight and turning on the spot
-ALL_WITHIN = 4  # a drive whose log gives back each number within 5 %; docs/fitting.md has all of them
+WHEELS_MISSED = "the wheels' inertia is 8.0 % too small; docs/fitting.md has all drives"
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", [0, 2, ALL_WITHIN])
-def test_what_the_motion_feels_is_found_within_5_percent(seed):
+@pytest.mark.parametrize("seed", [0, 2, pytest.param(5, marks=pytest.mark.xfail(reason=WHEELS_MISSED, strict=True))])
+def test_each_number_is_found_within_5_percent(seed):
+    assert all(abs(error) < 0.05 for error in errors(fit_of(seed)).values())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [4, 5])
+def test_what_the_motion_feels_is_found_and_the_residuals_tell_of_the_model(seed):
     """The whole inertia ahead and around, and friction. How it parts into body and wheels is worse."""
     fit = fit_of(seed)
     ahead, around = (
@@ -23,8 +29,6 @@ def test_what_the_motion_feels_is_found_within_5_percent(seed):
     )
     assert abs(ahead) < 0.05 and abs(around) < 0.05
     assert fit["wheel_viscous"] == pytest.approx(FRICTION, rel=0.05)
-    if seed == ALL_WITHIN:
-        assert all(abs(error) < 0.05 for error in errors(fit).values())
     # The intervals hold noise alone, and are too narrow; the residuals say that the model misses something.
     assert any("residuals are 1." in doubt for doubt in fit.doubts)
     assert any("each residual goes with the one before it" in doubt for doubt in fit.doubts)
