@@ -3,6 +3,7 @@
 #if SET_LOADS
 #define MOST 7                      /* wheels of which all sets are tried                                    */
 #define FITS 1e-11                  /* of the weight: a load, or a spring that pulls, is zero within this    */
+#define AT_EVENT 1e-6               /* of the weight: the same of one that comes back at this instant */
 #define SAME 1e-9                   /* of the weight: solutions that differ by less are one                  */
 #define DETERMINED 1e-6             /* least determinant of the coupled matrix                               */
 #define STANDING 1e-9               /* width of the contacts that carry, per their length                    */
@@ -116,12 +117,13 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
     (void)holds;
 }
 
-/* Whether the mode of a contact is not its own in this set. */
+/* Whether the mode of a contact is not its own in this set. What comes back begins with no load: if its friction takes the
+ * load away again, neither mode is its own. */
 static int is_wrong(const omniroll_run_t *run, const carrying_t *set, int i)
 {
     const omniroll_grip_t *const grip = run->grips + i;
     const double pull = set->carries[i] ? -set->compression[i] : set->compression[i];
-    return !(pull <= FITS*run->ground.weight) && !grip->dropped && !grip->regained;
+    return !(pull <= (grip->regained ? AT_EVENT : FITS)*run->ground.weight) && !grip->dropped;
 }
 
 /* How many contacts change their mode with this set. */

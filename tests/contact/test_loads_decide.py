@@ -81,3 +81,13 @@ def test_springs_share_with_the_least_norm():
     sums = WEIGHT * np.array([1.0, 0.03, -0.02])
     assert shares @ sums == pytest.approx(contact_loads(CORNERS, sums[None])[0], rel=1e-13)
     assert Springs(CORNERS).shares(np.array([True, True, False, False])) is None
+
+
+def test_a_contact_that_its_own_friction_lifts_again_has_no_mode():
+    """It comes back with no load; with it, the sums ask for a wheel that pulls. Without it, its spring is compressed."""
+    loads, _ = made(CORNERS, (0.0, 0.0))
+    loads.carries[0] = False
+    loads.pass_guards(np.array([True, False, False, False]))
+    lifted, pressed = (WEIGHT * np.array([1.0, *(-part * CORNERS[0])]) for part in (0.7, -0.01))
+    with pytest.raises(GroundFailsError, match="no solution"):
+        loads.decide(lambda carries: lambda found: lifted if carries[0] else pressed, friction=False)

@@ -25,6 +25,7 @@ from omniroll.vehicles.loads import Springs, SupportPolygon
 
 MOST = 7  # wheels of which all sets are tried
 FITS = 1e-11  # of the weight: a load, or a spring that pulls, is zero within this
+AT_EVENT = 1e-6  # of the weight: the same of one that comes back at this instant
 SAME = 1e-9  # of the weight: solutions that differ by less are one
 AT_EDGE = 1e-9  # of the vehicle's size: the load acts on the edge within this
 DETERMINED = 1e-6  # least determinant of the coupled matrix
@@ -171,9 +172,10 @@ class Loads:
             carries = carries ^ wrong
 
     def _wrong(self, carries: np.ndarray, found: Carried) -> np.ndarray:
-        """(N,) contacts whose mode is not theirs."""
+        """(N,) contacts whose mode is not theirs. What comes back begins with no load: if its friction takes the load
+        away again, neither mode is its own."""
         pulls = np.where(carries, -found.compression, found.compression)
-        return ~(pulls <= FITS * self.weight) & ~self.dropped & ~self.taken
+        return ~(pulls <= np.where(self.taken, AT_EVENT, FITS) * self.weight) & ~self.dropped
 
     def _refuse(
         self, tried: list[tuple[np.ndarray, Carried]], fits: list[tuple[np.ndarray, Carried]], friction: bool
