@@ -132,6 +132,16 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
     return value;
 }
 
+/* Whether a slip that is `beyond` rest at the step's end was before it at the start: it turns back at the end, so that
+ * its rate there does not tell. */
+ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
+{
+    double along = s->toward[2*i + 1].node[0]*s->slip_start[2*i + 1];
+    if (SET_FIRST_DIRECTION == 0)
+        along += s->toward[2*i].node[0]*s->slip_start[2*i];
+    return beyond > s->slip_noise[i] && along > s->slip_noise[i];
+}
+
 /* The length at which the first contact changes its mode, if that is before `length`. */
 static double length_to_change(step_t *s, const int wheels, double length)
 {
@@ -144,9 +154,10 @@ static double length_to_change(step_t *s, const int wheels, double length)
         const double change = change_at_end(s, i, &rate);
         const double noise = s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(change);
         const double value = s->slides[i] ? change : change - GRIP_LANDS*GRIP_NOISE(change);
-        if (!(rate > 0 || value > noise) || (s->slides[i] && !(rate > s->settles)))
+        const double least_rate = s->slides[i] ? s->settles : 0;
+        if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
-        double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        double reached = rate > least_rate ? s->h - value/rate : s->h/2;
         if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise)    /* no other length comes nearer to rest      */
             reached = fmin(s->h, length);
         if (reached < length || (reached == s->h && s->landing < 0)) {

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hard.ground_anywhere import scene
 from random_scenes import PAPER, PLACES, controller, coulomb, limited_motors, linear_table, slope, viscous
 
 from omniroll import Contact, SimulationStopped, Torque, Vehicle, simulate
@@ -227,3 +228,20 @@ def test_the_error_estimate_holds():
     finer = simulate(vehicle, **options, accuracy=1e-12, control=False)
     error = distance_at(run, finer, run.elapsed)
     assert error <= 1e-6 and error <= 10 * run.stats["error_estimate"] + 1e-12
+
+
+def test_a_slip_that_comes_to_rest_where_its_rate_vanishes_later():
+    """A step ends where the slip would turn back, beyond rest: its rate there does not say that it has rested."""
+    vehicle, task = scene(7788)
+    compiled, python = (simulate(vehicle, **task | {"engine": engine}) for engine in ("compiled", "python"))
+    assert distance_at(compiled, python, [task["duration"]]) <= 10 * task["accuracy"]
+
+
+def test_a_contact_that_its_own_friction_lifts_again_stops_both_engines():
+    vehicle, task = scene(2761)
+    times = []
+    for engine in ("compiled", "python"):
+        with pytest.raises(SimulationStopped, match="loads and friction have no solution") as stopped:
+            simulate(vehicle, **task | {"engine": engine})
+        times.append(stopped.value.t)
+    assert times[0] == pytest.approx(times[1], rel=1e-8)

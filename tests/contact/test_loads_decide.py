@@ -84,7 +84,7 @@ def test_springs_share_with_the_least_norm():
 
 
 def test_a_contact_that_its_own_friction_lifts_again_has_no_mode():
-    """It comes back with no load; with it, the sums ask for a wheel that pulls. Without it, its spring is compressed."""
+    """It comes back with no load. With it, the sums ask that it pulls; without it, its spring is compressed."""
     loads, _ = made(CORNERS, (0.0, 0.0))
     loads.carries[0] = False
     loads.pass_guards(np.array([True, False, False, False]))
