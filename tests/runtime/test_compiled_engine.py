@@ -1,12 +1,10 @@
 """The compiled engine against the Python engine, and its own parts."""
 
-import importlib
-
 import numpy as np
 import pytest
 
 from omniroll import Vehicle, simulate
-from omniroll.engine import compiled_engine
+from omniroll.engine import recorded, workspace
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import difference
 
@@ -67,8 +65,7 @@ def test_buffers_do_not_matter(monkeypatch):
     """A run in many calls is the run in one call, to the bit."""
     task = {"nu": (1, 0, 1), "duration": 30, "roller_model": "free", "control": False}
     whole = simulate(PAPER, **task)
-    module = importlib.import_module("omniroll.engine.compiled_engine")
-    monkeypatch.setattr(module, "ROWS", 7)
+    monkeypatch.setattr(workspace, "ROWS", 7)
     pieces = simulate(PAPER, **task)
     for name in ("t", "nu", "chi", "pose", "contact", "spins", "dense", "step_rows", "switches"):
         assert (getattr(pieces, name) == getattr(whole, name)).all(), name
@@ -90,10 +87,10 @@ def test_what_is_between_rows_obeys_the_equations(law):
 
 
 def test_integrals_in_bernstein_form():
-    matrix = compiled_engine.integral_to_bernstein()
+    matrix = recorded.integral_to_bernstein()
     x = np.linspace(0, 1, 11)
     z = 2 * x - 1
-    for k in range(compiled_engine.NODES):
+    for k in range(workspace.NODES):
         from scipy.interpolate import BPoly
 
         series = np.polynomial.legendre.Legendre.basis(k).integ()

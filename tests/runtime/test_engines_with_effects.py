@@ -145,7 +145,7 @@ def test_buffers_do_not_matter(monkeypatch, name):
     """A run in many calls is the run in one call, to the bit, with its events."""
     vehicle, task = scene(name, "free", 0)
     whole = simulate(vehicle, **task, control=False)
-    monkeypatch.setattr("omniroll.engine.compiled_engine.ROWS", 5)
+    monkeypatch.setattr("omniroll.engine.workspace.ROWS", 5)
     pieces = simulate(vehicle, **task, control=False)
     for field in (
         "elapsed",

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from omniroll.engine.compiled_engine import MOST_WHEELS, aligned
+from omniroll.engine.workspace import MOST_WHEELS, aligned
 from omniroll.errors import InvalidValueError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import CompiledKernel, kernel

@@ -10,10 +10,10 @@ from functools import cache
 import numpy as np
 
 from omniroll.codegen.along import SUFFIX
-from omniroll.engine.compiled_engine import NODES
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
+from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
 from omniroll.kernels.kernel import Kernel

@@ -18,11 +18,12 @@ from omniroll import validation
 from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
-from omniroll.engine.compiled_engine import MOST_WHEELS, can_run
+from omniroll.engine.compiled_engine import can_run
 from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
 from omniroll.engine.stepped_run import SteppedRun
+from omniroll.engine.workspace import MOST_WHEELS
 from omniroll.errors import InvalidValueError, KernelsMissingError
 from omniroll.results.measurements import Instruments, Moments, checked_instruments, true_values
 from omniroll.results.slipping import Contacts

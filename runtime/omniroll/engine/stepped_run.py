@@ -11,20 +11,13 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun, Plan
-from omniroll.engine.compiled_engine import (
-    ASK,
-    FULL,
-    HOPELESS,
-    STATE_ARRAYS,
-    WHOLE_ARRAYS,
-    CompiledRun,
-    Forgotten,
-    Workspace,
-)
+from omniroll.engine.compiled_engine import ASK, FULL, HOPELESS, CompiledRun
 from omniroll.engine.outlook import FIRST, OutlookOfStep
+from omniroll.engine.recorded import Forgotten
 from omniroll.engine.runs import Task, least_speed
 from omniroll.engine.snapshot import Memory
 from omniroll.engine.what_acts import WhatActs
+from omniroll.engine.workspace import STATE_ARRAYS, WHOLE_ARRAYS, Workspace
 from omniroll.results.trajectory import Trajectory
 
 STEPS_EXPECTED = 1e5  # the iterations of so many steps together may leave a part of the accuracy
