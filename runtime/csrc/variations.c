@@ -246,14 +246,14 @@ static void put_felt(variations_t *w, double h)
         const nodes_t *const by = is_chi ? w->chi_by : w->pose_by;
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
-        for (int j = 0; j < w->nodes; j++) {
-            for (int g = 0; g < groups; g++) {
-                rate[j*groups + g] = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
-                    + carries[2]*w->moved[2*groups + g];
-                at[j*groups + g] = w->moved[place*groups + g];
-            }
-            add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
+        for (int g = 0; g < groups; g++) {
+            const lanes_t carried = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
+                + carries[2]*w->moved[2*groups + g];
+            for (int j = 0; j < w->nodes; j++)
+                rate[j*groups + g] = carried, at[j*groups + g] = w->moved[place*groups + g];
         }
+        for (int j = 0; j < w->nodes; j++)
+            add_numbers(w, by, stride, is_chi ? place - 3 : 2, j, rate + j*groups);
         integrate(w, h, rate, at);
     }
 }
