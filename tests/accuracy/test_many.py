@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll.engine import compiled_engine
+from omniroll.engine import compiled_engine, workspace
 from omniroll.engine.many import SAMPLED, simulate_many
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.switching import SwitchingModel
@@ -103,7 +103,7 @@ def test_the_engine_runs_without_the_interpreters_lock(monkeypatch):
         ready.set()
         run.trajectory()
 
-    monkeypatch.setattr(compiled_engine, "ROWS", 100_000)
+    monkeypatch.setattr(workspace, "ROWS", 100_000)
     monkeypatch.setattr(compiled_engine.CompiledRun, "recorded", watched)
     task = checked_task(PAPER, nu=(1, 0, 1), duration=3000)
     interval = sys.getswitchinterval()
