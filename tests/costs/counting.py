@@ -1,8 +1,8 @@
 """Instructions of the compiled engine, counted by valgrind's callgrind: no other program on the machine moves them.
 
 A process of its own runs tasks under callgrind, which counts what the engine's function does and nothing else; where a
-task asks for sensitivities, then what follows the deviations in C. Under it
-there is no AVX-512: engines of the level x86-64-v3 run, of all sets alike. Four numbers are a vector there.
+task asks for sensitivities, then what follows the deviations in C. Under it there is no AVX-512: engines of the level
+x86-64-v3 run, of all sets alike. Four numbers are a vector there.
 """
 
 import importlib
