@@ -192,6 +192,10 @@ enum {
 /* Phases, events and transitions until the duration is over or there is no more room; returns one of the above. */
 int omniroll_run(omniroll_run_t *run, const omniroll_model *model);
 
+/* The same of `count` runs, one after the other. statuses (count): what omniroll_run returns for each of them. */
+void omniroll_run_each(long long count, omniroll_run_t *const *runs, const omniroll_model *const *models,
+                       int *statuses);
+
 /* One of many runs of a vehicle that pause, and go on together with new voltages (members.c). */
 typedef struct {
     omniroll_run_t *run;

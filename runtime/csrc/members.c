@@ -1,6 +1,15 @@
-/* Many runs of one vehicle that pause, as a session's does, and go on together: part of run.c. */
+/* Many runs that go on in one call: part of run.c. */
 
-/* What a member is given acts from this instant on, which is an event. */
+/* Runs of any vehicles of a set, one after the other: the caller waits for its interpreter's lock once. */
+void omniroll_run_each(long long count, omniroll_run_t *const *runs, const omniroll_model *const *models,
+                       int *statuses)
+{
+    for (long long k = 0; k < count; k++)
+        statuses[k] = omniroll_run(runs[k], models[k]);
+}
+
+/* Below, runs of one vehicle that pause, as a session's does. What a member is given acts from this instant on, which
+ * is an event. */
 static void give(const omniroll_member_t *member, const double *volts)
 {
     omniroll_run_t *const run = member->run;

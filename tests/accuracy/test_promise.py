@@ -8,7 +8,7 @@ from random_scenes import MODELS, PAPER, SCENES, random_scene
 
 import omniroll
 from omniroll.engine import control
-from omniroll.engine.control import controlled, made, moved, sensitivity
+from omniroll.engine.control import controlled, made, making, moved, sensitivity
 from omniroll.engine.python_engine import Run
 from omniroll.engine.simulate import checked_task
 from omniroll.results.comparison import difference
@@ -100,7 +100,7 @@ def test_the_distance_of_two_runs_is_that_of_their_trajectories():
 
 def test_sensitivity_is_measured_when_it_is_read(monkeypatch):
     runs = []
-    monkeypatch.setattr(control, "made", lambda *arguments: runs.append(arguments) or made(*arguments))
+    monkeypatch.setattr(control, "making", lambda *arguments: runs.append(arguments) or making(*arguments))
     run = omniroll.simulate(PAPER, nu=(1, 0, 1), duration=2)
     assert len(runs) == 2
     assert run.stats["sensitivity"] == sensitivity(runs[1][0])
@@ -110,7 +110,7 @@ def test_sensitivity_is_measured_when_it_is_read(monkeypatch):
 def test_a_request_out_of_reach_does_not_go_on_for_ever(monkeypatch):
     """The sensitivity shows that no tolerance reaches it: no second try."""
     runs = []
-    monkeypatch.setattr(control, "made", lambda *arguments: runs.append(arguments) or made(*arguments))
+    monkeypatch.setattr(control, "making", lambda *arguments: runs.append(arguments) or making(*arguments))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", omniroll.AccuracyWarning)
         omniroll.simulate(PAPER, nu=(1, 0, 0), duration=20, roller_model="locked", accuracy=1e-13)

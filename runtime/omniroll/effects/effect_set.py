@@ -48,6 +48,8 @@ class EffectSet:
             if not isinstance(effect, Effect):
                 raise InvalidValueError("effects", effect, "is not an effect, such as omniroll.Torque")
         effects = tuple(effects)
+        if not effects:
+            return NONE
         return _checked(effects, vehicle) if _can_be_hashed(effects) else _checked.__wrapped__(effects, vehicle)
 
     def __bool__(self) -> bool:
@@ -187,6 +189,9 @@ class EffectSet:
     def potentials(self) -> dict[str, str]:
         """Entries of the account, and the generated functions of the pose that give their potential energy."""
         return {entry: name for effect in self.effects for entry, name in effect.potentials.items()}
+
+
+NONE = EffectSet()  # one for all vehicles, with what it keeps
 
 
 def _can_be_hashed(effects: tuple[Effect, ...]) -> bool:

@@ -15,10 +15,9 @@ class StateVector:
     def __init__(self, kernel: Kernel, quantities: Sequence[Quantity]):
         self.quantities = tuple(quantities)
         shapes = {"nu": (3,), "chi": (kernel.wheels,), "pose": (3,)}
-        outputs = {
-            argument.name: argument.shape for signature in kernel.signatures.values() for argument in signature.outputs
-        }
-        shapes |= {quantity.name: outputs[quantity.rate] for quantity in self.quantities}
+        if self.quantities:
+            outputs = {a.name: a.shape for signature in kernel.signatures.values() for a in signature.outputs}
+            shapes |= {quantity.name: outputs[quantity.rate] for quantity in self.quantities}
         self.shapes, self.slices, self.size = shapes, {}, 0
         for name, shape in shapes.items():
             self.slices[name] = slice(self.size, self.size + prod(shape))

@@ -19,6 +19,7 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
 from omniroll.engine import workspace
+from omniroll.engine.in_step import EngineCall, Work, in_step
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
 from omniroll.engine.runs import (
@@ -38,6 +39,7 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
+FIRST_ROWS = 128  # of the first call, if memory allows; each next one has twice as many
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK, _, GROUND = range(7)  # engine.h
@@ -122,25 +124,29 @@ class CompiledRun:
 
     def advance(self) -> "CompiledRun":
         """Simulate, up to the duration or to where the run cannot go on."""
-        step, arguments = self.module.lib.omniroll_run, (self.struct, self.kernel.model_for(self.module.ffi))
+        in_step([self.advancing()])
+        return self
+
+    def advancing(self) -> Work[None]:
+        """Simulate likewise, in step with others."""
+        call = EngineCall(self.module, self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
         most = min(workspace.ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
         largest = int(self.task.memory / self.space.bytes_per_row) + most
-        self.status, room = FULL, min(FIRST, most)
+        self.status, room = FULL, min(FIRST_ROWS, most)
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room, largest)
             room = min(2 * room, most)
-            self.status = step(*arguments)
+            self.status = yield call
             while self.status == ASK and not self._is_ended():
                 self._answer()
-                self.status = step(*arguments)
+                self.status = yield call
             if self.status == FULL:
                 self._look_ahead()
             if self.status == FULL and not self._is_ended() and self.task.keep is not None:
                 self.task.keep(self)
             if self.task.progress is not None:
                 self.task.progress(self.run.elapsed, self.task.duration)
-        return self
 
     def _look_ahead(self) -> None:
         """Whether memory holds the rows so far, and those that are to come."""

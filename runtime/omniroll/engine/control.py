@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from omniroll.engine.compiled_engine import CompiledRun, can_run
+from omniroll.engine.in_step import Work, in_step
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
 from omniroll.errors import AccuracyWarning, SimulationStopped
@@ -46,11 +47,15 @@ class ReferenceRun:
         self.task, self.tolerance, self.engine = task, tolerance, Run(task, tolerance)
 
     def advance(self) -> "ReferenceRun":
+        in_step([self.advancing()])
+        return self
+
+    def advancing(self) -> Work[None]:
+        yield from ()  # it calls no engine
         try:
             self.found, self.stop = self.engine.trajectory(), None
         except SimulationStopped as stopped:
             self.found, self.stop = stopped.trajectory, stopped
-        return self
 
     @property
     def done(self) -> bool:
@@ -87,8 +92,16 @@ AnyRun = CompiledRun | ReferenceRun
 
 def made(task: Task, tolerance: float) -> AnyRun:
     """One simulation with one tolerance, up to its end or to where it cannot go on."""
+    (run,) = in_step([making(task, tolerance)])
+    return run
+
+
+def making(task: Task, tolerance: float) -> Work[AnyRun]:
+    """The same in step with others."""
     engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
-    return engine(task, tolerance).advance()
+    run = engine(task, tolerance)
+    yield from run.advancing()
+    return run
 
 
 def one_run(task: Task, tolerance: float) -> Trajectory:
@@ -118,21 +131,29 @@ def controlled(task: Task) -> Controlled:
     There is no estimate where one of the two cannot go on. Where that is a run that was made again, the one before it
     stands, with its own estimate.
     """
-    quiet, accuracy = replace(task, progress=None, coarse=None, keep=None), task.accuracy
+    (found,) = in_step([controlling(task)])
+    return found
+
+
+def controlling(task: Task) -> Work[Controlled]:
+    """The same in step with others."""
+    quiet, accuracy = _quiet(task), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
     floor = _Floor(quiet, aside)
-    control = made(replace(moved(quiet, aside), progress=task.coarse), min(CONTROL * accuracy, COARSEST))
+    beside = moved(quiet, aside)
+    beside = replace(beside, progress=task.coarse) if task.coarse is not None else beside
+    control = yield from making(beside, min(CONTROL * accuracy, COARSEST))
     if task.interrupted is not None and task.interrupted():  # the coarser run is all that there is
         return Controlled(control, None, floor.sensitivity)
     for trial in range(TRIALS):
-        run = made(task, tolerance)
+        run = yield from making(task, tolerance)
         if not (control.done and run.done):
             if trial > 0:
                 run, control = control, run
             break
         distance = run.distance_from(control)
-        least = floor.of(run, distance if trial == 0 else None)
+        least = yield from floor.of(run, distance if trial == 0 else None)
         estimate = _error(control, run, distance) + least
         reached = estimate - least <= accuracy
         if reached or least > accuracy or tolerance <= FINEST or trial == TRIALS - 1:
@@ -142,6 +163,13 @@ def controlled(task: Task) -> Controlled:
         tolerance = max(tolerance / (10.0 if estimate <= SMALL_MISS * accuracy else CONTROL), FINEST)
     control.release()
     return Controlled(run, estimate, floor.sensitivity)
+
+
+def _quiet(task: Task) -> Task:
+    """The task without those who are told of it."""
+    if task.progress is task.coarse is task.keep is None:
+        return task
+    return replace(task, progress=None, coarse=None, keep=None)
 
 
 def controlled_run(task: Task) -> Trajectory:
@@ -171,7 +199,7 @@ class _Floor:
         self.task, self.aside, self.most = task, aside, math.inf
         self.measured: float | None = None
 
-    def of(self, run: AnyRun, first_distance: float | None) -> float:
+    def of(self, run: AnyRun, first_distance: float | None) -> Work[float]:
         """The floor of a run; `first_distance` is that to the first control run, None for later ones."""
         pose = run.largest_pose()
         radius = self.task.vehicle.platform_radius
@@ -182,7 +210,7 @@ class _Floor:
         if EPS * self.most <= 0.1 * self.task.accuracy:
             return EPS * self.most
         if self.measured is None:
-            self.measured = sensitivity(self.task, run)
+            self.measured = yield from _measuring(self.task, run)
         return max(rounding, EPS * self.measured) if self.measured is not None else math.inf
 
     def sensitivity(self) -> float | None:
@@ -192,18 +220,23 @@ class _Floor:
         return self.measured
 
 
-def sensitivity(task: Task, base: AnyRun | None = None) -> float | None:
+def sensitivity(task: Task) -> float | None:
     """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
 
-    base  a finished run of this task, which serves where it is fine enough
-
-    Both runs are fine, on the compiled engine where it can: the sensitivity is the motion's, not the engine's.
+    None where one of the two runs has stopped. Both are fine, on the compiled engine where it can: the sensitivity is
+    the motion's, not the engine's.
     """
+    (found,) = in_step([_measuring(task)])
+    return found
+
+
+def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:
+    """The sensitivity; `base` is a finished run of this task, which serves where it is fine enough."""
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
     if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine == "compiled"):
-        base = made(task, tolerance)
-    companion = made(moved(task, MOVED), base.tolerance)
+        base = yield from making(task, tolerance)
+    companion = yield from making(moved(task, MOVED), base.tolerance)
     if not (base.done and companion.done):
         return None
     found = max(1.0, base.distance_from(companion) / MOVED)

@@ -7,7 +7,9 @@ buffers; a trajectory is made only where samples are asked for.
 import math
 import os
 import threading
+import time
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import (
     BrokenExecutor,
@@ -17,8 +19,10 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     as_completed,
 )
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from functools import partial
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -27,7 +31,8 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.control import Controlled, controlled, made, sensitivity
+from omniroll.engine.control import Controlled, controlling, making, sensitivity
+from omniroll.engine.in_step import NOBODY_ELSE, Work, in_step
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
@@ -42,6 +47,8 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
 CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
+TOGETHER = 0.02  # s in which a group of runs is done, so that an interruption loses little
+MOST_TOGETHER = 4  # runs of a group: what they write should stay in the cache of a core
 ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
 SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
 COUNTS = ("switches", "steps", "evaluations")
@@ -237,11 +244,13 @@ def _arrays(
 
 def _all_runs(shape: tuple[int, ...], arrays: dict[str, tuple[np.ndarray, int]]) -> list[Run]:
     """The arguments of each run in C order."""
-    spread = {
-        name: np.broadcast_to(array, shape + array.shape[array.ndim - axes :]) for name, (array, axes) in arrays.items()
-    }
-    runs = [{name: array[index] for name, array in spread.items()} for index in np.ndindex(shape)]
-    return [run | {"duration": float(run["duration"])} for run in runs]
+    count, columns = math.prod(shape), {}
+    for name, (array, axes) in arrays.items():
+        of_runs = np.broadcast_to(array, shape + array.shape[array.ndim - axes :])
+        of_runs = of_runs.reshape(count, *of_runs.shape[len(shape) :])
+        # A number by itself is checked as one, which costs less than an array of it.
+        columns[name] = list(of_runs) if axes else of_runs.tolist()
+    return [dict(zip(columns, run, strict=True)) for run in zip(*columns.values(), strict=True)]
 
 
 def _check_memory(shape: tuple[int, ...], vehicle: Vehicle, roller_model: str, times: int, memory: float) -> None:
@@ -335,24 +344,35 @@ class _Sweep:
 
     def in_threads(self, report: Report) -> None:
         """In a thread for each core. What is done stays where the work is interrupted; no run is begun after that."""
-        stop = threading.Event()
+        cores = min(_cores(), len(self.runs))
+        left, done, turn = deque(range(len(self.runs))), SimpleQueue(), threading.Lock()
 
-        def work(places: range) -> range:
-            for k in places:
-                if stop.is_set():
-                    break
-                self.found[k] = found_of(self.runs[k], self.times, self.control)
-            return places
-
-        cores = _cores()
-        with ThreadPoolExecutor(cores) as pool:
-            futures = {pool.submit(work, places): places for places in self._chunks(cores)}
+        def work() -> None:
             try:
-                self._collect(futures, report, lambda places, _: None)
-            except BaseException:
-                stop.set()
-                pool.shutdown(cancel_futures=True)
-                raise
+                for places, found in _in_groups(left, cores, self._begun, turn):
+                    for k, of_run in zip(places, found, strict=True):
+                        self.found[k] = of_run
+                    done.put(len(places))
+            finally:
+                done.put(None)
+
+        with ThreadPoolExecutor(cores) as pool:
+            futures = [pool.submit(work) for _ in range(cores)]
+            try:
+                working, count = cores, 0
+                while working:
+                    of_group = done.get()
+                    working -= of_group is None
+                    count += of_group or 0
+                    if of_group:
+                        report(count, len(self.runs))
+            finally:
+                left.clear()
+        for future in futures:
+            future.result()
+
+    def _begun(self, k: int) -> Work[Found]:
+        return _finding(self.runs[k], self.times, self.control)
 
     def on(self, executor: Executor, report: Report) -> None:
         """On an executor: each of its workers gets chunks. What comes back of a chunk that failed is its error.
@@ -427,15 +447,44 @@ def _cores() -> int:
 
 def run_chunk(chunk: Chunk) -> list[Found]:
     """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
-    return [found_of(run, chunk.times, chunk.control) for run in chunk.runs]
+    left = deque(range(len(chunk.runs)))
+    groups = _in_groups(left, 1, lambda k: _finding(chunk.runs[k], chunk.times, chunk.control))
+    return [found for _, of_group in groups for found in of_group]
 
 
-def found_of(run: Run, times: np.ndarray | None, control: bool) -> Found:
+def _in_groups(
+    left: deque[int], workers: int, begun: Callable[[int], Work[Found]], turn: AbstractContextManager = NOBODY_ELSE
+) -> Iterator[tuple[list[int], list[Found]]]:
+    """Take numbers of runs that are left, as many at a time as end within TOGETHER; what is kept of each.
+
+    workers  how many take them: the last groups are small, so that they end together
+    turn     as of in_step
+    """
+    size = 1
+    while places := _taken(left, min(size, math.ceil(len(left) / (2 * workers)))):
+        began = time.perf_counter()
+        yield places, in_step([begun(k) for k in places], turn)
+        pace = (time.perf_counter() - began) / len(places)
+        size = max(1, min(MOST_TOGETHER, int(TOGETHER / pace)))
+
+
+def _taken(left: deque[int], count: int) -> list[int]:
+    """The next ones; fewer, or none, where others have taken them."""
+    places = []
+    with suppress(IndexError):
+        for _ in range(count):
+            places.append(left.popleft())
+    return places
+
+
+def _finding(run: Run, times: np.ndarray | None, control: bool) -> Work[Found]:
     """What is kept of one run: where it ended, or how it failed."""
     try:
         task = checked_task(**run)
-        wanted = control and task.duration > 0
-        done = controlled(task) if wanted else Controlled(made(task, task.accuracy), None, lambda: None)
+        if control and task.duration > 0:
+            done = yield from controlling(task)
+        else:
+            done = Controlled((yield from making(task, task.accuracy)), None, lambda: None)
         stats, stopped = done.run.stats(), done.run.stop
         found = done.run.end() | {name: stats[name] for name in COUNTS}
         found |= {"reason": None if stopped is None else str(stopped), "start_axial": task.state.free_axial()}

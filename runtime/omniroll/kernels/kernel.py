@@ -229,8 +229,8 @@ class Kernel:
     @cached_property
     def magnitudes(self) -> tuple[float, float]:
         """The smallest and the largest magnitude among the constants that are not 0."""
-        sizes = np.abs(np.concatenate([value.ravel() for value in self.constants]))
-        return float(sizes[sizes > 0].min()), float(sizes.max())
+        sizes = [abs(number) for value in self.constants for number in value.ravel().tolist() if number]
+        return min(sizes), max(sizes)
 
     @cached_property
     def wheel_rows(self) -> np.ndarray:
