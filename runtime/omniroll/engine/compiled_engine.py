@@ -19,7 +19,6 @@ from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import FAILURES, Carried, GroundFailsError, Loads
 from omniroll.engine import workspace
-from omniroll.engine.in_step import EngineCall, Work, in_step
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.recorded import Forgotten, Recorded, wheels_switched
 from omniroll.engine.runs import (
@@ -32,6 +31,7 @@ from omniroll.engine.runs import (
 )
 from omniroll.engine.stiffness import blamed
 from omniroll.engine.what_acts import WhatActs, what_acts
+from omniroll.engine.works import EngineCall, Work, result_of
 from omniroll.engine.workspace import GUARD, MOST_WHEELS, NODES, Workspace, columns, engine_of, names_of
 from omniroll.errors import KernelsMissingError, SimulationStopped
 from omniroll.kernels.kernel import Kernel, general_kernel
@@ -124,11 +124,11 @@ class CompiledRun:
 
     def advance(self) -> "CompiledRun":
         """Simulate, up to the duration or to where the run cannot go on."""
-        in_step([self.advancing()])
+        result_of(self.advancing())
         return self
 
     def advancing(self) -> Work[None]:
-        """Simulate likewise, in step with others."""
+        """The same as a work."""
         call = EngineCall(self.module, self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
         most = min(workspace.ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
@@ -137,10 +137,10 @@ class CompiledRun:
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room, largest)
             room = min(2 * room, most)
-            self.status = yield call
+            (self.status,) = yield [call]
             while self.status == ASK and not self._is_ended():
                 self._answer()
-                self.status = yield call
+                (self.status,) = yield [call]
             if self.status == FULL:
                 self._look_ahead()
             if self.status == FULL and not self._is_ended() and self.task.keep is not None:

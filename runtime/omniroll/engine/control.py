@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from omniroll.engine.compiled_engine import CompiledRun, can_run
-from omniroll.engine.in_step import Work, in_step
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import EPS
+from omniroll.engine.works import Work, result_of, side_by_side
 from omniroll.errors import AccuracyWarning, SimulationStopped
 from omniroll.results.comparison import difference
 from omniroll.results.trajectory import Trajectory
@@ -47,7 +47,7 @@ class ReferenceRun:
         self.task, self.tolerance, self.engine = task, tolerance, Run(task, tolerance)
 
     def advance(self) -> "ReferenceRun":
-        in_step([self.advancing()])
+        result_of(self.advancing())
         return self
 
     def advancing(self) -> Work[None]:
@@ -92,12 +92,11 @@ AnyRun = CompiledRun | ReferenceRun
 
 def made(task: Task, tolerance: float) -> AnyRun:
     """One simulation with one tolerance, up to its end or to where it cannot go on."""
-    (run,) = in_step([making(task, tolerance)])
-    return run
+    return result_of(making(task, tolerance))
 
 
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
-    """The same in step with others."""
+    """The same as a work."""
     engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
     run = engine(task, tolerance)
     yield from run.advancing()
@@ -131,23 +130,21 @@ def controlled(task: Task) -> Controlled:
     There is no estimate where one of the two cannot go on. Where that is a run that was made again, the one before it
     stands, with its own estimate.
     """
-    (found,) = in_step([controlling(task)])
-    return found
+    return result_of(controlling(task))
 
 
 def controlling(task: Task) -> Work[Controlled]:
-    """The same in step with others."""
+    """The same as a work."""
     quiet, accuracy = _quiet(task), task.accuracy
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
     floor = _Floor(quiet, aside)
-    beside = moved(quiet, aside)
-    beside = replace(beside, progress=task.coarse) if task.coarse is not None else beside
-    control = yield from making(beside, min(CONTROL * accuracy, COARSEST))
-    if task.interrupted is not None and task.interrupted():  # the coarser run is all that there is
+    control, run = yield from _first_two(task, moved(quiet, aside), quiet is task)
+    if run is None:
         return Controlled(control, None, floor.sensitivity)
     for trial in range(TRIALS):
-        run = yield from making(task, tolerance)
+        if trial > 0:
+            run = yield from making(task, tolerance)
         if not (control.done and run.done):
             if trial > 0:
                 run, control = control, run
@@ -163,6 +160,28 @@ def controlling(task: Task) -> Work[Controlled]:
         tolerance = max(tolerance / (10.0 if estimate <= SMALL_MISS * accuracy else CONTROL), FINEST)
     control.release()
     return Controlled(run, estimate, floor.sensitivity)
+
+
+def _first_two(task: Task, beside: Task, is_quiet: bool) -> Work[tuple[AnyRun, AnyRun | None]]:
+    """A coarser run that starts beside the task, and the first run of the task; None where the coarser one is all that
+    there is. Nobody is told or asked anything while both are made at once."""
+    coarse = min(CONTROL * task.accuracy, COARSEST)
+    if is_quiet and task.interrupted is None and not _asks_python(task):
+        control, run = yield from side_by_side([making(beside, coarse), making(task, task.accuracy)])
+        return control, run
+    beside = replace(beside, progress=task.coarse) if task.coarse is not None else beside
+    control = yield from making(beside, coarse)
+    if task.interrupted is not None and task.interrupted():
+        return control, None
+    return control, (yield from making(task, task.accuracy))
+
+
+def _asks_python(task: Task) -> bool:
+    """Whether a run calls functions in Python: what these keep must see one run after the other."""
+    if not task.effects:
+        return False
+    plan = task.effects.plan(task.kernel, task.start_time)
+    return bool(plan.asks or plan.called)
 
 
 def _quiet(task: Task) -> Task:
@@ -226,8 +245,7 @@ def sensitivity(task: Task) -> float | None:
     None where one of the two runs has stopped. Both are fine, on the compiled engine where it can: the sensitivity is
     the motion's, not the engine's.
     """
-    (found,) = in_step([_measuring(task)])
-    return found
+    return result_of(_measuring(task))
 
 
 def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:

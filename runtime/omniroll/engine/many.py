@@ -12,17 +12,18 @@ import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import (
+    FIRST_EXCEPTION,
     BrokenExecutor,
     Executor,
     Future,
     ProcessPoolExecutor,
     ThreadPoolExecutor,
     as_completed,
+    wait,
 )
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from functools import partial
-from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,10 @@ from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
 from omniroll.engine.control import Controlled, controlling, making, sensitivity
-from omniroll.engine.in_step import NOBODY_ELSE, Work, in_step
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
+from omniroll.engine.works import NOBODY_ELSE, Work, result_of, side_by_side
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
 from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.progress import Report, reporting
@@ -47,6 +48,7 @@ from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
 CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
+GLANCE = 0.1  # s between two looks at what threads have done: each look takes the interpreter from them
 TOGETHER = 0.02  # s in which a group of runs is done, so that an interruption loses little
 MOST_TOGETHER = 4  # runs of a group: what they write should stay in the cache of a core
 ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
@@ -345,31 +347,24 @@ class _Sweep:
     def in_threads(self, report: Report) -> None:
         """In a thread for each core. What is done stays where the work is interrupted; no run is begun after that."""
         cores = min(_cores(), len(self.runs))
-        left, done, turn = deque(range(len(self.runs))), SimpleQueue(), threading.Lock()
+        left, done, turn = deque(range(len(self.runs))), deque((0,)), threading.Lock()
 
         def work() -> None:
-            try:
-                for places, found in _in_groups(left, cores, self._begun, turn):
-                    for k, of_run in zip(places, found, strict=True):
-                        self.found[k] = of_run
-                    done.put(len(places))
-            finally:
-                done.put(None)
+            for places, found in _in_groups(left, cores, self._begun, turn):
+                for k, of_run in zip(places, found, strict=True):
+                    self.found[k] = of_run
+                done.append(len(places))
 
         with ThreadPoolExecutor(cores) as pool:
-            futures = [pool.submit(work) for _ in range(cores)]
+            working = {pool.submit(work) for _ in range(cores)}
             try:
-                working, count = cores, 0
                 while working:
-                    of_group = done.get()
-                    working -= of_group is None
-                    count += of_group or 0
-                    if of_group:
-                        report(count, len(self.runs))
+                    ended, working = wait(working, GLANCE, FIRST_EXCEPTION)
+                    report(sum(done), len(self.runs))
+                    for future in ended:
+                        future.result()
             finally:
                 left.clear()
-        for future in futures:
-            future.result()
 
     def _begun(self, k: int) -> Work[Found]:
         return _finding(self.runs[k], self.times, self.control)
@@ -458,12 +453,12 @@ def _in_groups(
     """Take numbers of runs that are left, as many at a time as end within TOGETHER; what is kept of each.
 
     workers  how many take them: the last groups are small, so that they end together
-    turn     as of in_step
+    turn     as of result_of
     """
     size = 1
     while places := _taken(left, min(size, math.ceil(len(left) / (2 * workers)))):
         began = time.perf_counter()
-        yield places, in_step([begun(k) for k in places], turn)
+        yield places, result_of(side_by_side([begun(k) for k in places]), turn)
         pace = (time.perf_counter() - began) / len(places)
         size = max(1, min(MOST_TOGETHER, int(TOGETHER / pace)))
 

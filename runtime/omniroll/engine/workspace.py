@@ -1,6 +1,7 @@
 """The memory of one run of the compiled engine, and where each number stands in it."""
 
 import math
+import threading
 from functools import cache, lru_cache
 from typing import Any
 
@@ -178,21 +179,32 @@ class Workspace:
             self.pool.append(self)
 
 
-@lru_cache(maxsize=16)
-def workspaces(
-    base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int
-) -> list[Workspace]:
-    """Those that no run has at present."""
-    return []
+class _OfThread(threading.local):
+    """The workspaces of a thread that no run has at present: what a run has written is in the cache of its core."""
+
+    def __init__(self) -> None:
+        self.workspaces = lru_cache(maxsize=16)(self._none)
+
+    @staticmethod
+    def _none(
+        base: str, effects: tuple[str, ...], sharp: bool, wheels: int, rollers: int, rows: int
+    ) -> list[Workspace]:
+        """Of runs of one set and one size."""
+        return []
+
+
+OF_THREAD = _OfThread()
 
 
 def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
     """One that no other run has, for the library that is loaded now."""
-    pool = workspaces(kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS)
+    pool = OF_THREAD.workspaces(
+        kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS
+    )
     while pool:
         try:
             space = pool.pop()
-        except IndexError:  # another thread has taken it
+        except IndexError:  # a run that another thread has released put it there, and a third one took it
             break
         if space.ffi is engine_of(kernel).ffi:
             return space
