@@ -10,8 +10,8 @@ from .effects.slope import Slope as Slope
 from .effects.torque import Torque as Torque
 from .effects.torque import TorqueTable as TorqueTable
 from .engine.batch import Batch as Batch
+from .engine.ends import Many as Many
 from .engine.gradients import gradient as gradient
-from .engine.many import Many as Many
 from .engine.many import simulate_many as simulate_many
 from .engine.session import Session as Session
 from .engine.simulate import simulate as simulate

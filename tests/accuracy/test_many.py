@@ -11,9 +11,9 @@ import pytest
 
 import omniroll
 from omniroll.effects.function_controller import FunctionController
-from omniroll.engine import compiled_engine, works, workspace
-from omniroll.engine import many as engine_many
-from omniroll.engine.many import SAMPLED, simulate_many
+from omniroll.engine import compiled_engine, sweep, works, workspace
+from omniroll.engine.many import simulate_many
+from omniroll.engine.member import SAMPLED
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.switching import SwitchingModel
 
@@ -81,12 +81,12 @@ def test_runs_of_a_group_are_one_call_of_the_engine(monkeypatch):
 
     of_library = works._of_library
     monkeypatch.setattr(works, "_of_library", counted)
-    monkeypatch.setattr(engine_many, "TOGETHER", 1e6)
-    monkeypatch.setattr(engine_many, "_cores", lambda: 1)
+    monkeypatch.setattr(sweep, "TOGETHER", 1e6)
+    monkeypatch.setattr(sweep, "cores", lambda: 1)
     failing = FunctionController(fails, 0.1)
     effects = [[failing] if k == 5 else [omniroll.Torque(0.01 * k)] for k in range(16)]
     many = simulate_many(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects)
-    assert max(sizes) == 2 * engine_many.MOST_TOGETHER > 2  # a coarser run and the run itself of each
+    assert max(sizes) == 2 * sweep.MOST_TOGETHER > 2  # a coarser run and the run itself of each
     assert list(many.reasons) == [(5,)] and "no output" in many.reasons[5,]
     for k in (4, 6, 7):
         assert (many.end.nu[k] == omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=effects[k]).nu[-1]).all()
@@ -224,7 +224,7 @@ def test_a_worker_that_dies_takes_its_chunk_alone():
 
 @pytest.mark.parametrize("executor", [None, Pickling()])
 def test_an_interruption_keeps_what_is_done(executor, monkeypatch):
-    monkeypatch.setattr("omniroll.engine.many._cores", lambda: 1)
+    monkeypatch.setattr("omniroll.engine.sweep.cores", lambda: 1)
 
     def interrupt(done, total):
         if done >= 2:

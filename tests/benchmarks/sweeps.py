@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 import omniroll
-from omniroll.engine import many
+from omniroll.engine import sweep
 from omniroll.kernels.kernel import kept_kernel
 
 from .common import Answer, Target, Times, repeated
@@ -26,13 +26,13 @@ class Sweep:
 
     def __call__(self):
         """Seconds by the clock and seconds of all cores."""
-        every, many._cores = many._cores, lambda: self.cores
+        every, sweep.cores = sweep.cores, lambda: self.cores
         kept_kernel.cache_clear()  # the vehicles are new to the package
         began, began_cores = time.perf_counter(), time.process_time()
         try:
             self.found = omniroll.simulate_many(self.vehicles, duration=LENGTH, **OPTIONS)
         finally:
-            many._cores = every
+            sweep.cores = every
         return time.perf_counter() - began, time.process_time() - began_cores
 
 

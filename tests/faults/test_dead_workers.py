@@ -7,7 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import omniroll
-from omniroll.engine import many as engine_many
+from omniroll.engine import sweep
 
 PAPER = omniroll.Vehicle.paper()
 
@@ -21,8 +21,8 @@ def deadly(time, state):
 
 
 def test_a_dead_worker_loses_only_its_own_run(monkeypatch):
-    monkeypatch.setattr(engine_many, "CHUNKS_PER_WORKER", 1)  # so that others are in its chunk
-    monkeypatch.setattr(engine_many, "_cores", lambda: 2)
+    monkeypatch.setattr(sweep, "CHUNKS_PER_WORKER", 1)  # so that others are in its chunk
+    monkeypatch.setattr(sweep, "cores", lambda: 2)
     nu = np.array([(1, 0, 1), (0.5, 0, 1), (1, 0, -1), (0.2, 0, 1), (0, 0, 1)])
     controller = omniroll.FunctionController(deadly, sample_time=0.05)
     # The first run is checked here, in this process: it does not turn to the right.

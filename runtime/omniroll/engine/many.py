@@ -5,25 +5,9 @@ buffers; a trajectory is made only where samples are asked for.
 """
 
 import math
-import os
-import threading
-import time
 import warnings
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_EXCEPTION,
-    BrokenExecutor,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    as_completed,
-    wait,
-)
-from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -32,102 +16,21 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.effects.effect import Effect
 from omniroll.effects.effect_set import EffectSet
-from omniroll.engine.control import Controlled, controlling, making, sensitivity
+from omniroll.engine.ends import Many, gathered
+from omniroll.engine.member import Run
 from omniroll.engine.outlook import shown_bytes
 from omniroll.engine.runs import MEMORY
 from omniroll.engine.simulate import checked_task
-from omniroll.engine.works import NOBODY_ELSE, Work, result_of, side_by_side
+from omniroll.engine.sweep import Sweep
 from omniroll.errors import AccuracyWarning, InvalidValueError, SweepInterrupted
-from omniroll.kernels.kernel import Kernel, kernel
 from omniroll.progress import Report, reporting
-from omniroll.results.on_demand import MadeOnDemand, Maker, OnDemand
-from omniroll.results.slipping import Contacts
-from omniroll.results.trajectory import Samples, Trajectory
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL, RUN, STATE, SWITCHING, by_name, documented
 
-CHUNKS_PER_WORKER = 8  # of runs: a progress bar moves, and fast workers take more of them
-GLANCE = 0.1  # s between two looks at what threads have done: each look takes the interpreter from them
-TOGETHER = 0.02  # s in which a group of runs is done, so that an interruption loses little
-MOST_TOGETHER = 4  # runs of a group: what they write should stay in the cache of a core
-ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
-SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
-COUNTS = ("switches", "steps", "evaluations")
 MOST_AXES = 32  # of nested lists: what a list that holds itself exceeds
 NUMBERS_BESIDE_WHEELS = 8  # of a sample: t, nu, pose, energy
 BYTES_OF_A_RUN = 4000  # its arguments and what is kept of it, measured
-NOT_RUN = "interrupted before it was run"
-
-Run = dict[str, Any]  # the arguments of simulate for one run
-Found = dict[str, Any]  # what is kept of one run
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Ends(MadeOnDemand):
-    """The states at the ends of many runs: the fields of Samples, each with the shape (...) of the runs in front.
-
-    made  how contact_spin, spins and energy are computed when they are first read
-    """
-
-    t: np.ndarray
-    nu: np.ndarray
-    chi: np.ndarray
-    contact: np.ndarray
-    pose: np.ndarray
-    made: dict[str, Maker]
-
-    contact_spin = OnDemand()
-    spins = OnDemand()
-    energy = OnDemand()
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Many(MadeOnDemand):
-    """The ends of many runs; `...` is the shape to which vehicles, starts and effects broadcast.
-
-    end             the state at each run's end, with the fields of Samples: t (...), nu (..., 3), chi (..., N), ...
-    energy_start    (...) in J
-    switches        (...) int, how many wheels switched; steps, evaluations (...) int likewise
-    error_estimate  (...) as in Trajectory.stats, nan where there is none
-    sensitivity     (...) likewise; two further runs each measure it when it is first read
-    stopped         (...) bool: the run could not go on, and `end` is where it stopped; or it failed, and `end` is nan
-                    (contact -1)
-    reasons         {index: message} of these runs
-    samples         Samples at `times`, shapes (..., T, ...), or None; nan, or -1 for contact, beyond the end of
-                    a stopped run
-    made            how energy_start and sensitivity are computed when they are first read
-    """
-
-    end: Ends
-    switches: np.ndarray
-    steps: np.ndarray
-    evaluations: np.ndarray
-    error_estimate: np.ndarray
-    stopped: np.ndarray
-    reasons: dict[tuple[int, ...], str]
-    samples: Samples | None
-    made: dict[str, Maker]
-
-    energy_start = OnDemand()
-    sensitivity = OnDemand()
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape (...) of the runs."""
-        return self.stopped.shape
-
-    def __repr__(self) -> str:
-        return f"<Many: {self.stopped.size} runs {self.shape}, {np.count_nonzero(self.stopped)} stopped>"
-
-
-@dataclass(frozen=True)
-class Chunk:
-    """Some runs, as they go to a worker of an executor: plain data that pickles."""
-
-    runs: tuple[Run, ...]
-    times: np.ndarray | None
-    control: bool
 
 
 @documented(*STATE, *RUN, ROLLER_MODEL, SWITCHING)
@@ -189,13 +92,13 @@ def simulate_many(
     checked_task(**runs[0])
     _warn_of_effects(runs)
     times = None if times is None else _times(times, runs)
-    sweep = _Sweep(runs, times, control)
+    sweep = Sweep(runs, times, control)
     try:
         with reporting(progress or False, len(runs), "runs") as report:
             sweep.in_threads(report) if executor is None else sweep.on(executor, report)
     except KeyboardInterrupt:
-        raise SweepInterrupted(_gathered(shape, sweep)) from None
-    many = _gathered(shape, sweep)
+        raise SweepInterrupted(gathered(shape, sweep)) from None
+    many = gathered(shape, sweep)
     _warn(many, accuracy)
     return many
 
@@ -332,330 +235,6 @@ def _warn_of_effects(runs: list[Run]) -> None:
     doubts = (doubt for vehicle, effects in acting for doubt in EffectSet(effects).doubts(vehicle))
     for doubt in {str(doubt): doubt for doubt in doubts}.values():
         warnings.warn(doubt, stacklevel=3)
-
-
-# Out to the workers and back
-
-
-class _Sweep:
-    """Runs, and what was found of each in the same order; None of those that have not been done."""
-
-    def __init__(self, runs: list[Run], times: np.ndarray | None, control: bool):
-        self.runs, self.times, self.control = runs, times, control
-        self.found: list[Found | None] = [None] * len(runs)
-
-    def in_threads(self, report: Report) -> None:
-        """In a thread for each core. What is done stays where the work is interrupted; no run is begun after that."""
-        cores = min(_cores(), len(self.runs))
-        left, done, turn = deque(range(len(self.runs))), deque((0,)), threading.Lock()
-
-        def work() -> None:
-            for places, found in _in_groups(left, cores, self._begun, turn):
-                for k, of_run in zip(places, found, strict=True):
-                    self.found[k] = of_run
-                done.append(len(places))
-
-        with ThreadPoolExecutor(cores) as pool:
-            working = {pool.submit(work) for _ in range(cores)}
-            try:
-                while working:
-                    ended, working = wait(working, GLANCE, FIRST_EXCEPTION)
-                    report(sum(done), len(self.runs))
-                    for future in ended:
-                        future.result()
-            finally:
-                left.clear()
-
-    def _begun(self, k: int) -> Work[Found]:
-        return _finding(self.runs[k], self.times, self.control)
-
-    def on(self, executor: Executor, report: Report) -> None:
-        """On an executor: each of its workers gets chunks. What comes back of a chunk that failed is its error.
-
-        A pool of processes breaks as a whole where one of them dies. What it did not do is done apart.
-        """
-        lost: list[range] = []
-
-        def keep(places: range, future: Future) -> None:
-            try:
-                of_chunk = future.result()
-            except BrokenExecutor:
-                lost.append(places)
-                return
-            except Exception as error:
-                of_chunk = [{"reason": f"its worker failed: {_shown(error)}"} for _ in places]
-            self.found[places.start : places.stop] = of_chunk
-
-        futures: dict[Future, range] = {}
-        for places in self._chunks(_cores()):
-            try:
-                futures[executor.submit(run_chunk, self._chunk(places))] = places
-            except BrokenExecutor:
-                lost.append(places)
-        try:
-            self._collect(futures, report, keep)
-        except BaseException:
-            for future, places in futures.items():
-                if not future.cancel() and future.done():
-                    keep(places, future)
-            raise
-        self._apart(lost)
-
-    def _apart(self, lost: list[range]) -> None:
-        """Runs in a process beside this one, a new one where it dies; a chunk that ends it is done run by run."""
-        pool = None
-        while lost:
-            places = lost.pop(0)
-            pool = pool or ProcessPoolExecutor(1)
-            try:
-                self.found[places.start : places.stop] = pool.submit(run_chunk, self._chunk(places)).result()
-            except BrokenExecutor as error:
-                pool.shutdown()
-                pool = None
-                if len(places) > 1:
-                    lost[:0] = [range(k, k + 1) for k in places]
-                else:
-                    self.found[places.start] = {"reason": f"its worker died: {_shown(error)}"}
-        if pool is not None:
-            pool.shutdown()
-
-    def _chunk(self, places: range) -> Chunk:
-        return Chunk(tuple(self.runs[k] for k in places), self.times, self.control)
-
-    def _chunks(self, workers: int) -> list[range]:
-        count = len(self.runs)
-        size = max(1, math.ceil(count / (CHUNKS_PER_WORKER * workers)))
-        return [range(k, min(k + size, count)) for k in range(0, count, size)]
-
-    def _collect(self, futures: dict[Future, range], report: Report, keep: Callable[[range, Future], None]) -> None:
-        done = 0
-        for future in as_completed(futures):
-            keep(futures[future], future)
-            done += len(futures[future])
-            report(done, len(self.runs))
-
-
-def _cores() -> int:
-    """Those that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def run_chunk(chunk: Chunk) -> list[Found]:
-    """The work of one worker: do the runs of a chunk and keep of each what Many shows."""
-    left = deque(range(len(chunk.runs)))
-    groups = _in_groups(left, 1, lambda k: _finding(chunk.runs[k], chunk.times, chunk.control))
-    return [found for _, of_group in groups for found in of_group]
-
-
-def _in_groups(
-    left: deque[int], workers: int, begun: Callable[[int], Work[Found]], turn: AbstractContextManager = NOBODY_ELSE
-) -> Iterator[tuple[list[int], list[Found]]]:
-    """Take numbers of runs that are left, as many at a time as end within TOGETHER; what is kept of each.
-
-    workers  how many take them: the last groups are small, so that they end together
-    turn     as of result_of
-    """
-    size = 1
-    while places := _taken(left, min(size, math.ceil(len(left) / (2 * workers)))):
-        began = time.perf_counter()
-        yield places, result_of(side_by_side([begun(k) for k in places]), turn)
-        pace = (time.perf_counter() - began) / len(places)
-        size = max(1, min(MOST_TOGETHER, int(TOGETHER / pace)))
-
-
-def _taken(left: deque[int], count: int) -> list[int]:
-    """The next ones; fewer, or none, where others have taken them."""
-    places = []
-    with suppress(IndexError):
-        for _ in range(count):
-            places.append(left.popleft())
-    return places
-
-
-def _finding(run: Run, times: np.ndarray | None, control: bool) -> Work[Found]:
-    """What is kept of one run: where it ended, or how it failed."""
-    try:
-        task = checked_task(**run)
-        if control and task.duration > 0:
-            done = yield from controlling(task)
-        else:
-            done = Controlled((yield from making(task, task.accuracy)), None, lambda: None)
-        stats, stopped = done.run.stats(), done.run.stop
-        found = done.run.end() | {name: stats[name] for name in COUNTS}
-        found |= {"reason": None if stopped is None else str(stopped), "start_axial": task.state.free_axial()}
-        found["start_speeds"] = task.effects.own_speeds(task.kernel, task.state)
-        found["error_estimate"] = None if stopped is not None else done.error_estimate
-        found["samples"] = None if times is None else _samples(done.run.recorded(), times)
-        done.run.release()
-    except Exception as error:  # whatever it is, it must not take the others along
-        return {"reason": _shown(error)}
-    return found
-
-
-def _shown(error: Exception) -> str:
-    return str(error) if isinstance(error, InvalidValueError) else f"{type(error).__name__}: {error}"
-
-
-def _samples(trajectory: Trajectory, times: np.ndarray) -> dict[str, np.ndarray | None]:
-    """Samples at the times; beyond the trajectory's end nan, or -1 where whole numbers stand."""
-    within = times <= trajectory.t[-1]
-    samples = trajectory.sample(times[within])
-    result: dict[str, np.ndarray | None] = {}
-    for name in SAMPLED:
-        values = getattr(samples, name)
-        if values is None:
-            result[name] = None
-            continue
-        result[name] = _nothing((len(times), *values.shape[1:]), values.dtype)
-        result[name][within] = values
-    return result
-
-
-def _nothing(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
-    """What stands where there is no number: nan, or -1."""
-    dtype = np.dtype(dtype)
-    return np.full(shape, -1 if dtype.kind in "iu" else np.nan, dtype)
-
-
-# Arrays
-
-
-def _gathered(shape: tuple[int, ...], sweep: _Sweep) -> Many:
-    found = [{"reason": NOT_RUN} if one is None else one for one in sweep.found]
-
-    def of(name: str, kind: Any = float, default: Any = None) -> np.ndarray:
-        return _stacked(shape, [one.get(name, default) for one in found], kind)
-
-    samples = None
-    if sweep.times is not None:
-        parts = [one.get("samples") or {} for one in found]
-        stacked = {name: _stacked(shape, [p.get(name) for p in parts], _kind(name)) for name in SAMPLED}
-        made = {name: partial(stacked.get, name) for name in ON_DEMAND}
-        samples = Samples(**{name: stacked[name] for name in SAMPLED if name not in made}, made=made)
-    states = _States(shape, sweep.runs, found)
-    wheels = sweep.runs[0]["vehicle"].wheels
-    missing = {"t": np.nan, "nu": np.full(3, np.nan), "pose": np.full(3, np.nan), "chi": np.full(wheels, np.nan)}
-    return Many(
-        end=Ends(
-            **{name: of(name, default=value) for name, value in missing.items()},
-            contact=of("contact", int, np.full(wheels, -1)),
-            made={
-                "contact_spin": lambda: states.of_vehicles(_contact_spins),
-                "spins": lambda: states.of_vehicles(lambda k, nu, chi, spins, contacts: spins),
-                "energy": lambda: states.of_vehicles(_energy),
-            },
-        ),
-        **{name: of(name, int, 0) for name in COUNTS},
-        error_estimate=np.array([_number(one.get("error_estimate")) for one in found]).reshape(shape),
-        stopped=np.array([one["reason"] is not None for one in found], bool).reshape(shape),
-        reasons={k: one["reason"] for k, one in zip(np.ndindex(shape), found, strict=True) if one["reason"]},
-        samples=samples,
-        made={
-            "energy_start": lambda: states.of_vehicles(_energy, start=True),
-            "sensitivity": lambda: _sensitivities(shape, sweep, found),
-        },
-    )
-
-
-def _stacked(shape: tuple[int, ...], values: list[Any], kind: type = float) -> np.ndarray | None:
-    """(..., ...) of one array from each run, nan or -1 where a run has none; None where no run has one."""
-    sizes = {np.shape(value) for value in values if value is not None}
-    if not sizes:
-        return None
-    (size,) = sizes
-    return np.array([_nothing(size, kind) if value is None else value for value in values], kind).reshape(shape + size)
-
-
-def _kind(name: str) -> type:
-    return int if name == "contact" else float
-
-
-def _number(value: float | None) -> float:
-    return np.nan if value is None else value
-
-
-def _contact_spins(
-    bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None, contacts: Contacts | None
-) -> np.ndarray:
-    return bound.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
-
-
-def _energy(
-    bound: Kernel, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None, contacts: Contacts | None
-) -> np.ndarray:
-    if contacts is not None:
-        return contacts.energy(nu, chi, spins)
-    return bound.energy(nu, chi, *bound.spins_or_nothing(spins))
-
-
-class _States:
-    """What follows from the states at the starts and ends of runs, by the kernels of their vehicles."""
-
-    def __init__(self, shape: tuple[int, ...], runs: list[Run], found: list[Found]):
-        self.shape, self.runs, self.found = shape, runs, found
-
-    def of_vehicles(self, function: Callable, *, start: bool = False) -> np.ndarray | None:
-        """(..., ...) function(kernel, nu, chi, spins, contacts) of the states at the ends or starts, all of a vehicle
-        at once; contacts are Contacts where wheels may slip, else None."""
-        values: list[Any] = [None] * len(self.runs)
-        for bound, effects, places in self._by_kernel():
-            nu, chi, axial = (self._of(name, places, start) for name in ("nu", "chi", "axial"))
-            spins = bound.spins_from_axial(nu, chi, axial) if bound.has_spins else None
-            contacts = self._contacts(effects, places, start) if effects.slips else None
-            for k, value in zip(places, _each(function(bound, nu, chi, spins, contacts), len(places)), strict=True):
-                values[k] = value
-        return _stacked(self.shape, values)
-
-    def _contacts(self, effects: EffectSet, places: list[int], start: bool) -> Contacts:
-        """Those of some runs. Their spins and energies do not depend on the law of the ground."""
-        run, name = self.runs[places[0]], "start_speeds" if start else "speeds"
-        of_runs = [self.found[k][name] for k in places]
-        speeds = {each: np.array([one[each] for one in of_runs]) for each in of_runs[0]}
-        return Contacts(effects.kernel(run["vehicle"], run["roller_model"], "python"), speeds)
-
-    def _of(self, name: str, places: list[int], start: bool) -> np.ndarray | None:
-        if not start:
-            values = [self.found[k][name] for k in places]
-        elif name == "axial":
-            values = [self.found[k]["start_axial"] for k in places]
-        else:
-            values = [self.runs[k][name] for k in places]
-        if start and name == "chi":
-            values = [
-                checks.wheel_angles_in_contact(chi, self.runs[k]["vehicle"])
-                for k, chi in zip(places, values, strict=True)
-            ]
-        return None if values[0] is None else np.array(values, float)
-
-    def _by_kernel(self) -> Iterator[tuple[Kernel, EffectSet, list[int]]]:
-        """Each Python kernel, which works on all states at once, with effects of one of its runs, and the runs."""
-        groups: dict[tuple[Vehicle, bool], list[int]] = {}
-        acting: dict[tuple[Vehicle, bool], EffectSet] = {}
-        for k, (run, one) in enumerate(zip(self.runs, self.found, strict=True)):
-            if "nu" in one:
-                effects = EffectSet.checked(run["effects"], run["vehicle"])
-                key = effects.equipped(run["vehicle"]), effects.slips
-                groups.setdefault(key, []).append(k)
-                acting.setdefault(key, effects)
-        for key, places in groups.items():
-            yield kernel(key[0], self.runs[0]["roller_model"], "python"), acting[key], places
-
-
-def _each(values: np.ndarray | None, count: int) -> Iterable[Any]:
-    return [None] * count if values is None else values
-
-
-def _sensitivities(shape: tuple[int, ...], sweep: _Sweep, found: list[Found]) -> np.ndarray:
-    """(...) of the runs that have an error estimate; nan for the others."""
-
-    def of_run(run: Run, one: Found) -> float:
-        if one.get("error_estimate") is None:
-            return np.nan
-        value = sensitivity(checked_task(**run))
-        return np.nan if value is None else value
-
-    with ThreadPoolExecutor(_cores()) as pool:
-        return np.array(list(pool.map(of_run, sweep.runs, found)), float).reshape(shape)
 
 
 def _warn(many: Many, accuracy: float) -> None:
