@@ -259,7 +259,9 @@ class CompiledRun:
 
     def _speed(self) -> float:
         """|nu| at the start; with effects the largest of the run; 1 for a vehicle that stays where it is."""
-        nu = self.space.rows[: self.run.row_count if self.task.effects else 1, 1:4]
+        if not self.task.effects:
+            return math.hypot(*self.space.rows[0, 1:4].tolist()) or 1.0
+        nu = self.space.rows[: self.run.row_count, 1:4]
         return math.sqrt(np.einsum("ij,ij->i", nu, nu).max()) or 1.0
 
     def largest_pose(self) -> np.ndarray:

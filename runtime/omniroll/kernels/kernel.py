@@ -145,6 +145,8 @@ def optional_effects() -> tuple[str, ...]:
 def _effects_of(vehicle: Vehicle, roller_model: str, effects: Sequence[str]) -> tuple[str, ...]:
     """The effects in the registry's order, with what they need and with those that the vehicle itself brings; behind
     them the numbers by which there are derivatives."""
+    if not effects and not vehicle.has_layout:
+        return ()
     asked = sorted({effect for effect in effects if isinstance(effect, str) and effect.startswith(REQUEST)})
     own = [effect for effect in effects if effect not in asked] + [DERIVATIVES] * bool(asked)
     for effect in own:
