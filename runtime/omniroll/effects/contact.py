@@ -33,6 +33,12 @@ OPTIONAL = {
     "regularised": ("load", "normal_gravity"),
 }
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
+# Why axles that stick cannot stand beside them.
+UNDECIDED = {
+    "contacts that stick": "a wheel that is held on the ground and on its axle takes a direction of motion from the "
+    "vehicle, and several of them do not determine their forces",
+    "loads that follow the motion": "these follow from the wheels' accelerations, and whether an axle sticks from them",
+}
 OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 
 
@@ -126,9 +132,10 @@ class Contact(Effect):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
             self._given(name, vehicle.wheels)
-        if any("axle_sticking" in effect.kernel_effects() for effect in others):
-            bound = "must be given where wheels may slip: axles that stick are not solved together with the ground"
-            raise InvalidValueError("wheel_speed", None, bound)
+        sticking = any("axle_sticking" in effect.kernel_effects() for effect in others)
+        if sticking and (self.law == "coulomb" or self.is_loaded):
+            what = "contacts that stick" if self.law == "coulomb" else "loads that follow the motion"
+            raise InvalidValueError("wheel_speed", None, f"must be given beside {what}: {UNDECIDED[what]}")
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
