@@ -95,7 +95,7 @@ int main(int count, char **arguments)
     const double part_sizes[] = {1, 1, 1};
     for (int k = 2*WHEELS; k < BEARINGS; k++)           /* counted by wheel, then by place                       */
         bearings[k].sliding = 1e-7*(3 + (k - 2*WHEELS)/PLACES), bearings[k].holding = 2*bearings[k].sliding;
-    run.spin_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.yaw_of_speed = 1/vehicle.yaw_scale;
+    run.own_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 1/vehicle.yaw_scale;
     run.core = core, run.core_before = core_before, run.part_sizes = part_sizes;
 #endif
     run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
