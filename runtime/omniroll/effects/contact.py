@@ -65,8 +65,8 @@ class Contact(Effect):
     {entries}
 
     Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
-    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed. The law of a switch has no part in such
-    a run.
+    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed, beside contacts that stick and beside
+    loads that follow the motion. The law of a switch has no part in such a run.
 
     Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
     simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
