@@ -1,17 +1,5 @@
 /* Bearings with rates of their own, which are numbers of the core: of free rollers, or where wheels may slip of axles. A
  * mode for each. */
-#if SET_STICKS
-#define AT_BOUND 1e-9               /* a torque is at its bound that is nearer to it than this part of it   */
-
-/* The mode of a bearing at rest from the last round. */
-static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rate, double torque)
-{
-    const double bound = bearing->broken ? bearing->sliding : bearing->holding;
-    const int at_bound = -bearing->released*torque >= bound*(1 - AT_BOUND);
-    bearing->mode = moves ? (rate > 0) - (rate < 0) : at_bound ? bearing->released : 0;
-}
-#endif
-
 #if SET_OWN_BEARINGS
 static double tau(const omniroll_run_t *run, double phase_length);
 

@@ -1,6 +1,8 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
 #if SET_AXLES_STICK
+#define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
+
 /* A run begins: nothing sticks so far. */
 static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 {
@@ -16,12 +18,14 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
     find_own_torques(run, work);
 }
 
-/* Rules 3 and 4: the mode of an axle that has broken away, whose torque is what would hold it. */
+/* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
 static void let_axle_go(omniroll_bearing_t *axle)
 {
     const double asked = axle->torque, torque = fmax(fmin(asked, axle->sliding), -axle->sliding), rate = torque - asked;
-    axle->broken = 1;
-    take_mode_at_rest(axle, fabs(rate) > MOVES*(fabs(asked) + axle->sliding), rate, torque);
+    if (fabs(rate) > MOVES*(fabs(asked) + axle->sliding))
+        axle->mode = rate > 0 ? 1 : -1;
+    else
+        axle->mode = -axle->released*asked >= NEAR_BOUND*axle->sliding ? axle->released : 0;
 }
 
 /* Which axles stick in the phase that starts now. */
@@ -59,12 +63,13 @@ ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 }
 
 /* Turning axles whose rates have passed zero rest, and those that are asked for too much let go. Returns how many there
- * are. */
+ * are, with the one whose mode a step has ended, which is told once. */
 static int pass_bearings(omniroll_run_t *run, const work_t *work)
 {
-    const int released = release_own(run);
-    run->hold.undecided |= released > 0;
-    return released + stop_own(run, work);
+    const int count = run->hold.ended + release_own(run) + stop_own(run, work);
+    run->hold.ended = 0;
+    run->hold.undecided |= count > 0;
+    return count;
 }
 
 /* A step begins: what sticks in it. */
@@ -80,15 +85,23 @@ ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
     return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
 }
 
-/* Some time has passed. */
-static void bearings_have_moved(omniroll_run_t *run, const work_t *work)
+/* Some time has passed. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
+ * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
+static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
+    const int landed = s->landing - s->wheels - s->guards;
     for (int k = 0; k < run->own_count; k++) {
         own_bearings(run)[k].resting = own_bearings(run)[k].mode == 0;
         own_bearings(run)[k].released = 0;
     }
     if (run->hold.count)
         hold_axles(run, work);
+    if (landed < 0 || landed >= run->own_count)
+        return;
+    omniroll_bearing_t *const axle = own_bearings(run) + landed;
+    if (axle->mode == 0)
+        axle->released = axle->torque > 0 ? -1 : 1;
+    axle->resting = run->hold.ended = 1;
 }
 
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */

@@ -2,6 +2,8 @@
  * runtime/omniroll/effects/sticking_bearings.py; sticking.c has the bearings whose rates follow from nu, and
  * own_bearings.c what free rollers have in common with other bearings whose rates do not. */
 #if SET_SPINS_STICK
+static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rate, double torque);
+
 /* What takes the free rollers along without nu' and without their bearings, from the last evaluation. */
 static void keep_given_accelerations(const omniroll_run_t *run, const work_t *work)
 {

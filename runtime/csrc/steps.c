@@ -550,7 +550,7 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
         damp(run, work, s, wheels);
 #endif
 #if SET_STICKS
-    bearings_have_moved(run, work);
+    bearings_have_moved(run, work, s);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);

@@ -1,6 +1,8 @@
 /* Bearings that stick: a mode for each axle and each roller in contact, and what holds those that stick. The numbered
  * rules are in runtime/omniroll/effects/sticking.py and sticking_bearings.py. */
 #if SET_HOLDS
+#define AT_BOUND 1e-9               /* a torque is at its bound that is nearer to it than this part of it   */
+
 /* How many bearings have rates that follow from nu. */
 ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
 {
@@ -237,6 +239,14 @@ static void most_acceleration(const vector3_t *mass, const double *most, double 
             / fabs(determinant);
 }
 
+/* The mode of a bearing at rest from the last round. */
+static void take_mode_at_rest(omniroll_bearing_t *bearing, int moves, double rate, double torque)
+{
+    const double bound = bearing->broken ? bearing->sliding : bearing->holding;
+    const int at_bound = -bearing->released*torque >= bound*(1 - AT_BOUND);
+    bearing->mode = moves ? (rate > 0) - (rate < 0) : at_bound ? bearing->released : 0;
+}
+
 /* Modes of the resting bearings by rounds; those that have been released have broken away before the first. */
 static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vector3_t *mass, const double *force)
 {
@@ -424,8 +434,9 @@ ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 }
 
 /* Some time has passed. */
-static void bearings_have_moved(omniroll_run_t *run, const work_t *work)
+static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
+    (void)s;
     for (int i = 0; i < run->bearing_count; i++) {
         run->bearings[i].resting = run->bearings[i].mode == 0;
         run->bearings[i].released = 0;
