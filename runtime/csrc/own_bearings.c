@@ -74,11 +74,18 @@ static int release_own(const omniroll_run_t *run)
     return count;
 }
 
+/* What the iteration at the nodes may leave in a rate. */
+ALWAYS_INLINE double left_by_iteration(const omniroll_run_t *run)
+{
+    return run->sweep_tolerance*fmax(run->speed, run->fastest)*run->rate_of_speed;
+}
+
 /* What the rates are rounded against in the phase that starts now. */
 static void size_own(const omniroll_run_t *run)
 {
     for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].size = fabs(own_rates(run)[k]) + length3(run->nu)*run->rate_of_speed;
+        own_bearings(run)[k].size = fabs(own_rates(run)[k]) + length3(run->nu)*run->rate_of_speed
+            + (SET_AXLES_STICK ? left_by_iteration(run)/EPS : 0);
 }
 
 ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate)

@@ -45,6 +45,13 @@ static double own_rate_at_end(const step_t *s, int k)
     return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
 }
 
+/* Whether an axle starts to turn: where the ground is stiff, what the iteration has left of the slip may turn it back for
+ * an instant. It stops only where it is beyond what counts as rest. */
+ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
+{
+    return SET_AXLES_STICK && s->own_bearing[k].mode && fabs(s->start_core[own_rates_at(s->wheels) + k]) <= beyond;
+}
+
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
  * step's end changes it later: not before a length that is shorter. */
 static double length_to_own(step_t *s, const int wheels, double length)
@@ -55,7 +62,7 @@ static double length_to_own(step_t *s, const int wheels, double length)
         if (value <= 0 && length <= s->h)
             continue;
         const double rate = own_rate_at_end(s, k);
-        if (!(rate > 0 || value > beyond))
+        if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
             continue;
         const double reached = rate > 0 ? s->h - value/rate : s->h/2;
         if (reached < length) {

@@ -221,6 +221,20 @@ def test_an_axle_breaks_away_on_a_stiff_ground():
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("coefficient, accuracy", [(3e4, 1e-5), (9e4, 1e-5), (1e6, 1e-7)])
+def test_wheels_spin_down_on_a_stiff_ground(coefficient, accuracy, model):
+    """From a vehicle at rest whose wheels turn: the slip decays within 1e-6 s, while axles stop and break away."""
+    ground = Contact(coefficient, wheel_rates=(-0.9, 0.0, 0.7, 0.0))
+    bearings = Bearings(wheel_coulomb=(2e-3, 3e-3, 1e-3, 2e-3))
+    table = TorqueTable((0.0, 0.02, 0.05), ((0.1, -0.2, 0.3, 0.1), (-0.3, 0.1, 0.2, -0.1), (0.2, 0.3, -0.1, 0)))
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.05, roller_model=model, effects=[ground, bearings, table],
+                   accuracy=accuracy, control=False)  # fmt: skip
+    assert run.t[-1] == 0.05 and len(run) < 1000
+    assert abs(run.ledger.residual) <= 10 * accuracy * (run.energy.max() + abs(run.ledger.contributions["axle_loss"]))
+
+
+@pytest.mark.long
 def test_a_session_is_the_run():
     vehicle, options = scene(5)
     options.pop("control")
