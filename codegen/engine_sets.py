@@ -43,6 +43,7 @@ RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels,
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
+OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
@@ -88,6 +89,7 @@ class EngineSet:
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
         self.spins_stick = self.spins and effects.function(STUCK) is not None
+        self.axles_stick = OF_AXLES[-1] in own
         self.held = STUCK if self.spins_stick else HELD[self.spins]
         self.holds = effects.function(self.held) is not None
         inertia = self.holds or (self.acted and not self.slips)
@@ -177,7 +179,7 @@ class EngineSet:
         functions = ([self.function("momenta")] if needs_momenta else []) + states + [solving]
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
-        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_SPINS)}
+        targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_AXLES, *OF_SPINS)}
         return self._calls(functions, targets | rates)
 
     def rolling_calls(self) -> list[Call]:
@@ -296,7 +298,7 @@ class EngineSet:
     ) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
         so does what is `given` beside the point."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_SPINS)
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_AXLES, *OF_SPINS)
         known = {name: f"at->{name}" for name in plain}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}

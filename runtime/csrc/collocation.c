@@ -137,8 +137,8 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.absent = s->absent;
     point.held_force = at->held_force;
 #endif
-#if SET_SPINS_STICK
-    put_spins(s->spins, &point);
+#if SET_OWN_BEARINGS
+    put_own(s->own, &point);
 #endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
@@ -175,9 +175,9 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     for (int k = 0; s->held && k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
 #endif
-#if SET_SPINS_STICK
-    for (int k = 0; s->held && k < s->spin_count; k++)
-        s->spins->held[k].lanes[b] = s->spins->holding[k];
+#if SET_OWN_BEARINGS
+    for (int k = 0; s->held && k < s->own_count; k++)
+        s->own->held[k].lanes[b] = s->own->holding[k];
 #endif
     (void)s, (void)wheels, (void)b, (void)at;
 }

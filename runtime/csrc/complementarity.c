@@ -20,16 +20,6 @@ typedef struct {
     double normal[3], reach;
 } facet_t;
 
-ALWAYS_INLINE double dot3(const double *a, const double *b)
-{
-    return (a[0]*b[0] + a[1]*b[1]) + a[2]*b[2];
-}
-
-ALWAYS_INLINE double length3(const double *a)
-{
-    return sqrt(dot3(a, a));
-}
-
 ALWAYS_INLINE void add3(double *to, double times, const double *from)
 {
     for (int k = 0; k < 3; k++)

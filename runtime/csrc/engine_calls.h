@@ -43,13 +43,13 @@ typedef struct {
     long long *modes;                   /* N                                                            */
 } omniroll_modal_t;
 
-/* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller, whose rate is
- * a number of the core. */
+/* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller. The rate of a
+ * free roller is a number of the core, and so is that of an axle where wheels may slip. */
 typedef struct {
-    double row[3];              /* its rate for each of nu, of a roller in contact where chi is 0; not of a free one */
+    double row[3];              /* its rate for each of nu, of a roller in contact where chi is 0; if it follows from nu */
     double sliding, holding;    /* its torque while it turns, and the largest at rest                   */
     double nearer;              /* times its row: its rate for each of nu at this instant               */
-    double size;                /* of a free roller that turns: what its rate is rounded against        */
+    double size;                /* if it is a number of the core: what it is rounded against            */
     int resting;                /* whether its rate is zero                                             */
     int mode;                   /* 0 where it sticks, else the sign of its rate                         */
     int released;               /* the sign with which it has been let go at this instant, else 0       */
@@ -61,6 +61,7 @@ typedef struct {
 typedef struct {
     int undecided;              /* whether it must be decided anew                                      */
     int count, free;            /* bearings that stick, and directions of nu that they allow            */
+    int ended;                  /* axles where wheels may slip whose mode has ended at this instant     */
     int facet_count, guard_count;
     double directions[9], absent[3];    /* these directions, by columns; 0 and 1 where there is none    */
     double force[3], size[3];   /* what holds, and the sizes of the terms that it is made of            */
@@ -142,9 +143,11 @@ typedef struct {
     omniroll_sampler_t *samplers;
     omniroll_modal_t *modal;    /* one or none                                                          */
     int bearing_count;          /* bearings that may stick: first those of axles, N or none, then of the */
-    int axle_count, spin_count; /* rollers in contact, N or none, last of free rollers, N (n-1) or none  */
+    int axle_count, own_count;  /* rollers in contact, N or none, last of free rollers, N (n-1) or none. Of these the
+                                 * last own_count have rates that are numbers of the core: of free rollers, or where
+                                 * wheels may slip of axles                                             */
     omniroll_bearing_t *bearings;
-    double roller_inertia, yaw_of_speed;    /* of these rollers; theta' per nu_3                         */
+    double roller_inertia, rate_of_speed;   /* of these rollers; what such a rate is rounded against, per nu */
     omniroll_hold_t hold;
     int grip_count;             /* contacts that may stick: N or none                                   */
     omniroll_grip_t *grips;

@@ -15,6 +15,8 @@
 #define EARLY 2                     /* and where they are cheap after this sweep already                   */
 #define NOT_FAST 0.25               /* this ratio                                                          */
 #define MUCH_TOO_LONG 1000          /* times the error allowed, which the second sweep shows               */
+#define FACET_RISES 1e5             /* of roundings of what holds its slope at the end of a step is known    */
+#define FACET_NOISE 4096            /* roundings of what holds inside a step                                */
 #define LANDED 2                    /* roundings around zero is on it                                       */
 #define LEBESGUE 7                  /* how much larger than at the nodes a polynomial in the step may be    */
 #define ROUNDED (1 + 8*EPS)         /* times the joint's angle: no wheel is beyond its joint below this     */
@@ -45,8 +47,6 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
 
 #if SET_HOLDS
 #define FACET_PASSED 256            /* roundings above zero is beyond a facet                               */
-#define FACET_RISES 1e5             /* of these its slope at the end of a step is known                      */
-#define FACET_NOISE 4096            /* roundings of a facet inside a step                                   */
 
 #if SET_ROLLERS_STICK
 /* How much larger than where chi is 0 the rates of the rollers in contact that stick are at the step's end. */
@@ -120,8 +120,11 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
     }
     return length;
 }
+#endif
 
-/* What the polynomials of the held force lack at the end of a step that ends at a facet, from an evaluation there. */
+#if SET_STICKS
+/* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
+ * there. */
 NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
@@ -142,11 +145,13 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     point.core = s->core_here;
 #endif
     core_rates(wheels, &point, nu_dot);
+#if SET_HOLDS
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
-#if SET_SPINS_STICK
-    for (int k = 0; k < s->spin_count; k++)
-        s->spins->late[k] = s->spins->holding[k][0] - weighted(s->spins->held + k, &gauss_end);
+#endif
+#if SET_OWN_BEARINGS
+    for (int k = 0; k < s->own_count; k++)
+        s->own->late[k] = s->own->holding[k][0] - weighted(s->own->held + k, &gauss_end);
 #endif
 }
 #endif
@@ -173,9 +178,9 @@ ALWAYS_INLINE double length_to_guard(step_t *s, const int wheels, double length)
 #if SET_LOADS                      /* carrying.c */
 static double length_to_load(step_t *s, const int wheels, double length);
 #endif
-#if SET_SPINS_STICK                /* spin_events.c */
-#define SPIN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
-static double length_to_spin(step_t *s, const int wheels, double length);
+#if SET_OWN_BEARINGS               /* own_events.c */
+#define OWN_LANDS (2*PASSED)       /* roundings above what a bearing takes is where a step ends             */
+static double length_to_own(step_t *s, const int wheels, double length);
 #endif
 
 #if SET_GRIPS                      /* contact_events.c */
@@ -208,8 +213,8 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_HOLDS
     length = length_to_facet(s, wheels, length);
 #endif
-#if SET_SPINS_STICK
-    length = length_to_spin(s, wheels, length);
+#if SET_OWN_BEARINGS
+    length = length_to_own(s, wheels, length);
 #endif
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
@@ -233,7 +238,7 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
-#if SET_HOLDS
+#if SET_STICKS
     if (s->held && s->landing >= wheels + s->guards)
         measure_force_at_end(s, wheels);
 #endif

@@ -63,8 +63,8 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.absent = now->absent;
     now->point.held_force = work->held_force;
 #endif
-#if SET_SPINS_STICK
-    put_spins(&work->spins, &now->point);
+#if SET_OWN_BEARINGS
+    put_own(&work->own, &now->point);
 #endif
 #if SET_GRIPS
     forces_now(run, work, now->arrays.ground_push);

@@ -1,5 +1,16 @@
-/* Systems of linear equations. */
+/* Vectors of three numbers, and systems of linear equations. */
 
+ALWAYS_INLINE double dot3(const double *a, const double *b)
+{
+    return (a[0]*b[0] + a[1]*b[1]) + a[2]*b[2];
+}
+
+ALWAYS_INLINE double length3(const double *a)
+{
+    return sqrt(dot3(a, a));
+}
+
+#if SET_IS_COUPLED || SET_GRIPS
 /* Gauss's elimination with the largest pivots; the solution stands in `right` then. */
 static void solve_rows(double *m, int size, double *right)
 {
@@ -27,3 +38,4 @@ static void solve_rows(double *m, int size, double *right)
         right[k] /= m[k*size + k];
     }
 }
+#endif

@@ -30,8 +30,10 @@ typedef struct {
     facet_t *facets;                /* of what the bearings that stick can take                              */
     bearings_t *sticking;           /* these, where chi is 0                                                 */
 #endif
+#if SET_OWN_BEARINGS
+    own_bearings_t own;
+#endif
 #if SET_SPINS_STICK
-    spins_t spins;
     double *carried;                /* accelerations that nothing gives the free rollers                     */
     double *per_yaw, *given, *bounds;   /* of those at rest: scratch                                         */
 #endif
@@ -81,12 +83,15 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->facets = numbers_part(&parts, most_facets(SET_BEARINGS*wheels)*facet);
     work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
 #endif
+#if SET_OWN_BEARINGS
+    const long long own = most_own_bearings(wheels, rollers);
+    work->own.sticks = lanes_part(&parts, own);
+    work->own.torque = lanes_part(&parts, own);
+    work->own.holding = lanes_part(&parts, own);
+    work->own.held = lanes_part(&parts, BLOCKS*own);
+    work->own.late = numbers_part(&parts, own);
+#endif
 #if SET_SPINS_STICK
-    work->spins.sticks = lanes_part(&parts, axial);
-    work->spins.torque = lanes_part(&parts, axial);
-    work->spins.holding = lanes_part(&parts, axial);
-    work->spins.held = lanes_part(&parts, BLOCKS*axial);
-    work->spins.late = numbers_part(&parts, axial);
     work->per_yaw = numbers_part(&parts, axial);
     work->given = numbers_part(&parts, axial);
     work->bounds = numbers_part(&parts, axial);
@@ -98,12 +103,12 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 /* Whether the axle of a wheel is at rest, and whether it sticks in this phase. */
 ALWAYS_INLINE int rests(const omniroll_run_t *run, int wheel)
 {
-    return SET_HOLDS && run->axle_count && run->bearings[wheel].resting;
+    return SET_STICKS && run->axle_count && run->bearings[wheel].resting;
 }
 
 ALWAYS_INLINE int sticks(const omniroll_run_t *run, int wheel)
 {
-    return SET_HOLDS && run->axle_count && run->bearings[wheel].mode == 0;
+    return SET_STICKS && run->axle_count && run->bearings[wheel].mode == 0;
 }
 
 /* Whether a contact slips on the ground. */
@@ -159,7 +164,7 @@ ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *r
     const int kind = input/run->wheels, wheel = input%run->wheels;
     if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    const int contacts = run->bearing_count - run->spin_count > run->axle_count;
+    const int contacts = run->bearing_count - run->own_count > run->axle_count;
     return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 

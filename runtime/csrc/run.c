@@ -15,13 +15,15 @@
  * rows.c         what the caller gets, and memory for the rest
  * parts.c        memory laid out part by part
  * instant.c      the rates at an instant
- * spin_events.c  and where free rollers on their disks end it
+ * own_events.c   and where bearings with rates of their own end it
+ * own_bearings.c  the modes of these
  * sticking.c     which bearings stick
  * spins.c        and which of those of free rollers
+ * slipping_axles.c  the same of axles where wheels may slip
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
- * linear.c       linear equations
+ * linear.c       vectors of three numbers, and linear equations
  * loads.c        rates with loads that follow the motion
  * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
@@ -41,9 +43,7 @@
 #define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 
 #include "parts.c"
-#if SET_IS_COUPLED || SET_GRIPS
 #include "linear.c"
-#endif
 #if SET_HOLDS
 #include "complementarity.c"
 #endif
@@ -57,11 +57,13 @@
 #include "contact_rows.c"
 #include "events.c"
 #include "contact_events.c"
-#include "spin_events.c"
+#include "own_events.c"
 #include "rows.c"
 #include "instant.c"
+#include "own_bearings.c"
 #include "spins.c"
 #include "sticking.c"
+#include "slipping_axles.c"
 #if SET_GRIPS
 #include "cones.c"
 #endif
@@ -149,7 +151,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             work.rise_core[c] = 0;
     }
 #endif
-#if SET_HOLDS
+#if SET_STICKS
     if (!run->started)
         clear_bearings(run, &work);
 #endif

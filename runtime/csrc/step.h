@@ -36,18 +36,22 @@ typedef struct {
 } coupled_t;
 #endif
 
-#if SET_SPINS_STICK
-/* Free rollers that stick or turn in their bearings, N (n-1) of each; in the core their spins stand together. */
+#if SET_OWN_BEARINGS
+/* Bearings with rates of their own, which stand together in the core: of free rollers, or of axles. */
 typedef struct {
     lanes_t *sticks, *torque;                   /* 1 or 0; the torque of one that turns, else 0  */
     lanes_t *holding;                           /* out: what holds                               */
     nodes_t *held;                              /* that at the nodes                             */
     double *late;                               /* what its polynomials lack at the step's end   */
-} spins_t;
+} own_bearings_t;
 
-ALWAYS_INLINE void put_spins(const spins_t *spins, point_t *point)
+ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 {
-    point->free_sticks = spins->sticks, point->free_bearing = spins->torque, point->free_holding = spins->holding;
+#if SET_SPINS_STICK
+    point->free_sticks = own->sticks, point->free_bearing = own->torque, point->free_holding = own->holding;
+#else
+    point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
+#endif
 }
 #endif
 
@@ -124,8 +128,10 @@ typedef struct {
 #if SET_ACCOUNTS
     nodes_t rate_account[MOST_ACCOUNTS];
 #endif
-#if SET_HOLDS
+#if SET_STICKS
     int held, facets;                           /* bearings that stick; the facets of what they can take */
+#endif
+#if SET_HOLDS
     const facet_t *facet;
     const bearings_t *sticking;                 /* those whose rates follow from nu                */
     double turns[MOST_WHEELS];                  /* 0 of a wheel whose axle sticks, else 1        */
@@ -140,10 +146,10 @@ typedef struct {
     const omniroll_bearing_t *contact;          /* the bearings of all rollers in contact        */
     double nearer_start[MOST_BEARINGS], nearer_end[MOST_BEARINGS], nearer_rate[MOST_BEARINGS];
 #endif
-#if SET_SPINS_STICK
-    int spin_count;
-    const omniroll_bearing_t *spin;             /* bearings of the free rollers                  */
-    const spins_t *spins;
+#if SET_OWN_BEARINGS
+    int own_count;
+    const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
+    const own_bearings_t *own;
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */

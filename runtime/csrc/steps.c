@@ -48,9 +48,12 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     begin_contacts(run, work, s, wheels);
     s->strays = 0;
 #endif
-#if SET_HOLDS
-    s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0, s->facet = work->facets;
+#if SET_STICKS
+    s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
     begin_holding(run, work, s);
+#endif
+#if SET_HOLDS
+    s->facet = work->facets;
     for (int i = 0; i < wheels; i++)
         s->turns[i] = !sticks(run, i);
     for (int k = 0; k < 9; k++)
@@ -175,9 +178,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
 #endif
-#if SET_SPINS_STICK
-    for (int k = 0; k < s->spin_count; k++)
-        s->spins->late[k] = 0;
+#if SET_OWN_BEARINGS
+    for (int k = 0; k < s->own_count; k++)
+        s->own->late[k] = 0;
 #endif
     for (int i = 0; i < wheels; i++) {
         const double rate = chi_dot[i][0]*turns(s, i), sign = rate < 0 ? -1 : 1;
@@ -250,9 +253,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     for (int f = 0; f < s->facets; f++)
         turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
 #endif
-#if SET_SPINS_STICK
-    for (int k = 0; k < s->spin_count; k++)
-        turned = fmin(turned, turn_of_spin(s, k));
+#if SET_OWN_BEARINGS
+    for (int k = 0; k < s->own_count; k++)
+        turned = fmin(turned, turn_of_own(s, k));
 #endif
     return turned;
 }
@@ -546,8 +549,8 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
         damp(run, work, s, wheels);
 #endif
-#if SET_HOLDS
-    bearings_have_moved(run, work);
+#if SET_STICKS
+    bearings_have_moved(run, work, s);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);

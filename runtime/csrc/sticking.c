@@ -6,7 +6,7 @@
 /* How many bearings have rates that follow from nu. */
 ALWAYS_INLINE int rows_count(const omniroll_run_t *run)
 {
-    return run->bearing_count - run->spin_count;
+    return run->bearing_count - run->own_count;
 }
 
 ALWAYS_INLINE double *bearing_input(const omniroll_run_t *run, int bearing)
@@ -47,7 +47,7 @@ static void find_resting(omniroll_run_t *run)
         bearing->resting |= fabs(dot3(bearing->row, run->nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
 #if SET_SPINS_STICK
-    find_resting_spins(run, speed);
+    find_resting_own(run, speed);
 #endif
 }
 
@@ -90,7 +90,7 @@ static void put_to_rest(omniroll_run_t *run)
         bearing->mode = bearing->resting ? 0 : (rate > 0) - (rate < 0);
     }
 #if SET_SPINS_STICK
-    put_spins_to_rest(run);
+    put_own_to_rest(run);
 #endif
 }
 
@@ -100,7 +100,7 @@ static void turn_bearings(const omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = -run->bearings[i].mode*run->bearings[i].sliding;
 #if SET_SPINS_STICK
-    turn_spins(run, work, 1);
+    turn_own(run, work, 1);
 #endif
     (void)work;
 }
@@ -128,7 +128,7 @@ static void find_held_force(omniroll_run_t *run, const work_t *work)
     for (int k = 0; k < 3; k++)
         run->hold.force[k] = work->held_force[k][0];
 #if SET_SPINS_STICK
-    find_torques_of_spins(run, work);
+    find_own_torques(run, work);
 #endif
 }
 
@@ -158,7 +158,7 @@ static void find_forces(omniroll_run_t *run, const work_t *work, double *force)
     for (int i = 0; i < rows_count(run); i++)
         *bearing_input(run, i) = 0;
 #if SET_SPINS_STICK
-    turn_spins(run, work, 0);
+    turn_own(run, work, 0);
 #endif
     find_held_force(run, work);
 #if SET_SPINS_STICK
@@ -222,9 +222,7 @@ static void release(omniroll_run_t *run, const int *signs)
         if (signs[i])
             run->bearings[i].released = signs[i] > 0 ? 1 : -1;
 #if SET_SPINS_STICK
-    for (int i = rows_count(run); i < run->bearing_count; i++)
-        if (holds_no_more(run->bearings + i))
-            run->bearings[i].released = run->bearings[i].torque > 0 ? -1 : 1;
+    release_own(run);
 #endif
     run->hold.undecided = 1;
 }
@@ -314,7 +312,7 @@ static void guard_rates(omniroll_run_t *run)
         run->hold.guard_count++;
     }
 #if SET_SPINS_STICK
-    size_spins(run);
+    size_own(run);
 #endif
 }
 
@@ -351,7 +349,7 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
     work->sticking->count = 0;
 #if SET_SPINS_STICK
     for (int k = 0; k < run->wheels*(run->rollers_per_wheel - 1); k++)
-        work->spins.sticks[k] = work->spins.torque[k] = lanes_of(0);
+        work->own.sticks[k] = work->own.torque[k] = lanes_of(0);
 #endif
     (void)run;
 }
@@ -398,7 +396,7 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
         }
     }
 #if SET_SPINS_STICK
-    count += stop_spins(run, work);
+    count += stop_own(run, work);
 #endif
     return count;
 }
@@ -422,7 +420,7 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
     }
 #endif
 #if SET_SPINS_STICK
-    s->spin_count = run->spin_count, s->spin = spin_bearings(run), s->spins = &work->spins;
+    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
 #endif
     (void)run;
 }
@@ -436,8 +434,9 @@ ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 }
 
 /* Some time has passed. */
-static void bearings_have_moved(omniroll_run_t *run, const work_t *work)
+static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
+    (void)s;
     for (int i = 0; i < run->bearing_count; i++) {
         run->bearings[i].resting = run->bearings[i].mode == 0;
         run->bearings[i].released = 0;
@@ -461,7 +460,7 @@ static void bearings_have_jumped(omniroll_run_t *run, const double *before)
     }
     run->hold.undecided = 1;
 }
-#else
+#elif !SET_AXLES_STICK
 ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 {
     (void)run, (void)work;

@@ -35,6 +35,9 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
     (void)directions;
     begin_core(run, work);
+#if SET_AXLES_STICK
+    axles_have_switched(run);
+#endif
 #if SET_GRIPS
     contacts_have_switched(run, directions);
 #elif SET_LOADS

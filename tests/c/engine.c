@@ -1,6 +1,7 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
- * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with CARRYING
- * under Coulomb's friction with loads that follow the motion. It prints a line for each switch, time and directions, and
+ * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
+ * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion. It
+ * prints a line for each switch, time and directions, and
  * one for the end. */
 #include "engine.h"
 
@@ -14,6 +15,8 @@ enum { WHEELS = 3, ROLLERS = 5, PLACES = ROLLERS - 1, ROWS = 6 };
 enum { INPUTS = 2, CORE = WHEELS*PLACES, ACCOUNTS = 2, GUARDS = 4*WHEELS, BEARINGS = WHEELS*(2 + PLACES) };
 #elif defined STICKING
 enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS };
+#elif defined HOLDING
+enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #elif defined CARRYING
@@ -95,14 +98,22 @@ int main(int count, char **arguments)
     const double part_sizes[] = {1, 1, 1};
     for (int k = 2*WHEELS; k < BEARINGS; k++)           /* counted by wheel, then by place                       */
         bearings[k].sliding = 1e-7*(3 + (k - 2*WHEELS)/PLACES), bearings[k].holding = 2*bearings[k].sliding;
-    run.spin_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.yaw_of_speed = 1/vehicle.yaw_scale;
+    run.own_count = WHEELS*PLACES, run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 1/vehicle.yaw_scale;
     run.core = core, run.core_before = core_before, run.part_sizes = part_sizes;
 #endif
     run.speed = 1, run.accounts = accounts, run.inputs = inputs, run.signals = signals, run.guards = guards;
     run.passed = passed, run.leads_to = leads_to, run.hold.undecided = 1;
 #endif
 #ifdef SLIPPING
-    double signals[3*WHEELS] = {0};
+    double signals[3*(INPUTS + 1)*WHEELS] = {0};
+#endif
+#ifdef HOLDING
+    double inputs[2*INPUTS*WHEELS] = {0};
+    omniroll_bearing_t bearings[WHEELS];
+    for (int k = 0; k < WHEELS; k++)
+        bearings[k] = (omniroll_bearing_t){.sliding = 1e-3*(3 + k), .holding = 1.2e-3*(3 + k), .nearer = 1};
+    run.bearing_count = run.axle_count = run.own_count = WHEELS, run.bearings = bearings, run.inputs = inputs;
+    run.rate_of_speed = 3, run.hold.undecided = 1;
 #endif
 #ifdef CARRYING
     double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, places[2*WHEELS], inertia[WHEELS];

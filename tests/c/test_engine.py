@@ -49,6 +49,9 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
         ("axle_sticking", "roller_sticking"), ["-DSTICKING", "-DROLLERS_STICK"], [ROLLERS], 5.0,
     ),
     "wheels that slip": (("contact_viscous",), ["-DSLIPPING"], [GROUND], 5.0),
+    "axles that stick where wheels slip": (
+        ("contact_viscous", "axle_sticking"), ["-DSLIPPING", "-DHOLDING"], [GROUND, BEARINGS], 5.0,
+    ),
     "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
 }  # fmt: skip
 

@@ -1,4 +1,5 @@
-"""Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings.
+"""Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
+stick where that is solved.
 
 A scene follows from its number alone, so that one that fails is found again: `scene(number)`.
 """
@@ -68,6 +69,9 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     ground = Contact(law=law, loads=loads, **numbers, wheel_rates=rates)
     effects = (ground, *acting, Slope(float(random.uniform(0, 0.3)), 1.0))
     nu = tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0)
+    if law != "coulomb" and loads == "static":
+        sliding = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
+        effects += (Bearings(wheel_coulomb=sliding, wheel_break_away=1.2 * sliding),)
     task = {
         "nu": nu,
         "duration": DURATION,

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from omniroll.effects import registry
 from omniroll.effects.effect import Effect
 from omniroll.effects.numbers import spread
+from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.sticking import Axles
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
@@ -119,8 +120,12 @@ class Bearings(Effect):
         return sliding, holding
 
     def axles(self, kernel: Kernel) -> Axles | None:
-        alone = self.sticks and not self.rollers_stick
+        alone = self.sticks and not self.rollers_stick and not kernel.slips
         return Axles(kernel.wheel_rows, *self._torques("wheel", kernel.wheels)) if alone else None
+
+    def slipping_axles(self, kernel: Kernel) -> SlippingAxles | None:
+        own = self.sticks and kernel.slips
+        return SlippingAxles(kernel, *self._torques("wheel", kernel.wheels)) if own else None
 
     def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
         if not self.rollers_stick:

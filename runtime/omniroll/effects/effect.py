@@ -30,6 +30,7 @@ from omniroll.effects.guards import Guard
 from omniroll.effects.named import name_of
 from omniroll.effects.numbers import Curve
 from omniroll.effects.registry import Quantity
+from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.sticking import Axles
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.errors import InvalidValueError
@@ -283,6 +284,13 @@ class Effect:
 
     def axles(self, kernel: Kernel) -> Axles | None:
         """The wheels' axles in a run, where their friction is the set-valued law; None where this effect has none.
+
+        kernel  Kernel of the run
+        """
+        return None
+
+    def slipping_axles(self, kernel: Kernel) -> SlippingAxles | None:
+        """The same where wheels may slip, in the place of axles().
 
         kernel  Kernel of the run
         """

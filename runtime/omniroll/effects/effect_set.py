@@ -20,6 +20,7 @@ from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
+from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
 from omniroll.effects.sticking_bearings import BearingFlow
@@ -217,6 +218,7 @@ class EffectRun:
 
     drives   names of the drives' inputs of the kernel that there are
     axles    the wheels' axles where they may stick, or None
+    slipping_axles  the same where wheels may slip
     bearings  those of rollers, and of axles beside them, where rollers may stick; or None
     ground   the contacts where they may stick on the ground, or None
     """
@@ -228,6 +230,8 @@ class EffectRun:
         self.drives = effects.drives()
         self.slipping = self.state_vector.slices.get("rates")  # where y has the rates of wheels that may slip
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
+        slipping = (axles for e in effects.effects if (axles := e.slipping_axles(bound)) is not None)
+        self.slipping_axles = next(slipping, None)
         found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
         self.bearings = next(found, None)
         grip = effects.grip(bound.vehicle)
@@ -277,6 +281,8 @@ class EffectRun:
         if self.ground is not None:
             flow = self._on_the_ground if self.ground.grip.sticks else self._on_smooth_ground
             return flow(constants, y), Guards(guards, self.state_vector.size)
+        if self.slipping_axles is not None:
+            return self._on_slipping_axles(self.slipping_axles, constants, guards, y)
         if self.bearings is not None:
             return self._in_bearings(constants, guards, y)
         if self.axles is None:
@@ -336,6 +342,26 @@ class EffectRun:
         self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
         ground.seen = ground.towards.copy()
+
+    def _on_slipping_axles(
+        self, axles: SlippingAxles, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
+    ) -> tuple[Flow, Guards]:
+        """The rates and guards in the modes of the axles, which are decided for the phase that starts now."""
+
+        def flow(sticks: np.ndarray) -> Flow:
+            self.signals["bearing_torque"] = Signal.constant(axles.torques())
+            return self.bound_rates.flow({**constants, "axle_sticks": sticks}, self.signals)
+
+        flow(axles.resting)(0.0, y)
+        axles.decide(self.axle_holding)
+        layout = self.state_vector
+        turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        return flow(axles.modes == 0), Guards([*guards, *turning], layout.size)
+
+    @property
+    def axle_holding(self) -> np.ndarray:
+        """(N,) what holds the axles that stick where wheels may slip, as the rates that were computed last have it."""
+        return self.bound_rates.buffers["axle_holding"]
 
     def _in_bearings(
         self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
@@ -414,6 +440,9 @@ class EffectRun:
         if self.axles is not None and len(self.axles.sticking):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axles.holding_torques(self.held_force)
+        if self.slipping_axles is not None:
+            flow(time, y)
+            drive[self.drives.index("bearing_torque")] += self.axle_holding
         if isinstance(flow, GroundFlow):
             drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
@@ -429,6 +458,8 @@ class EffectRun:
             sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
+        if self.slipping_axles is not None:
+            sizes[self.drives.index("bearing_torque")] = self.slipping_axles.torque_sizes()
         return sizes
 
     def pass_guards(self, passed: np.ndarray) -> None:
@@ -443,6 +474,8 @@ class EffectRun:
             self.ground.pass_guards(passed[start:])
         if self.bearings is not None and passed[start:].any():
             self.bearings.pass_guards(passed[start:])
+        if self.slipping_axles is not None and passed[start:].any():
+            self.slipping_axles.pass_guards(passed[start:])
         if self.axles is not None and passed[start:].any():
             self.axles.pass_guards(passed[start:])
 
@@ -487,5 +520,6 @@ class Plan:
         numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
         for sampler in self.samplers:
             numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
-        numbers += [found.holding for found in (self.acting.axles, self.acting.bearings) if found is not None]
+        sticking = (self.acting.axles, self.acting.slipping_axles, self.acting.bearings)
+        numbers += [found.holding for found in sticking if found is not None]
         return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from omniroll.effects.guards import LANDED, PASSED, Guards
+from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.sticking import Axles
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.kernels.kernel import Flow
@@ -86,6 +87,25 @@ class HoldingGuards(MotionGuards):
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.flow(time, y)
         return self.axles.facets.excess(self.held_force), self.axles.facet_rounding(self.held_force)
+
+
+class SlippingAxleGuards(MotionGuards):
+    """The guards of a phase, then what the axles (S,) that stick where wheels may slip are asked for beyond what they
+    take.
+
+    guards   of the effects, and of axles that turn
+    axles    in their modes
+    flow     the rates of the phase
+    holding  (N,) where flow leaves the torques that hold what sticks
+    """
+
+    def __init__(self, guards: Guards, axles: SlippingAxles, flow: Flow, holding: np.ndarray):
+        super().__init__(guards, int((axles.modes == 0).sum()))
+        self.axles, self.flow, self.holding = axles, flow, holding
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        return self.axles.excess(self.holding)
 
 
 class BearingGuards(MotionGuards):

@@ -10,7 +10,7 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.ground_guards import ground_guards
-from omniroll.engine.holding import BearingGuards, HoldingGuards
+from omniroll.engine.holding import BearingGuards, HoldingGuards, SlippingAxleGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
@@ -176,10 +176,12 @@ class Run:
         axles = self.acting.axles
         if axles is not None:
             self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
+        slipping = self.acting.slipping_axles
         bearings = self.acting.bearings
-        if bearings is not None:
-            self.state = bearings.at_rest(self.state)
-            self._start_added()
+        for own in (slipping, bearings):
+            if own is not None:
+                self.state = own.at_rest(self.state)
+                self._start_added()
         ground = self.acting.ground
         if ground is not None:
             self.state = ground.at_rest(self.state)
@@ -192,6 +194,8 @@ class Run:
             self._stop(str(error), error.wheel)
         if axles is not None and len(axles.sticking):
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
+        if slipping is not None:
+            self.guards = SlippingAxleGuards(self.guards, slipping, self.flow, self.acting.axle_holding)
         if bearings is not None:
             self.guards = BearingGuards(self.guards, bearings, self.flow)
         if ground is not None:
@@ -251,7 +255,8 @@ class Run:
         if phase.duration >= limit or not ended:  # the end, without the rounding of its sums
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
-        for what_sticks in (self.acting.axles, self.acting.bearings, self.acting.ground):
+        acting = self.acting
+        for what_sticks in (acting.axles, acting.slipping_axles, acting.bearings, acting.ground):
             if phase.times and what_sticks is not None:
                 what_sticks.moved()
         if phase.passed.any():
@@ -318,6 +323,9 @@ class Run:
         self._start_added()
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
+            self._ask()
+        if self.acting.slipping_axles is not None:
+            self.acting.slipping_axles.switched()
             self._ask()
         if self.acting.bearings is not None:
             self.acting.bearings.jumped()

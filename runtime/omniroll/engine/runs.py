@@ -125,8 +125,9 @@ def flow_at_start(effects: EffectSet, bound: Kernel, state: State, start_time: f
     acting.pass_time(0.0, state)
     if acting.axles is not None:
         state = replace(state, nu=acting.axles.at_rest(state.nu))
-    if acting.ground is not None:
-        state = acting.ground.at_rest(state)
+    for own in (acting.slipping_axles, acting.ground):
+        if own is not None:
+            state = own.at_rest(state)
     y = np.zeros(acting.state_vector.size)
     acting.state_vector.put(y, {"nu": state.nu, "chi": state.chi, "pose": state.pose})
     acting.state_vector.put(y, effects.initial(bound, state))

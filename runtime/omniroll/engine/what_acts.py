@@ -30,11 +30,14 @@ class WhatActs:
         self.patterns = {name: ffi.new(f"omniroll_{name}_t[]", found) for name, found in entries.items() if found}
 
     def _bearings(self) -> list[dict[str, Any]]:
-        """Those of axles, of rollers in contact, of free rollers; these have no row."""
-        found = self.plan.acting.axles or self.plan.acting.bearings
+        """Those of axles, of rollers in contact, of free rollers; these have no row, and neither have axles of wheels
+        that may slip."""
+        acting = self.plan.acting
+        found = acting.axles or acting.bearings or acting.slipping_axles
         if found is None:
             return []
-        rows = [*found.rows.tolist(), *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(found.rows))]
+        own = [] if acting.slipping_axles else found.rows.tolist()
+        rows = [*own, *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(own))]
         names = ("row", "sliding", "holding", "nearer")
         numbers = zip(rows, found.sliding, found.holding, np.ones(len(rows)), strict=True)
         return [dict(zip(names, own, strict=True)) for own in numbers]
@@ -45,9 +48,12 @@ class WhatActs:
         run.hold.undecided = int("bearing" in self.patterns)
         if self.plan.acting.axles is not None:
             run.axle_count = self.wheels
+        if self.plan.acting.slipping_axles is not None:
+            run.axle_count = run.own_count = self.wheels
+            run.rate_of_speed = self.plan.acting.slipping_axles.reach
         if bearings is not None:
-            run.axle_count, run.spin_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
-            run.roller_inertia, run.yaw_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
+            run.axle_count, run.own_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
+            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
 
     def _grips(self) -> list[dict[str, Any]]:
         ground = self.plan.acting.ground

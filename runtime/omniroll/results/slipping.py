@@ -90,7 +90,8 @@ class Contacts:
 
     def _beside(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
         """The inputs of the accelerations but the forces on contacts that slip."""
-        none = {"sticks": np.zeros_like(self.rates), "load_factor": np.ones_like(self.rates)}
+        none = {name: np.zeros_like(self.rates) for name in ("sticks", "axle_sticks")}
+        none["load_factor"] = np.ones_like(self.rates)
         values = none | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])

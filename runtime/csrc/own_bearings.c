@@ -1,0 +1,123 @@
+/* Bearings with rates of their own, which are numbers of the core: of free rollers, or where wheels may slip of axles. A
+ * mode for each. */
+#if SET_OWN_BEARINGS
+static double tau(const omniroll_run_t *run, double phase_length);
+
+ALWAYS_INLINE omniroll_bearing_t *own_bearings(const omniroll_run_t *run)
+{
+    return run->bearings ? run->bearings + (run->bearing_count - run->own_count) : 0;
+}
+
+ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
+{
+    return run->core + own_rates_at(run->wheels);
+}
+
+/* Whether one that sticks is asked for more than it takes. */
+ALWAYS_INLINE int holds_no_more(const omniroll_bearing_t *own)
+{
+    const double torque = fabs(own->torque);
+    return own->mode == 0 && torque - own->holding > PASSED*rounding_of_holding(torque, own->holding);
+}
+
+/* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
+static void find_resting_own(omniroll_run_t *run, double speed)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        const double rate = fabs(own_rates(run)[k]);
+        own_bearings(run)[k].resting |= rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
+    }
+}
+
+static void put_own_to_rest(omniroll_run_t *run)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        double *const rate = own_rates(run) + k;
+        *rate = bearing->resting ? 0 : *rate;
+        bearing->mode = (*rate > 0) - (*rate < 0);
+    }
+}
+
+/* The torques of those that turn; the others stick, or where `hold` is 0 take none. */
+static void turn_own(const omniroll_run_t *run, const work_t *work, int hold)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        bearing->torque = -bearing->mode*bearing->sliding;
+        work->own.torque[k] = lanes_of(bearing->torque);
+        if (SET_AXLES_STICK)
+            run->inputs[SET_BEARING_INPUT*run->wheels + k] = bearing->torque;
+        work->own.sticks[k] = lanes_of(hold && bearing->mode == 0);
+    }
+}
+
+/* What holds those that stick, from the last evaluation at this instant. */
+static void find_own_torques(const omniroll_run_t *run, const work_t *work)
+{
+    for (int k = 0; k < run->own_count; k++)
+        if (own_bearings(run)[k].mode == 0)
+            own_bearings(run)[k].torque = work->own.holding[k][0];
+}
+
+/* Those that stick and are asked for more than they take have broken away. Returns how many there are. */
+static int release_own(const omniroll_run_t *run)
+{
+    int count = 0;
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        if (!holds_no_more(bearing))
+            continue;
+        bearing->released = bearing->torque > 0 ? -1 : 1;
+        count++;
+    }
+    return count;
+}
+
+/* What the iteration at the nodes may leave in a rate. */
+ALWAYS_INLINE double left_by_iteration(const omniroll_run_t *run)
+{
+    return run->sweep_tolerance*fmax(run->speed, run->fastest)*run->rate_of_speed;
+}
+
+/* What the rates are rounded against in the phase that starts now. */
+static void size_own(const omniroll_run_t *run)
+{
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].size = fabs(own_rates(run)[k]) + length3(run->nu)*run->rate_of_speed
+            + (SET_AXLES_STICK ? left_by_iteration(run)/EPS : 0);
+}
+
+ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate)
+{
+    return EPS*(bearing->size + fabs(rate));
+}
+
+/* Those that turn and whose rates have passed zero, or are closer in time than tau to it, rest. Returns how many
+ * there are. */
+static int stop_own(omniroll_run_t *run, const work_t *work)
+{
+    const double together = run->at_event ? tau(run, run->elapsed - run->phase_start) : 0;
+    lanes_t nu_dot[3];
+    int count = 0, near = run->at_event;
+    for (int k = 0; k < run->own_count; k++) {
+        const omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        const double rate = own_rates(run)[k];
+        near |= bearing->mode && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
+    }
+    if (!near)
+        return 0;
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        const double own = own_rates(run)[k], value = -bearing->mode*own, noise = noise_of_own(bearing, own);
+        const double rate = -bearing->mode*work->core_dot[own_rates_at(run->wheels) + k][0];
+        if (bearing->mode && !bearing->resting
+            && (value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate)))) {
+            bearing->resting = run->hold.undecided = 1;
+            count++;
+        }
+    }
+    return count;
+}
+#endif

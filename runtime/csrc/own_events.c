@@ -1,0 +1,92 @@
+/* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
+ * than it takes. As events.c does for wheels, guards and facets. */
+#if SET_OWN_BEARINGS
+/* What holds is rounded so. */
+ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
+{
+    return HELD_ROUNDINGS*EPS*(fabs(torque) + holding);
+}
+
+/* How the rate of a bearing that turns changes at the nodes, against its mode. */
+ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
+{
+    nodes_t rate;
+    for (int b = 0; b < BLOCKS; b++)
+        rate.lanes[b] = -s->own_bearing[k].mode*s->rate_core[own_rates_at(s->wheels) + k].lanes[b];
+    return rate;
+}
+
+/* How far a bearing is beyond the end of its mode at the step's end, and what is beyond rounding. */
+static double own_at_end(const step_t *s, int k, double *beyond)
+{
+    const omniroll_bearing_t *const bearing = s->own_bearing + k;
+    const double start = s->start_core[own_rates_at(s->wheels) + k];
+    if (bearing->mode) {
+        *beyond = PASSED*EPS*(bearing->size + fabs(start));
+        return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
+    }
+    const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
+    *beyond = 0;
+    return fabs(torque) - bearing->holding - OWN_LANDS*rounding_of_holding(torque, bearing->holding);
+}
+
+/* The rate of that at the step's end. */
+static double own_rate_at_end(const step_t *s, int k)
+{
+    const omniroll_bearing_t *const bearing = s->own_bearing + k;
+    if (bearing->mode)
+        return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
+    const nodes_t *const held = s->own->held + k;
+    const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
+    const double rounding = rounding_of_holding(torque, bearing->holding);
+    double rate = sign*weighted(held, &gauss_end_slope)/s->h;
+    if (fabs(rate)*s->h < FACET_RISES*rounding)
+        rate = (fabs(torque) - sign*bearing->torque)/s->h;
+    return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
+}
+
+/* Whether an axle starts to turn: where the ground is stiff, what the iteration has left of the slip may turn it back for
+ * an instant. It stops only where it is beyond what counts as rest. */
+ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
+{
+    return SET_AXLES_STICK && s->own_bearing[k].mode && fabs(s->start_core[own_rates_at(s->wheels) + k]) <= beyond;
+}
+
+/* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
+ * step's end changes it later: not before a length that is shorter. */
+static double length_to_own(step_t *s, const int wheels, double length)
+{
+    for (int k = 0; k < s->own_count; k++) {
+        double beyond;
+        const double value = own_at_end(s, k, &beyond);
+        if (value <= 0 && length <= s->h)
+            continue;
+        const double rate = own_rate_at_end(s, k);
+        if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
+            continue;
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
+            length = reached;
+            s->landing = wheels + s->guards + s->facets + k;
+        }
+    }
+    return length;
+}
+
+/* A bearing whose mode ends inside the step and not at its end: where, or 1. */
+static double turn_of_own(const step_t *s, int k)
+{
+    const omniroll_bearing_t *const bearing = s->own_bearing + k;
+    const double start = s->start_core[own_rates_at(s->wheels) + k];
+    if (bearing->mode) {
+        const nodes_t rate = turning_rate(s, k);
+        return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
+                           PASSED*EPS*(bearing->size + fabs(start)));
+    }
+    const double bound = bearing->holding + FACET_NOISE*rounding_of_holding(bearing->torque, bearing->holding);
+    if (LEBESGUE*largest_of(s->own->held + k) <= bound)
+        return 1;
+    const nodes_t rate = times(gauss_slope, s->own->held + k);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, bearing->torque, -bound, bound);
+}
+#endif

@@ -1,0 +1,114 @@
+/* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
+ * runtime/omniroll/effects/slipping_axles.py. */
+#if SET_AXLES_STICK
+#define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
+
+/* A run begins: nothing sticks so far. */
+static void clear_bearings(const omniroll_run_t *run, const work_t *work)
+{
+    for (int k = 0; k < run->wheels; k++)
+        work->own.sticks[k] = lanes_of(0);
+}
+
+/* The torques that hold the axles which stick, at this instant. */
+static void hold_axles(const omniroll_run_t *run, const work_t *work)
+{
+    lanes_t nu_dot[3];
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    find_own_torques(run, work);
+}
+
+/* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
+static void let_axle_go(omniroll_bearing_t *axle)
+{
+    const double asked = axle->torque, torque = fmax(fmin(asked, axle->sliding), -axle->sliding), rate = torque - asked;
+    if (fabs(rate) > MOVES*(fabs(asked) + axle->sliding))
+        axle->mode = rate > 0 ? 1 : -1;
+    else
+        axle->mode = -axle->released*asked >= NEAR_BOUND*axle->sliding ? axle->released : 0;
+}
+
+/* Which axles stick in the phase that starts now. */
+static void decide(omniroll_run_t *run, const work_t *work)
+{
+    int resting = 0;
+    find_resting_own(run, length3(run->nu));
+    put_own_to_rest(run);
+    turn_own(run, work, 1);
+    for (int k = 0; k < run->own_count; k++)
+        resting |= own_bearings(run)[k].resting;
+    if (resting) {
+#ifdef LANES_HAS_MOMENTA
+        wheel_momenta(run, work);
+#endif
+        hold_axles(run, work);
+        release_own(run);
+        for (int k = 0; k < run->own_count; k++)
+            if (own_bearings(run)[k].resting && own_bearings(run)[k].released)
+                let_axle_go(own_bearings(run) + k);
+        turn_own(run, work, 1);
+        find_own_torques(run, work);
+    }
+    run->hold.count = 0;
+    for (int k = 0; k < run->own_count; k++)
+        run->hold.count += own_bearings(run)[k].mode == 0;
+    size_own(run);
+    run->hold.undecided = 0;
+}
+
+ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
+{
+    if (run->bearing_count && run->hold.undecided)
+        decide(run, work);
+}
+
+/* Turning axles whose rates have passed zero rest, and those that are asked for too much let go. Returns how many there
+ * are, with the one whose mode a step has ended, which is told once. */
+static int pass_bearings(omniroll_run_t *run, const work_t *work)
+{
+    const int count = run->hold.ended + release_own(run) + stop_own(run, work);
+    run->hold.ended = 0;
+    run->hold.undecided |= count > 0;
+    return count;
+}
+
+/* A step begins: what sticks in it. */
+static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
+{
+    s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
+}
+
+/* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
+ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
+{
+    const omniroll_bearing_t *const bearing = bearing_of_input(run, input);
+    return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
+}
+
+/* Some time has passed. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
+ * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
+static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+{
+    const int landed = s->landing - s->wheels - s->guards;
+    for (int k = 0; k < run->own_count; k++) {
+        own_bearings(run)[k].resting = own_bearings(run)[k].mode == 0;
+        own_bearings(run)[k].released = 0;
+    }
+    if (run->hold.count)
+        hold_axles(run, work);
+    if (landed < 0 || landed >= run->own_count)
+        return;
+    omniroll_bearing_t *const axle = own_bearings(run) + landed;
+    if (axle->mode == 0)
+        axle->released = axle->torque > 0 ? -1 : 1;
+    axle->resting = run->hold.ended = 1;
+}
+
+/* Wheels have passed to their next rollers, which changes no rate of theirs. */
+static void axles_have_switched(omniroll_run_t *run)
+{
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].released = 0;
+    run->hold.undecided = 1;
+}
+#endif

@@ -1,0 +1,268 @@
+"""Axles whose bearings stick where wheels may slip, under the laws viscous and regularised: closed forms, every body,
+both engines, and the regularised friction of the bearings as its named speed falls."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hard.ground_anywhere import scene as hard_scene
+from oracle.balls import exact, working_precision
+from reactions.newton_euler import Acting
+from scipy.linalg import expm
+
+from contact.test_newton_euler import MODELS, RELATIVE, by_bodies, by_kernel, slipping_case, viscous
+from omniroll import (
+    Bearings,
+    Contact,
+    Controller,
+    InvalidValueError,
+    Motor,
+    Session,
+    Slope,
+    Torque,
+    TorqueTable,
+    Vehicle,
+    simulate,
+)
+from omniroll.results.comparison import distance_at
+
+CROSS = Vehicle.paper(4, 5)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
+RADIUS, INERTIA, MASS = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass
+GRAVITY, INCLINE = 9.80665, 0.2
+FALL = GRAVITY * np.sin(INCLINE)
+INSTANT = 1e-10  # relative, of instants in closed form
+ENGINES = ("compiled", "python")
+
+
+def changes(run, wheel):
+    """When an axle begins to turn, or stops."""
+    stands = run.quantity("rates")[:, wheel] == 0
+    turned = np.flatnonzero(stands[1:] != stands[:-1])
+    return [run.t[k] if stands[k] else run.t[k + 1] for k in turned]  # the last row at rest, or the first
+
+
+def bearing_torques(run):
+    """(T, N) in N m, what the bearings take in each row."""
+    return run.drive[:, run.effects.drives().index("bearing_torque")]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("above", [1.0, 1.6])
+def test_bearings_hold_the_wheels_of_a_vehicle_that_slides_down_a_slope(engine, above):
+    """M v' = M g sin b - 2 c v while all axles stick; those of the two wheels across the slope let go where l c v is
+    their break-away torque, and then J w' = l c (v - l w) - T."""
+    c, sliding, end = 6.0, 0.02, 0.4
+    breaks = above * sliding
+    bearings = Bearings(wheel_coulomb=sliding, wheel_break_away=breaks)
+    effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, roller_model="massless", effects=effects, engine=engine,
+                   accuracy=1e-11, control=False)  # fmt: skip
+    rate, speed = 2 * c / MASS, breaks / (RADIUS * c)
+    let_go = -np.log(1 - speed * rate / FALL) / rate
+    assert let_go < end / 2
+    for wheel in (1, 3):
+        assert changes(run, wheel) == [pytest.approx(let_go, rel=INSTANT)]
+    for wheel in (0, 2):
+        assert not run.quantity("rates")[:, wheel].any()
+    matrix = np.array([
+        [-rate, rate * RADIUS, FALL],
+        [RADIUS * c / INERTIA, -(RADIUS**2) * c / INERTIA, -sliding / INERTIA],
+        [0, 0, 0],
+    ])  # fmt: skip
+    later = run.t > let_go * (1 + INSTANT)
+    wanted = np.array([expm(matrix * (t - let_go)) @ (speed, 0, 1) for t in run.t[later]])
+    assert later.sum() >= 2 and wanted[-1, 1] > 1
+    assert run.nu[later, 0] * CROSS.platform_radius == pytest.approx(wanted[:, 0], rel=1e-9)
+    assert np.abs(run.quantity("rates")[later, 1]) == pytest.approx(wanted[:, 1], rel=1e-8, abs=1e-8)
+    first = np.flatnonzero(~later)[: -1 if above > 1 else None]  # the last torque may be that of axles that have let go
+    held = np.abs(bearing_torques(run)[first, 1])
+    assert held == pytest.approx(RADIUS * c * run.nu[first, 0] * CROSS.platform_radius, abs=1e-12)
+    assert held.max() == pytest.approx(breaks, rel=1e-11)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("model", MODELS)
+def test_wheels_that_spin_on_the_spot_come_to_rest(engine, model):
+    """Opposite wheels turn against each other, so that the vehicle stays: J w' = -T - c l^2 w, then nothing moves."""
+    c, torque, speed = 3.0, 0.03, 12.0
+    effects = [Contact(c, wheel_rates=(speed, -speed, speed, -speed)), Bearings(wheel_coulomb=torque)]
+    run = simulate(CROSS, nu=(0, 0, 0), chi=(0.6, -0.6, 0.6, -0.6), duration=0.2, roller_model=model, effects=effects,
+                   engine=engine, accuracy=1e-11, control=False)  # fmt: skip
+    decay = c * RADIUS**2 / INERTIA
+    stops = np.log(1 + c * RADIUS**2 * speed / torque) / decay
+    assert len(run.switches) >= 4 and stops < 0.15
+    for wheel in range(4):
+        assert changes(run, wheel) == [pytest.approx(stops, rel=INSTANT)]
+    assert np.abs(run.nu).max() <= 1e-12 * speed
+    assert run.energy[-1] <= 1e-20 and abs(run.ledger.residual) <= 1e-10 * run.energy[0]
+    assert np.abs(bearing_torques(run)[-1]).max() <= 1e-14 * torque
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_growing_torque_breaks_an_axle_away(engine):
+    """At b t = S, and where the torque falls back below T long before it would turn the wheel back, it stops."""
+    grows, breaks, sliding = 0.5, 0.06, 0.04
+    table = TorqueTable((0.0, 0.2, 0.4), ((0, 0, 0, 0), (0.2 * grows, 0, 0, 0), (0, 0, 0, 0)))
+    effects = [Contact(4.0), Bearings(wheel_coulomb=sliding, wheel_break_away=breaks), table]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.4, roller_model="massless", effects=effects, engine=engine,
+                   control=False)  # fmt: skip
+    begins, stops = changes(run, 0)
+    assert begins == pytest.approx(breaks / grows, rel=INSTANT)
+    (row,) = np.flatnonzero(run.t == begins)[:1]
+    assert bearing_torques(run)[row, 0] == pytest.approx(-breaks, rel=1e-11)
+    assert bearing_torques(run)[row + 1, 0] == -sliding
+    assert 0.2 < stops < 0.4 and not run.quantity("rates")[-1, 0]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_what_holds_an_axle_stops_it_in_the_equations_of_every_body(model):
+    """Newton's and Euler's equations with the torque that the kernel says give the same accelerations, and none of the
+    wheels whose axles stick."""
+    rng = np.random.default_rng([11, MODELS.index(model)])
+    case = slipping_case(rng, 3, 5, model, has_layout=True)
+    case = replace(case, rates=case.rates * (0, 1, 0))
+    sticks, turning = np.array([1.0, 0.0, 1.0]), np.array([0.0, 0.3, 0.0])
+    torque = rng.normal(size=3)
+    (nu_rates, rates, *rest), _ = by_kernel(
+        case, ("drive", "axle_sticking"), torque=torque, bearing_torque=turning, axle_sticks=sticks
+    )
+    axial, holding = rest[:-1], rest[-1]
+    assert not rates[sticks > 0].any() and not holding[sticks == 0].any() and np.abs(holding).max() > 0.1
+    wheel_torques = working_precision(lambda: [exact(t) for t in torque + turning + holding])()
+    wanted = by_bodies(case, Acting(ground=viscous, wheel_torques=wheel_torques))
+    for value, other in zip((nu_rates, rates, *axial), wanted, strict=False):
+        assert value == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(wanted[1]).max())
+
+
+def scene(number):
+    """A vehicle whose axles stick on one of both grounds, and the arguments of its run."""
+    rng = np.random.default_rng([5, number])
+    model, law, wheels = MODELS[number % 2], ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5, 6)))
+    friction = 10 ** rng.uniform(-2, 0.3)
+    rates = tuple(rng.normal(size=wheels) * (rng.random(wheels) < 0.6)) if rng.random() < 0.7 else None
+    numbers = {"coefficient": 20 * friction}
+    if law == "regularised":
+        numbers = {"friction": friction, "speed": 10 ** rng.uniform(-3, -1), "normal_gravity": 9.7}
+    torques = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
+    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.4)), roller_viscous=1e-6)
+    acts = (
+        Torque(0.2 * rng.normal(size=wheels)),
+        TorqueTable((0.0, 0.02, 0.05, 0.1), 0.3 * rng.normal(size=(4, wheels))),
+        Motor(rng.normal(scale=4, size=wheels), 0.02, 1.5, gear_ratio=4, current_limit=1.0),
+        Controller(rng.normal(size=3), 0.02, 0.02, limit=0.3),
+    )[number // 4 % 4]
+    effects = [Contact(law=law, wheel_rates=rates, **numbers), bearings, acts, Slope(rng.uniform(0, 0.3), 1.0)]
+    nu = rng.normal(size=3) if rng.random() < 0.8 else (0.0, 0.0, 0.0)
+    options = {"nu": nu, "roller_model": model, "effects": effects, "accuracy": 1e-10, "control": False}
+    return Vehicle.paper(wheels, int(rng.integers(4, 7))), options
+
+
+def assert_obeys_the_law(run, bearings):
+    """In each row an axle at rest takes at most its break-away torque, and one that turns its sliding torque."""
+    rates, torque = run.quantity("rates"), bearing_torques(run)
+    sliding, holding = np.array(bearings.wheel_coulomb), np.array(bearings.wheel_break_away)
+    assert (np.abs(torque) <= holding * (1 + 1e-12)).all()
+    turning = np.abs(rates) > 1e-12 * np.abs(rates).max()  # the row in which one stops has what rounding has left
+    assert (torque == -np.sign(rates) * sliding)[turning].all()
+    assert turning.any() and (rates == 0).any()
+    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-8 * scale
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(16))
+def test_both_engines_make_the_same_motion(number):
+    vehicle, options = scene(number)
+    one, other = (simulate(vehicle, duration=0.15, engine=engine, **options) for engine in ENGINES)
+    assert one.stats["engine"] == "compiled" and other.stats["engine"] == "python"
+    assert distance_at(one, other, np.linspace(0, 0.15, 40)) <= 1e-8
+    rates, wanted = one.quantity("rates"), other.quantity("rates")
+    assert rates[-1] == pytest.approx(wanted[-1], rel=1e-7, abs=1e-7 * np.abs(wanted).max())
+    assert (rates[-1] == 0).tolist() == (wanted[-1] == 0).tolist()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [1, 2, 5, 11])
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_law_holds_in_every_row(engine, number):
+    vehicle, options = scene(number)
+    assert_obeys_the_law(simulate(vehicle, duration=0.15, engine=engine, **options), options["effects"][1])
+
+
+@pytest.mark.long
+def test_friction_with_a_named_speed_tends_to_it():
+    """At first order of the speed: nothing of the set-valued law has a part in those runs."""
+    vehicle, options = scene(2)
+    ground, bearings, *others = options.pop("effects")
+    bearings = replace(bearings, wheel_break_away=None)
+    times = np.linspace(0, 0.15, 16)
+    sticks = simulate(vehicle, duration=0.15, effects=[ground, bearings, *others], **options)
+    speeds = np.array([1e-2, 1e-3, 1e-4])
+    distances = [
+        distance_at(simulate(vehicle, duration=0.15,
+                             effects=[ground, replace(bearings, wheel_speed=speed), *others], **options), sticks, times)
+        for speed in speeds
+    ]  # fmt: skip
+    assert (sticks.quantity("rates") == 0).any() and (sticks.quantity("rates") != 0).any()
+    slope, _ = np.polyfit(np.log10(speeds), np.log10(distances), 1)
+    assert slope == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.long
+def test_an_axle_breaks_away_on_a_stiff_ground():
+    """There a torque that holds is rounded far more than its own size says: such a run once stayed where one let go."""
+    vehicle, options = hard_scene(1446)
+    one, other = (simulate(vehicle, engine=engine, **options) for engine in ENGINES)
+    assert one.t[-1] == options["duration"]
+    assert distance_at(one, other, np.linspace(0, one.t[-1], 20)) <= 1e-7
+    assert len(changes(one, 4)) == len(changes(other, 4)) > 0
+
+
+def stiff_scene(number):
+    """A vehicle at rest on a ground so stiff that slip decays within 1e-6 s, with wheels that may turn."""
+    rng = np.random.default_rng([77, number])
+    wheels = int(rng.choice((3, 4, 6)))
+    friction, speed = 10 ** rng.uniform(-1, 0.3), 10 ** rng.uniform(-6, -3)
+    numbers = {"law": "regularised", "friction": friction, "speed": speed}
+    if rng.random() < 0.3:
+        numbers = {"coefficient": 10 ** rng.uniform(3, 6)}
+    ground = Contact(**numbers, wheel_rates=rng.normal(size=wheels) * (rng.random(wheels) < 0.6))
+    torques = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
+    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.3)))
+    table = TorqueTable((0.0, 0.02, 0.05, 0.1), 0.3 * rng.normal(size=(4, wheels)))
+    assert rng.random() >= 0.8  # those of the others start with some nu
+    options = {"nu": (0, 0, 0), "roller_model": MODELS[1 - number % 2], "effects": [ground, bearings, table]}
+    return Vehicle.paper(wheels, 5), options | {"accuracy": rng.choice((1e-5, 1e-7, 1e-9)), "control": False}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [153, 263, 288])
+def test_axles_stop_and_break_away_on_a_stiff_ground(number):
+    """Each once stayed where an axle had just begun to turn: what the iteration had left of the slip turned it back."""
+    vehicle, options = stiff_scene(number)
+    run = simulate(vehicle, duration=0.05, **options)
+    assert run.t[-1] == 0.05 and len(run) < 1000
+    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 10 * options["accuracy"] * scale
+
+
+@pytest.mark.long
+def test_a_session_is_the_run():
+    vehicle, options = scene(5)
+    options.pop("control")
+    session = Session(vehicle, driven=False, **options)
+    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * 0.15:
+        session.step(step)
+    run = simulate(vehicle, duration=0.15, control=False, **options)
+    assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
+    assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
+
+
+def test_what_is_not_solved_is_refused():
+    bearings = Bearings(wheel_coulomb=0.1)
+    loaded = {"loads": "dynamic", "height": 0.05}
+    for law in ({"law": "coulomb", "friction": 0.3}, {"coefficient": 3.0, **loaded}):
+        with pytest.raises(InvalidValueError, match="wheel_speed"):
+            simulate(CROSS, nu=(1, 0, 0), duration=0.1, effects=[Contact(**law), bearings])
