@@ -27,8 +27,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
-        if plain.rollers_stick and plain.has_spins or plain.slips or not known:
-            what = "free rollers that stick, wheels that slip and functions of your own are not followed"
+        if plain.slips or not known:
+            what = "wheels that slip and functions of your own are not followed"
             raise InvalidValueError("sensitivities", type(effect).__name__, what)
 
 

@@ -50,6 +50,8 @@ class Motion:
             given["momenta"] = self.plain.momenta(
                 self.plain.axial_speeds(trajectory.nu, trajectory.chi, trajectory.spins)
             )
+        if "free_bearing" in shapes:
+            given["free_bearing"] = self.holds.spins.torques
         return self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
 
     @cached_property

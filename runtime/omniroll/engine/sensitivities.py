@@ -251,7 +251,10 @@ class Sweep:
         """The walk has come to a row: for those who look at phases."""
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
-        """A step begins with deviations (m, P), which are changed where bearings stick from now on: samples are due."""
+        """A step begins with deviations (m, P), which are changed where bearings stick or turn back from now on: samples
+        are due."""
+        if self.holds is not None and self.holds.turns_alone[row]:
+            moved[:] = self.holds.turned(row, moved, self.inputs_at(row))
         if self.holds is not None and self.holds.enters[row]:
             moved[:] = self.holds.projected(row, moved)
         while self.drives.next_time() <= self.trajectory.elapsed[row]:
@@ -291,7 +294,8 @@ class Sweep:
             return found
         first = trajectory.step_rows[step]
         length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
-        found[:, 0] = (self.motion.inputs[first + 1] - self.motion.inputs[first]) / length
+        moving = slice(self.moving)
+        found[moving, 0] = (self.motion.inputs[first + 1, moving] - self.motion.inputs[first, moving]) / length
         found[:, 1:] = self.inputs[step, :size]
         found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
         return found
@@ -400,6 +404,9 @@ class Sweep:
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
                 self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
+        if self.holds is not None and self.deviations.spins_stick:
+            given = self.holds.given_to_spins(rows).reshape(len(rows), len(self.columns), -1)
+            self.inputs[first:last, self.moving : self.deviations.input_size] = given.swapaxes(1, 2)
 
     @cached_property
     def drives(self) -> DriveDeviations:
