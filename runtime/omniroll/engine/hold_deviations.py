@@ -10,7 +10,8 @@ the projection in the kinetic metric, of nu's deviation. The free rollers' axial
 rollers that stick: each is one more row G, its spin, on nu and the axial speeds, whose metric is B. Where a bearing
 passes zero and goes on turning, or where one breaks away, rates jump at a time that deviates, d+ = d- + (f- - f+) dt,
 with dt from the function whose zero that is: a rate, the facet of what can be held (complementarity.py), or what
-holds a free roller. Where sliding and break-away torques are the same, rates do not jump at a break-away, and neither does the derivative.
+holds a free roller. Where sliding and break-away torques are the same, rates do not jump at a break-away, and neither
+does the derivative.
 """
 
 from collections.abc import Mapping
@@ -71,7 +72,7 @@ class HoldDeviations:
                 continue
             asked = turning @ holds.allowed[k]
             found[k] = -np.linalg.pinv(rows) @ asked
-            left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(asked).max(axis=(1, 2))
+            left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(turning).max(axis=(1, 2))
             if left.any():
                 row = int(np.flatnonzero(holds.which == k)[0])
                 names = ", ".join(np.array(self.columns.names)[left])

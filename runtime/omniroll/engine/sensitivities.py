@@ -13,7 +13,7 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -380,10 +380,21 @@ class Sweep:
         if spins is not None:
             free = kernel.axial_speeds(nu, chi, spins)
             axial = by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), trajectory.contact[:1])
-        state = State(nu, chi, pose, trajectory.contact[:1], axial)
+        state = self._begun(State(nu, chi, pose, trajectory.contact[:1], axial))
         y = self.passage.whole(self.motion.y[0], state, kernel)
-        own = None if axial is None else tangent_of(axial).reshape(len(self.columns), -1).T
+        own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         return self.passage.deviation(y).T, own
+
+    def _begun(self, state: State) -> State:
+        """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
+        columns, effects = self.columns, self.trajectory.effects
+        state = effects.begin(columns.kernel, state)
+        for (_, name), moved in columns.signals.items():
+            if name == "wheel_rates":
+                state = replace(state, rates=with_tangent(state.rates, moved))
+            elif name == "contact_spins":
+                state = state.with_contact_axial(with_tangent(state.contact_axial(), moved))
+        return state
 
     def _give(self, row: int, end: int) -> None:
         """Put down what drives give in the steps from this row up to another: until then no sample is due."""
@@ -450,7 +461,8 @@ class Sweep:
         return None if self.axial is None else self.axial[self.phase].reshape(len(self.columns), -1).T
 
     def _refuse_impacts(self, before: Instant, parted: np.ndarray, wheels: np.ndarray) -> None:
-        if self.trajectory.switching == "impact" and self.motion.plain.roller_model != "massless":
+        plain = self.motion.plain
+        if self.trajectory.switching == "impact" and plain.roller_model != "massless" and not plain.slips:
             names = ", ".join(np.array(self.columns.names)[parted])
             reason = f"they switch together, and impacts one after the other make another motion; by {names}"
             raise self._no_derivative(before, reason, wheels)

@@ -95,7 +95,7 @@ class Deviations:
             self.inputs["free_bearing"] = vector.shapes["spins"]
         self.sticking = tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
-        functions = dict.fromkeys((*asked, dynamics_with(asked), *PLAIN))
+        functions = dict.fromkeys((*asked, *(PLAIN[1:] if bound.slips else (dynamics_with(asked), *PLAIN))))
         if self.sticking:
             held = HELD_WITH_SPINS if self.spins_stick else HELD
             functions = dict.fromkeys(held.get(name, name) for name in functions)
