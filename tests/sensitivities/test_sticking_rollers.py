@@ -18,7 +18,7 @@ NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "spins[1][2]": 1e-3, "mass": 1e-3, "ro
 OF_VEHICLE = {"roller_inertia": 1e-9, "roller_axis_radius": 1e-6, "wheel_angles[1]": 1e-5, "yaw_scale": 1e-4}
 STILL = AT_REST | {"spins": 0.0}
 BACK_AND_FORTH = TorqueTable((0, 0.5, 1), ((0, 0, 0), (0.3, 0.2, 0.3), (-0.1, 0.05, -0.2)))
-PUSHED = {"mass": 1e-3, "torque[1][0]": 5e-6, "times[1]": 1e-5, "roller_coulomb": 2e-8, "roller_break_away": 2e-8}
+PUSHED = {"mass": 1e-3, "torque[1][0]": 5e-6, "times[1]": 1e-5, "roller_coulomb": 4e-8, "roller_break_away": 4e-8}
 
 
 def turns(run):
@@ -32,24 +32,24 @@ def turns(run):
 
 @pytest.mark.long
 @pytest.mark.parametrize("law", ["smooth", "impact"])
-def test_rollers_come_to_rest_on_their_disks_and_pass_rest(law):
+def test_rollers_come_to_rest_on_their_disks(law):
     """Under `impact` each switch sets all that stuck spinning again; one that sticks comes into contact and spins."""
     case = Case("free", law, effects=(RUBBING,), duration=3.0)
     check(case, NUMBERS | OF_VEHICLE, switches=9)
     found, run = turns(case.run()), case.run(sensitivities=("nu[0]",))
-    assert found[-1, 0] + found[1, 0] >= 8 and (law == "smooth" or found[-1, 1] + found[1, -1] >= 20)
+    assert found[-1, 0] + found[1, 0] >= (60 if law == "impact" else 8)
     stuck = Motion(run).holds.spins.modes[-1] == 0
     assert stuck.any() and not run.sensitivity("nu[0]").spins[-1][stuck].any()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("law", ["smooth", "impact"])
-def test_rollers_break_away_from_their_disks(law):
+def test_rollers_break_away_from_their_disks_and_pass_rest(law):
     """The disk turns faster and faster; above the sliding torque the rates jump where a roller breaks away."""
-    case = Case("free", law, effects=(BACK_AND_FORTH, HELD_LONGER), start=STILL, duration=0.7)
-    check(case, PUSHED, switches=20)
+    case = Case("free", law, effects=(BACK_AND_FORTH, HELD_LONGER), start=STILL, duration=0.6)
+    check(case, PUSHED, switches=10)
     found = turns(case.run())
-    assert found[0, 1] + found[0, -1] >= 10
+    assert found[0, 1] + found[0, -1] >= 8 and found[1, -1] + found[-1, 1] >= 2
 
 
 @pytest.mark.long
@@ -59,13 +59,14 @@ def test_axles_rollers_in_contact_and_free_ones_stick_together():
                "roller_break_away": 2e-7, "wheel_radius": 1e-6, "roller_axis_radius": 1e-6}  # fmt: skip
     check(case, changes)
     sets = Motion(case.run()).holds.sets
-    assert {3, 6} <= set(sets.sum(axis=1)) and min(turns(case.run()).values()) >= 1
+    found = turns(case.run())
+    assert {3, 6} <= set(sets.sum(axis=1)) and min(found[1, 0], found[-1, 0]) >= 20
 
 
 @pytest.mark.long
 def test_at_the_end_everything_rests():
     case = Case("free", effects=(Bearings(roller_coulomb=2e-5, wheel_coulomb=2e-3),), duration=12.0)
-    check(case, {"nu[0]": 1e-4, "mass": 1e-3, "wheel_coulomb": 1e-7, "roller_axis_radius": 1e-6}, switches=12)
+    check(case, {"nu[0]": 1e-4, "mass": 1e-3, "wheel_coulomb": 1e-7, "roller_axis_radius": 1e-6}, switches=10)
     end = case.run(sensitivities=("nu[0]",)).sensitivity("nu[0]")
     assert not end.spins[-1].any() and np.abs(end.nu[-1]).max() < 1e-12 and np.abs(end.pose[-1]).max() > 1
     reason = r"what sticks together would leave other directions; by wheel_angles\[1\]"
@@ -100,7 +101,9 @@ def test_between_rows_backwards_and_on_the_python_engine_they_are_the_same():
 @pytest.mark.long
 def test_a_spin_that_friction_takes_at_once_does_nothing():
     """At rest on its disk a little spin is gone before anything has moved by more than its square."""
-    case = Case("free", effects=(Torque((0.0, 0.0, 0.0)), Bearings(roller_coulomb=2e-5, wheel_coulomb=0.01)), start=STILL)
+    case = Case(
+        "free", effects=(Torque((0.0, 0.0, 0.0)), Bearings(roller_coulomb=2e-5, wheel_coulomb=0.01)), start=STILL
+    )
     run = case.run(sensitivities=("spins[1][2]", "nu[0]"))
     assert not derivative(run, "spins[1][2]").any() and not derivative(run, "nu[0]").any()
 

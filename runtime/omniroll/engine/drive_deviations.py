@@ -30,7 +30,7 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         sticks = isinstance(effect, Contact) and (effect.law == "coulomb" or effect.is_loaded)
         if sticks or not known:
-            what = "wheels that stick on the ground, loads that follow the motion and functions of your own are not followed"
+            what = "contacts that stick, loads that follow the motion and functions of your own are not followed"
             raise InvalidValueError("sensitivities", type(effect).__name__, what)
 
 

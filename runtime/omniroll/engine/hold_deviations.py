@@ -12,6 +12,9 @@ passes zero and goes on turning, or where one breaks away, rates jump at a time 
 with dt from the function whose zero that is: a rate, the facet of what can be held (complementarity.py), or what
 holds a free roller. Where sliding and break-away torques are the same, rates do not jump at a break-away, and neither
 does the derivative.
+
+Where a rate comes to zero without any acceleration, or what holds comes to its bound and goes back, the motions on one
+side of the run stick, or break away, and those on the other side do not: there is no derivative.
 """
 
 from collections.abc import Mapping
@@ -29,7 +32,7 @@ FIELDS = {"bearing_torque": "wheel", "contact_bearing": "roller"}  # how the eff
 JUMPS = 1e-9  # of a rate: it does not jump by less
 TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
 REACHED = 1e-6  # of what a facet takes: it has been reached
-GRAZES = 1e-9  # of the rate that it could have: what passes zero more slowly grazes it
+GRAZES = 1e-6  # of the rate that it could have: what comes to zero more slowly grazes it
 
 
 class HoldDeviations:
@@ -179,6 +182,18 @@ class HoldDeviations:
         on_disks = self.plain.axial_speeds(np.eye(3), chi, np.zeros(self.motion.vector.shapes["spins"]))
         return on_disks.reshape(3, -1).T[stuck], self.plain.vehicle.roller_inertia, stuck
 
+    def entered(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(m, P) the same where the step from this row begins."""
+        if self._follows_a_step(row):
+            stopped = np.flatnonzero((self.modes[row - 1] != 0) & (self.modes[row] == 0))
+            if len(stopped):
+                self._refuse_grazing(self._event_alone(row), stopped)
+        return self.projected(row, moved)
+
+    def _follows_a_step(self, row: int) -> bool:
+        """Whether a step ends in the row in which another one starts."""
+        return row > 0 and bool(self.motion.starts_step[row - 1])
+
     @cached_property
     def changes(self) -> np.ndarray:
         """(T - 1,) bool: whether bearings stop or break away between a row and the next, where no time passes."""
@@ -186,7 +201,7 @@ class HoldDeviations:
 
     @cached_property
     def turns_alone(self) -> np.ndarray:
-        """(T,) bool: whether free rollers turn back or break away in a row in which one step ends and the next starts."""
+        """(T,) bool: whether free rollers turn back or break away in a row that ends one step and starts the next."""
         if self.holds.spins is None:
             return np.zeros(len(self.modes), bool)
         goes_on = (self.modes[1:] != self.modes[:-1]) & (self.modes[1:] != 0)
@@ -194,12 +209,16 @@ class HoldDeviations:
 
     def turned(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after free rollers have turned back or broken away in a row."""
+        return self._after(self._event_alone(row), moved, None, inputs)
+
+    def _event_alone(self, row: int) -> "Event":
+        """The event in a row in which a step ends and the next one starts."""
         motion = self.motion
         given = np.array(motion.inputs[row])
-        motion.deviations.views(given)["free_bearing"][...] = self.holds.spins.torques[row - 1]
+        if self.holds.spins is not None:
+            motion.deviations.views(given)["free_bearing"][...] = self.holds.spins.torques[row - 1]
         before = motion.rates_in(motion.y[row], given, np.array(row - 1))
-        event = Event(row, row - 1, row, np.stack([before, motion.rates[row]]), given)
-        return self._after(event, moved, None, inputs)
+        return Event(row, row - 1, row, np.stack([before, motion.rates[row]]), given)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after bearings have changed their modes between a row and the next.
@@ -209,9 +228,11 @@ class HoldDeviations:
         """
         before, after = self.modes[row : row + 2]
         changed = before != after
-        if not (changed & ((before == 0) | (after != 0))).any() and knot is None:
-            return self.projected(row + 1, moved)
         event = Event(row, row, row + 1, self.motion.rates[row : row + 2], self.motion.inputs[row])
+        if not (changed & ((before == 0) | (after != 0))).any() and knot is None:
+            if not self._inputs_jump(row):
+                self._refuse_grazing(event, np.flatnonzero(changed))
+            return self.projected(row + 1, moved)
         return self._after(event, moved, knot, inputs)
 
     def _after(self, event: "Event", moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
@@ -251,18 +272,25 @@ class HoldDeviations:
 
     def _times_of_stops(self, event: "Event", moved: np.ndarray, which: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which the rates of turning bearings come to zero."""
-        rows, nu, rates = self.holds.rows, self.motion.y[event.row, :3], event.rates[0]
-        slopes, fastest = rows @ rates[:3], np.linalg.norm(rows, axis=1) * np.linalg.norm(rates[:3])
-        rests = rows @ moved[:3] + (self.turning_rows @ nu).T
+        slopes, nu = self._refuse_grazing(event, which), self.motion.y[event.row, :3]
+        rests = self.holds.rows @ moved[:3] + (self.turning_rows @ nu).T
         if self.holds.spins is not None:
-            spins = self._places_of_spins()
-            slopes = np.append(slopes, rates[spins])
-            fastest = np.append(fastest, np.full(len(spins), np.abs(rates[spins]).max()))
-            rests = np.concatenate([rests, moved[spins]])
+            rests = np.concatenate([rests, moved[self._places_of_spins()]])
+        return -rests[which] / slopes[:, None]
+
+    def _refuse_grazing(self, event: "Event", which: np.ndarray) -> np.ndarray:
+        """(k,) the accelerations with which some bearings (k,) come to zero; raises NoDerivativeError for none."""
+        rows, rates = self.holds.rows, event.rates[0]
+        slopes, fastest = rows @ rates[:3], np.linalg.norm(rows, axis=1) * np.linalg.norm(rates[:3])
+        if self.holds.spins is not None:
+            spins = rates[self._places_of_spins()]
+            slopes = np.append(slopes, spins)
+            fastest = np.append(fastest, np.full(len(spins), np.abs(spins).max()))
         slow = which[np.abs(slopes[which]) <= GRAZES * fastest[which]]
         if len(slow):
-            raise self._none(event.row, "a bearing comes to rest and turns on without any acceleration", slow)
-        return -rests[which] / slopes[which, None]
+            reason = "a bearing only just comes to rest, so that a change however small lets it turn on"
+            raise self._none(event.row, reason, slow)
+        return slopes[which]
 
     def _times_of_release(self, event: "Event", moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(k, P) the same of what is reached: facets, and the torques of free rollers."""
@@ -272,16 +300,28 @@ class HoldDeviations:
         parts = [self._slopes_of_facets(event, columns.kernel, found)]
         if self.holds.spins is not None:
             parts.append(self._slopes_of_spins(event, found["free_holding"]))
-        slopes = np.concatenate(parts)
-        if not len(slopes) or not (slopes[:, 0] > 0).all():
-            raise self._none(event.row, "what holds a bearing only just comes to its bound", self.modes[event.before] == 0)
+        slopes, bounds = (np.concatenate(own) for own in zip(*parts, strict=True))
+        if not len(slopes) or not (slopes[:, 0] * self._time_of_hold(event) > GRAZES * bounds).all():
+            reason = (
+                "what holds a bearing only just comes to its bound, so that a change however small lets it stick on"
+            )
+            raise self._none(event.row, reason, self.modes[event.before] == 0)
         return -slopes[:, 1:] / slopes[:, :1]
 
-    def _slopes_of_facets(self, event: "Event", kernel: TangentKernel, found: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(k, 1 + P) of the power that facets lack, excess = n . h - sum S |G n|, of those that are reached."""
+    def _time_of_hold(self, event: "Event") -> float:
+        """For how long the bearings have had the modes before an event."""
+        other = np.flatnonzero((self.modes[: event.before + 1] != self.modes[event.before]).any(axis=1))
+        first = other[-1] + 1 if len(other) else 0
+        return float(self.trajectory.elapsed[event.row] - self.trajectory.elapsed[first])
+
+    def _slopes_of_facets(
+        self, event: "Event", kernel: TangentKernel, found: Mapping[str, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 1 + P) of the power that facets lack, excess = n . h - sum S |G n|, of those that are reached; and (k,)
+        what these take."""
         sticking = self.holds.modes[event.before] == 0
         if not sticking.any():
-            return np.zeros((0, 1 + len(self.columns)))
+            return np.zeros((0, 1 + len(self.columns))), np.zeros(0)
         force, rows = found["held_force"], self._rows(kernel, found["chi"])
         rows, turning = rows.real[0][sticking], tangent_of(rows)[:, sticking]
         bounds = self.holds.holding[sticking]
@@ -294,16 +334,16 @@ class HoldDeviations:
             turn = -np.einsum("ij,pj->pi", np.linalg.pinv(rows[rests]), turning[:, rests] @ n)
             faster = np.sign(rates) * (turning @ n + turn @ rows.T)
             slopes.append(tangent_of(force) @ n + turn @ force.real[0] - holding @ np.abs(rates) - faster @ bounds)
-        return np.array(slopes).reshape(-1, 1 + len(self.columns))
+        return np.array(slopes).reshape(-1, 1 + len(self.columns)), facets.reach[reached]
 
-    def _slopes_of_spins(self, event: "Event", torques: np.ndarray) -> np.ndarray:
-        """(k, 1 + P) of |torque| - S of the free rollers that stick, of those that are reached."""
+    def _slopes_of_spins(self, event: "Event", torques: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 1 + P) of |torque| - S of the free rollers that stick, of those that are reached; and (k,) S."""
         spins = self.holds.spins
         torques, bounds = torques.reshape(len(torques), -1), spins.holding.ravel()
         own = np.abs(torques[0].real)
         reached = (spins.modes[event.before] == 0).ravel() & (own >= (1 - REACHED) * bounds)
         holding = np.concatenate([np.zeros((1, len(bounds))), self.torques_of_spins[1]])
-        return (np.sign(torques[0].real) * tangent_of(torques) - holding)[:, reached].T
+        return (np.sign(torques[0].real) * tangent_of(torques) - holding)[:, reached].T, bounds[reached]
 
     def _held(
         self, event: "Event", kernel: TangentKernel, moved: np.ndarray, inputs: np.ndarray

@@ -75,7 +75,7 @@ class Holds:
         return modes.astype(int)
 
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """What generated functions take of what sticks in rows (...), by name: directions (..., 9), absent (..., 3), and
+        """What generated functions take of what sticks in rows (...), by name: directions (..., 9), absent (..., 3);
         free_sticks (..., N, n-1) where free rollers may stick."""
         sets = self.which[rows]
         found = {"directions": self.allowed[sets].reshape(*sets.shape, 9), "absent": self.absent[sets]}

@@ -251,12 +251,11 @@ class Sweep:
         """The walk has come to a row: for those who look at phases."""
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
-        """A step begins with deviations (m, P), which are changed where bearings stick or turn back from now on: samples
-        are due."""
+        """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
         if self.holds is not None and self.holds.turns_alone[row]:
             moved[:] = self.holds.turned(row, moved, self.inputs_at(row))
         if self.holds is not None and self.holds.enters[row]:
-            moved[:] = self.holds.projected(row, moved)
+            moved[:] = self.holds.entered(row, moved)
         while self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
