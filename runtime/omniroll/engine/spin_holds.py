@@ -32,7 +32,9 @@ class SpinHolds:
         self.sliding, self.holding = (
             own[bearings.plane :].reshape(shape) for own in (bearings.sliding, bearings.holding)
         )
-        self.of_steps = self._of_steps(trajectory.dense[:, :, spins].reshape(len(trajectory.dense), -1, *shape))
+        self.of_steps = np.zeros((0, *shape), int)
+        if len(trajectory.step_rows):
+            self.of_steps = self._of_steps(trajectory.dense[:, :, spins].reshape(len(trajectory.dense), -1, *shape))
 
     def _of_steps(self, inside: np.ndarray) -> np.ndarray:
         """(S, N, n-1) modes, from the polynomials, in which a spin that is zero has what rounding has left over."""
