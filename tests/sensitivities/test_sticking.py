@@ -177,7 +177,7 @@ def test_an_axle_that_only_just_comes_to_rest_has_none():
 
 @pytest.mark.long
 def test_an_axle_that_only_just_breaks_away_has_none():
-    """What holds it grows while the others slow down and falls with the torque: its largest value is passed smoothly."""
+    """What holds it grows while the others slow down, falls with the torque, and passes its largest value smoothly."""
     across = omniroll.kernel(omniroll.Vehicle.paper(), "massless", "python").wheel_rows[0]
     nu = np.cross((1.0, 0.0, -0.3), across)
     falling = TorqueTable((0, 1), ((0.004, 0, 0), (0.0035, 0, 0)))
