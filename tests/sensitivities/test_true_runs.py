@@ -15,10 +15,9 @@ STOPPING = Case("free", effects=(Bearings(wheel_coulomb=0.002),), duration=6.5)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "case, number, sets", [(BREAKING_AWAY, "mass", {"111", "000"}), (STOPPING, "wheel_coulomb[1]", {"000", "100", "110"})],
-    ids=["breaking away", "stopping"],
-)  # fmt: skip
+@pytest.mark.parametrize("case, number, sets", [
+    (BREAKING_AWAY, "mass", {"111", "000"}), (STOPPING, "wheel_coulomb[1]", {"000", "100", "110"})
+], ids=["breaking away", "stopping"])  # fmt: skip
 def test_they_are_the_differences_of_runs_in_40_digits(case, number, sets):
     pytest.importorskip("flint")
     run = case.run(sensitivities=(number,), accuracy=1e-12)
