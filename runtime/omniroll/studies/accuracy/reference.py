@@ -90,15 +90,15 @@ class Taylor:
 
     mechanics  other than those of the task
     order      of the series
-    error      of a step, relative
+    error      of a step, relative; None: TAYLOR_ERROR
     """
 
     probes = 12
 
-    def __init__(self, task: Task, mechanics: Mechanics | None = None, order: int = ORDER, error: float = TAYLOR_ERROR):
+    def __init__(self, task: Task, mechanics: Mechanics | None = None, order: int = ORDER, error: float | None = None):
         self.flint = flint = flint_module()
         self.mechanics = Mechanics(task, flint.arb) if mechanics is None else mechanics
-        self.order, self.error = order, error
+        self.order, self.error = order, TAYLOR_ERROR if error is None else error
 
     def step(self, y: list, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         """A step's length, at most `limit`, and y at any time within it."""
