@@ -251,7 +251,6 @@ def test_what_does_not_fit_is_refused():
         "roller_break_away": lambda: Bearings(roller_break_away=1.0),
         "roller_speed": lambda: Bearings(roller_viscous=1.0, roller_speed=0.1),
         "roller_coulomb": lambda: linearise(PAPER, effects=(stick,)),
-        "sensitivities": lambda: simulate(PAPER, nu=(1, 0, 0), duration=1e-3, effects=[stick], sensitivities=["mass"]),
     }
     for field, make in makers.items():
         with pytest.raises(InvalidValueError) as refused:

@@ -6,20 +6,22 @@ viscous friction of free rollers it is more: differences of the spins grow as 1/
 on they are the larger part, probably since the spins are computed from the momenta's changes over a phase.
 
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
-rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
-proved: the time at which it is there is solved for in 40 digits, and no other wheel may be beyond its joint.
+rule extrapolated to a part length of zero. Runs in which axles stick are followed by Taylor series
+(omniroll.studies.accuracy.reference), which finds all events by itself. Elsewhere, which wheel is the next to switch is
+read from the run in doubles and then proved: the time at which it is there is solved for in 40 digits, and no other
+wheel may be beyond its joint.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 
 import omniroll
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.mechanics import Mechanics, flat, nested_numbers
+from omniroll.studies.accuracy.reference import Taylor, digits, end_of
 
 DIGITS = 42  # of computing: extrapolation loses some
 COLUMNS = 12
@@ -29,19 +31,9 @@ LANDING = 6  # most steps of Newton's rule
 LANDED = 1e-33  # rad
 FEW = 4  # columns for these: the steps are short
 CHANGE = "1e-13"
+ORDER, TAYLOR_ERROR = 36, 1e-30  # of the series, and of a step by them, relative
 State = list[Any]
 CONSTANTS = {"wheel_viscous": "axle_damping"}  # numbers of effects that the kernels call otherwise
-
-
-@contextmanager
-def digits() -> Iterator[None]:
-    """The working precision of python-flint, which is global to it; put back afterwards."""
-    before = ctx.prec
-    ctx.dps = DIGITS
-    try:
-        yield
-    finally:
-        ctx.prec = before
 
 
 class Moved(Mechanics):
@@ -60,6 +52,9 @@ class Moved(Mechanics):
             self.without, self.model = self.model, self.module.prepare(self.wheels, self.rollers, *constants)
         else:
             self.without = self.model
+        if number == "wheel_coulomb":  # without a break-away torque of its own
+            self.axles.sliding = larger(self.axles.sliding, self.place, change)
+            self.axles.holding = larger(self.axles.holding, self.place, change)
 
     def start(self) -> tuple[State, Any]:
         """The spins of free rollers stay where another number is moved."""
@@ -147,6 +142,8 @@ class Flow:
 def end(task: Task, run: omniroll.Trajectory, name: str, change: Any) -> State:
     """nu, chi, pose and spins at the end of a run with a number moved."""
     mechanics = Moved(task, name, change)
+    if mechanics.axles is not None:
+        return end_where_axles_stick(task, mechanics)
     flow = Flow(mechanics)
     flow.y = mechanics.begin(flow.y, flow.axial, flow.now)
     for time, wheel, direction in switches(run):
@@ -157,8 +154,16 @@ def end(task: Task, run: omniroll.Trajectory, name: str, change: Any) -> State:
         flow.y = mechanics.begin(flow.y, flow.axial, flow.now)
     flow.to(arb(task.duration))
     flow.axial = mechanics.axial_at(flow.y, flow.axial)
-    nu, chi, pose = (mechanics.view(flow.y, part) for part in ("nu", "chi", "pose"))
-    spins = mechanics.module.spins_from_axial(mechanics.model, nu, chi, flow.axial) if mechanics.free else []
+    return shown(mechanics, flow.y, flow.axial)
+
+
+def end_where_axles_stick(task: Task, mechanics: Mechanics) -> State:
+    return shown(mechanics, *end_of(Taylor(task, mechanics, ORDER, TAYLOR_ERROR), task))
+
+
+def shown(mechanics: Mechanics, y: State, axial: Any) -> State:
+    nu, chi, pose = (mechanics.view(y, part) for part in ("nu", "chi", "pose"))
+    spins = mechanics.module.spins_from_axial(mechanics.model, nu, chi, axial) if mechanics.free else []
     return [*nu, *chi, *pose, *flat(spins)]
 
 
@@ -175,13 +180,15 @@ def size(task: Task, name: str) -> float:
     number, *places = name.replace("]", "").split("[")
     number = CONSTANTS.get(number, number)
     kernel = task.kernel
+    if number == "wheel_coulomb":
+        return float(max(np.ravel(effect.wheel_coulomb)[0] for effect in task.effects.effects if effect.axles(kernel)))
     value = kernel.constant(number) if number in kernel.constant_names else getattr(task.state, number)
     return abs(float(np.asarray(value)[tuple(map(int, places))].max())) or 1.0
 
 
 def derivative(task: Task, run: omniroll.Trajectory, name: str) -> np.ndarray:
     """The derivative of nu, chi, pose and spins at the end by a number."""
-    with digits():
+    with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         above, below = (end(task, run, name, side * change) for side in (1, -1))
         return np.array([float((a - b) / (2 * change)) for a, b in zip(above, below, strict=True)])

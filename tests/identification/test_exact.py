@@ -45,7 +45,9 @@ def test_they_are_those_of_differences(roller_model):
 
 @pytest.mark.long
 def test_a_fit_says_where_it_differences():
-    """Axles that stick have no sensitivities; scales and biases of instruments need none."""
+    """Where axles stick or wheels slip; scales and biases of instruments need no run."""
+    slipping = prediction([DRIVE, omniroll.Contact(40.0)])
+    assert slipping.slopes(("mass", "gyro_bias"), (1.0, 1.0)).differenced == ("mass",)
     found = prediction([DRIVE, omniroll.Bearings(wheel_coulomb=1e-3)])
     assert found.slopes(("mass", "gyro_bias", "gyro_delay"), (1.0, 1.0, 1.0)).differenced == ("mass", "gyro_delay")
     known = prediction([DRIVE, omniroll.Bearings(wheel_viscous=1e-3)])

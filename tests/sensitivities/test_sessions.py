@@ -11,6 +11,7 @@ from omniroll import Bearings, Controller, InvalidValueError, Motor, NoDerivativ
 from tests.sensitivities.differences import SPINS, START, VEHICLE, Case
 from tests.sensitivities.test_runs import CONTROLLER, HELD, MOTOR, TIED, VISCOUS
 from tests.sensitivities.test_sticking import AT_REST, AXLES, HELD_LONGER, RAMP, RUBBING
+from tests.sensitivities.test_sticking_rollers import HELD_LONGER as HELD_SPINS
 
 FINE = 1e-12
 STEPS = (0.0, 0.003, 0.05, 0.2)
@@ -21,6 +22,7 @@ WITH_EFFECTS = {
     "ramp": (Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=3.5), ("mass", "wheel_break_away[0]")),
     "viscous": (Case("free", effects=(VISCOUS,), duration=2.0), ("nu[0]", "roller_viscous")),
     "rubbing": (Case("free", effects=(RUBBING,), duration=5.0), ("nu[0]", "roller_coulomb", "wheel_coulomb")),
+    "spins": (Case("free", effects=(HELD_SPINS,)), ("nu[0]", "roller_coulomb", "spins[1][2]")),
     "motors": (Case("locked", effects=(HELD,)), ("times[1]", "current_limit")),
     "controller": (Case("locked", effects=(MOTOR, CONTROLLER)), ("target[0]", "integral", "voltage")),
 }

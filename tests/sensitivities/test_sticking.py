@@ -141,3 +141,57 @@ def test_a_number_by_which_what_sticks_leaves_less():
     with pytest.raises(NoDerivativeError, match=r"would leave other directions; by wheel_angles\[0\]") as caught:
         case.run(sensitivities=("wheel_angles[0]",))
     assert caught.value.wheels == (0, 1, 3) and caught.value.t == 0
+
+
+TURNING_BACK = TorqueTable((0, 1), ((0.0, -0.06, 0.0), (0.0, 0.06, 0.0)))
+HELD_FIRMLY = Bearings(wheel_coulomb=1e-3, wheel_break_away=0.05)
+
+
+def only_just(makes, low, high):
+    """The last value, from `low` on, for which `makes` is true; it is not for `high`."""
+    assert makes(low) and not makes(high)
+    while low < (middle := (low + high) / 2) < high:
+        low, high = (middle, high) if makes(middle) else (low, middle)
+    return low
+
+
+@pytest.mark.long
+def test_an_axle_that_only_just_comes_to_rest_has_none():
+    """Slower by any amount it sticks for a while, faster it never rests."""
+
+    def case(speed):
+        start = {"nu": (0.0, -speed, 0.1), "chi": (0.1, -0.2, 0.15)}
+        return Case("massless", effects=(TURNING_BACK, HELD_FIRMLY), start=start, duration=0.8)
+
+    def stops(speed):
+        return any(own[0] == "1" for own in modes(case(speed).run()))
+
+    check(case(0.2), {"mass": 1e-4, "nu[1]": 1e-5}, switches=0)
+    speed = only_just(stops, 0.2, 1.0)
+    with pytest.raises(NoDerivativeError, match="only just comes to rest") as caught:
+        case(speed).run(sensitivities=("mass",))
+    assert caught.value.wheels == (0,) and 0.5 < caught.value.t < 1
+    check(case(speed * (1 - 1e-3)), {"mass": 1e-5}, tolerance=1e-6, switches=0)
+    check(case(speed * (1 + 1e-3)), {"mass": 1e-5}, tolerance=1e-6, switches=0)
+
+
+@pytest.mark.long
+def test_an_axle_that_only_just_breaks_away_has_none():
+    """What holds it grows while the others slow down, falls with the torque, and passes its largest value smoothly."""
+    across = omniroll.kernel(omniroll.Vehicle.paper(), "massless", "python").wheel_rows[0]
+    nu = np.cross((1.0, 0.0, -0.3), across)
+    falling = TorqueTable((0, 1), ((0.004, 0, 0), (0.0035, 0, 0)))
+
+    def case(most):
+        bearings = Bearings(wheel_viscous=5e-3, wheel_coulomb=1e-6, wheel_break_away=(most, 1e-6, 1e-6))
+        start = {"nu": tuple(0.5 * nu / np.linalg.norm(nu))}
+        return Case("massless", effects=(falling, bearings), start=start, duration=0.8)
+
+    def breaks(most):
+        return len(modes(case(most).run())) > 1
+
+    most = only_just(breaks, 0.00316, 0.004)
+    check(case(0.99 * most), {"mass": 1e-4, "wheel_break_away[0]": 1e-7}, switches=0)
+    with pytest.raises(NoDerivativeError, match="only just comes to its bound") as caught:
+        case(most).run(sensitivities=("mass",))
+    assert caught.value.wheels == (0,) and 0.2 < caught.value.t < 0.7

@@ -15,6 +15,7 @@ from omniroll.kernels.kernel import Flow, Kernel
 
 PLAIN = ("wheel_speeds", "pose_rates")
 HELD = {"forward_dynamics": "held_dynamics", "accelerations": "held_accelerations"}  # the same where axles stick
+HELD_WITH_SPINS = {"accelerations": "stuck_accelerations"}  # the same where free rollers may stick, too
 PLAIN_RATES = {"nu": "nu_dot", "chi": "chi_dot", "pose": "pose_dot"}
 
 

@@ -5,8 +5,9 @@ states of their own, and the ground acts by forces that a law gives. A switch th
 comes into contact has the axial speed that it has, and the ground spins it up.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,9 +19,11 @@ from omniroll.effects.load_numbers import balance_numbers, spin_inertia_of
 from omniroll.effects.numbers import PerWheel, per_wheel, spread
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
+from omniroll.generated.python import parts as generated_parts
 from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.vehicles import parts
-from omniroll.vehicles.loads import contact_loads, refuse_collinear
+from omniroll.vehicles.loads import contact_loads, least_loads, refuse_collinear
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
@@ -73,6 +76,8 @@ class Contact(Effect):
     turn as they roll, and for loads that do not follow from the vehicle: of fewer than three wheels, or one that tips.
     """
 
+    signals: ClassVar[tuple[str, ...]] = ("wheel_rates", "contact_spins")
+
     coefficient: ArrayLike | None = None
     law: str = "viscous"
     friction: ArrayLike | None = None
@@ -112,6 +117,16 @@ class Contact(Effect):
                 validation.magnitude(name, np.atleast_1d(getattr(self, name)), axes=1)
         if self.load is not None and np.min(self.load) < 0:
             raise InvalidValueError("load", self.load, "must not be negative")
+
+    @property
+    def numbers(self) -> Mapping[str, str]:  # type: ignore[override]
+        """Fields that are arguments of `prepare`."""
+        own = {"coefficient": "ground_damping", "friction": "ground_friction", "speed": "ground_fade_speed"}
+        own["load"] = "contact_load"
+        return {name: argument for name, argument in own.items() if getattr(self, name) is not None}
+
+    def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
+        return (2,) if name in COEFFICIENTS else shape
 
     @property
     def is_loaded(self) -> bool:
@@ -180,6 +195,22 @@ class Contact(Effect):
         friction = _of_wheels(self.friction, vehicle)
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
+    def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        if self.law != "regularised" or self.load is not None:
+            return {}
+
+        def carrying(name: str) -> np.ndarray:
+            value = getattr(vehicle, name)
+            return with_tangent(value, moved.get(name, np.zeros(np.shape(value))))
+
+        counts = vehicle.wheels, vehicle.rollers_per_wheel
+        rays = carrying("platform_radius"), carrying("wheel_angles")
+        given = vehicle.wheel_places is not None
+        places = carrying("wheel_places") if given else np.array(generated_parts.places_on_rays(*counts, *rays))
+        center = carrying("center_of_mass")
+        sums = np.array(generated_parts.standing_loads(*counts, carrying("mass"), self._gravity, center))
+        return {"contact_load": tangent_of(least_loads(places, sums))}
+
     def loads_at_rest(self, vehicle: Vehicle) -> np.ndarray:
         """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest on level ground.
 
@@ -237,7 +268,7 @@ class Contact(Effect):
     def begin(self, kernel: Kernel, state: State) -> State:
         rates, spins = (self._given(name, kernel.wheels) for name in ("wheel_rates", "contact_spins"))
         rolling, rolling_spins = kernel.wheel_rates(state.nu, state.chi)
-        state = replace(state, rates=rolling if rates is None else rates)
+        state = replace(state, rates=rolling if rates is None else np.broadcast_to(rates, rolling.shape))
         if not kernel.has_spins:
             return state
         excess = 0.0 if spins is None else spins - rolling_spins

@@ -235,6 +235,14 @@ class Effect:
         """The arguments of the kernel's `prepare` that it brings for this vehicle, by name; a number or (N,)."""
         return {}
 
+    def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The slopes of those constants that follow from the vehicle's numbers, whose slopes are `moved`."""
+        return {}
+
+    def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
+        """The shape in which the field `name` is given, whose argument of `prepare` has this shape."""
+        return shape
+
     def functions(self, roller_model: str, present: Sequence[str] = ()) -> tuple[str, ...]:
         """Names of the generated functions that are evaluated with the rates, for this roller_model.
 

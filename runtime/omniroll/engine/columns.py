@@ -55,7 +55,7 @@ def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -
 def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
     match = NAME.fullmatch(name)
     number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
-    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain)
+    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, effects)
     for k, effect in enumerate(effects):
         found = found or _of_effect(name, number, place, plain, k, effect)
     if found is None:
@@ -82,7 +82,9 @@ def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> 
     return Column(name, start={number: _moved(name, shapes[number], place)}) if number in shapes else None
 
 
-def _of_vehicle(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> Column | None:
+def _of_vehicle(
+    name: str, number: str, place: tuple[int, ...], plain: Kernel, effects: Sequence[Effect]
+) -> Column | None:
     values = _values(plain)
     if number in VEHICLE_SCALARS and number not in values:
         _moved(name, (), place)
@@ -90,13 +92,17 @@ def _of_vehicle(name: str, number: str, place: tuple[int, ...], plain: Kernel) -
     if number not in values or number not in (*VEHICLE_SCALARS, "wheel_angles", *OF_THE_VEHICLE):
         return None
     moved = _moved(name, values[number].shape, place)
-    return Column(name, _size(values[number]), constants=_with_places(number, moved, plain))
+    constants = _with_places(number, moved, plain)
+    for effect in effects:
+        constants |= effect.constants_along(plain.vehicle, constants)
+    return Column(name, _size(values[number]), constants=constants)
 
 
 def _of_effect(name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effect: Effect) -> Column | None:
     values, argument = _values(plain), effect.numbers.get(number)
     if argument in values:
-        moved = _moved(name, values[argument].shape, place)
+        shape = values[argument].shape
+        moved = np.broadcast_to(_moved(name, effect.number_shape(number, shape), place), shape)
         return Column(name, _size(values[argument]), constants={argument: moved} | _rotor(number, moved, plain, effect))
     if number in effect.signals and getattr(effect, number) is not None:
         moved = _moved(name, effect.shape_of(number, plain.wheels), place)

@@ -31,6 +31,8 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
+    if deviations.spins_stick or plain.slips:
+        return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
     except KernelsMissingError:

@@ -112,7 +112,7 @@ class Chain(Sweep):
     def _one_after_the_other(
         self, row: int, moved: np.ndarray, times: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        if self.motion.plain.roller_model == "massless":
+        if self.motion.plain.roller_model == "massless" or self.motion.plain.slips:
             return super()._one_after_the_other(row, moved, times)
         wheels = np.flatnonzero(self.motion.directions[row + 1])
         reason = "they switch together, and backwards the order of the switches is not known"

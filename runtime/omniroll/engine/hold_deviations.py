@@ -6,13 +6,19 @@ to rest, with the mass matrix M* and the directions A that are left,
 
     d+ = A (A^T M* A)^-1 A^T M* (d - q) + q,   G q = -dG nu:
 
-the projection in the kinetic metric, of nu's deviation. The free rollers' axial speeds do not jump. Where a bearing
+the projection in the kinetic metric, of nu's deviation. The free rollers' axial speeds do not jump, but for those of
+rollers that stick: each is one more row G, its spin, on nu and the axial speeds, whose metric is B. Where a bearing
 passes zero and goes on turning, or where one breaks away, rates jump at a time that deviates, d+ = d- + (f- - f+) dt,
-with dt from the function whose zero that is: a rate, or the facet of what can be held (complementarity.py). Where
-sliding and break-away torques are the same, rates do not jump at a break-away, and neither does the derivative.
+with dt from the function whose zero that is: a rate, the facet of what can be held (complementarity.py), or what
+holds a free roller. Where sliding and break-away torques are the same, rates do not jump at a break-away, and neither
+does the derivative.
+
+Where a rate comes to zero without any acceleration, or what holds comes to its bound and goes back, the motions on one
+side of the run stick, or break away, and those on the other side do not: there is no derivative.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -26,7 +32,7 @@ FIELDS = {"bearing_torque": "wheel", "contact_bearing": "roller"}  # how the eff
 JUMPS = 1e-9  # of a rate: it does not jump by less
 TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
 REACHED = 1e-6  # of what a facet takes: it has been reached
-GRAZES = 1e-9  # of the rate that it could have: what passes zero more slowly grazes it
+GRAZES = 1e-6  # of the rate that it could have: what comes to zero more slowly grazes it
 
 
 class HoldDeviations:
@@ -69,7 +75,7 @@ class HoldDeviations:
                 continue
             asked = turning @ holds.allowed[k]
             found[k] = -np.linalg.pinv(rows) @ asked
-            left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(asked).max(axis=(1, 2))
+            left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(turning).max(axis=(1, 2))
             if left.any():
                 row = int(np.flatnonzero(holds.which == k)[0])
                 names = ", ".join(np.array(self.columns.names)[left])
@@ -113,36 +119,106 @@ class HoldDeviations:
         parts = np.split(moved, len(self.holds.names), axis=2)
         return {name: (part, np.zeros_like(part)) for name, part in zip(self.holds.names, parts, strict=True)}
 
+    @cached_property
+    def torques_of_spins(self) -> tuple[np.ndarray, np.ndarray]:
+        """(P, F) the same as `torques`, of the free rollers' bearings, which are those of rollers in contact."""
+        wheels = slice(len(self.holds.sliding) - self.wheels, None)
+        sliding, holding = (own[:, wheels] for own in self.torques)
+        slots = self.plain.rollers_per_wheel - 1
+        return np.repeat(sliding, slots, axis=1), np.repeat(holding, slots, axis=1)
+
+    def given_to_spins(self, rows: np.ndarray) -> np.ndarray:
+        """(S, P, F) deviations of the torques of the free rollers' bearings in the steps from rows (S,)."""
+        return -self.holds.spins.modes[rows].reshape(len(rows), 1, -1) * self.torques_of_spins[0]
+
     # Transitions
+
+    @cached_property
+    def modes(self) -> np.ndarray:
+        """(T, B + F) of all bearings in each row: those of free rollers are the last."""
+        holds = self.holds
+        if holds.spins is None:
+            return holds.modes
+        return np.concatenate([holds.modes, holds.spins.modes.reshape(len(holds.modes), -1)], axis=1)
 
     @cached_property
     def enters(self) -> np.ndarray:
         """(T,) bool: whether bearings stick in the step from a row, in which the step before has not held the same."""
-        holds, starts = self.holds, self.motion.starts_step
-        same = np.append(False, starts[:-1] & (holds.which[:-1] == holds.which[1:]))
-        return starts & holds.sets.any(axis=1)[holds.which] & ~same
+        starts, sticks = self.motion.starts_step, self.modes == 0
+        same = np.append(False, starts[:-1] & (sticks[:-1] == sticks[1:]).all(axis=1))
+        return starts & sticks.any(axis=1) & ~same
 
     def projected(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which what sticks in a row leaves those before it."""
         holds, motion = self.holds, self.motion
         k, nu = holds.which[row], motion.y[row, :3]
-        mass = self.plain.mass_matrix(motion.vector.view(motion.y[row], "chi"))
+        chi = motion.vector.view(motion.y[row], "chi")
+        mass = self.plain.mass_matrix(chi)
+        pull = mass @ moved[:3]
+        if holds.spins is not None:
+            carried, inertia, stuck = self._stuck_spins(row, chi)
+            mass = mass + inertia * carried.T @ carried
+            pull = mass @ moved[:3] + inertia * carried.T @ moved[self._places_of_spins()[stuck]]
         A = holds.allowed[k]
         beside = (self.turning[k] @ (A.T @ nu)).T
         found = np.array(moved)
         found[:3] = beside + A @ np.linalg.solve(
-            A.T @ mass @ A + np.diag(holds.absent[k]), A.T @ mass @ (moved[:3] - beside)
+            A.T @ mass @ A + np.diag(holds.absent[k]), A.T @ (pull - mass @ beside)
         )
         if "spins" in motion.deviations.rates:
-            chi, still = motion.vector.view(motion.y[row], "chi"), np.zeros(motion.vector.shapes["spins"])
+            still = np.zeros(motion.vector.shapes["spins"])
             jump = self.plain.spins_from_axial((found - moved)[:3].T, chi, still)
-            found[motion.deviations.places["spins"].ravel()] += jump.reshape(len(self.columns), -1).T
+            found[self._places_of_spins()] += jump.reshape(len(self.columns), -1).T
+        if holds.spins is not None:
+            found[self._places_of_spins()[stuck]] = 0.0
         return found
+
+    def _places_of_spins(self) -> np.ndarray:
+        return self.motion.deviations.places["spins"].ravel()
+
+    def _stuck_spins(self, row: int, chi: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
+        """(F', 3) the axial speeds, for each of nu, of the free rollers that stick; their inertia; (F,) which stick."""
+        stuck = (self.holds.spins.modes[row] == 0).ravel()
+        on_disks = self.plain.axial_speeds(np.eye(3), chi, np.zeros(self.motion.vector.shapes["spins"]))
+        return on_disks.reshape(3, -1).T[stuck], self.plain.vehicle.roller_inertia, stuck
+
+    def entered(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(m, P) the same where the step from this row begins."""
+        if self._follows_a_step(row):
+            stopped = np.flatnonzero((self.modes[row - 1] != 0) & (self.modes[row] == 0))
+            if len(stopped):
+                self._refuse_grazing(self._event_alone(row), stopped)
+        return self.projected(row, moved)
+
+    def _follows_a_step(self, row: int) -> bool:
+        """Whether a step ends in the row in which another one starts."""
+        return row > 0 and bool(self.motion.starts_step[row - 1])
 
     @cached_property
     def changes(self) -> np.ndarray:
         """(T - 1,) bool: whether bearings stop or break away between a row and the next, where no time passes."""
-        return (self.holds.modes[:-1] != self.holds.modes[1:]).any(axis=1) & ~self.motion.starts_step[:-1]
+        return (self.modes[:-1] != self.modes[1:]).any(axis=1) & ~self.motion.starts_step[:-1]
+
+    @cached_property
+    def turns_alone(self) -> np.ndarray:
+        """(T,) bool: whether free rollers turn back or break away in a row that ends one step and starts the next."""
+        if self.holds.spins is None:
+            return np.zeros(len(self.modes), bool)
+        goes_on = (self.modes[1:] != self.modes[:-1]) & (self.modes[1:] != 0)
+        return self.holds.spins.alone & np.append(False, goes_on.any(axis=1))
+
+    def turned(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """(m, P) the deviations after free rollers have turned back or broken away in a row."""
+        return self._after(self._event_alone(row), moved, None, inputs)
+
+    def _event_alone(self, row: int) -> "Event":
+        """The event in a row in which a step ends and the next one starts."""
+        motion = self.motion
+        given = np.array(motion.inputs[row])
+        if self.holds.spins is not None:
+            motion.deviations.views(given)["free_bearing"][...] = self.holds.spins.torques[row - 1]
+        before = motion.rates_in(motion.y[row], given, np.array(row - 1))
+        return Event(row, row - 1, row, np.stack([before, motion.rates[row]]), given)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after bearings have changed their modes between a row and the next.
@@ -150,21 +226,28 @@ class HoldDeviations:
         knot    (P,) by how much the time deviates at which a drive jumps there; None where none does
         inputs  (U, 1 + P) how fast the phase's inputs change, and their deviations
         """
-        before, after = self.holds.modes[row : row + 2]
+        before, after = self.modes[row : row + 2]
         changed = before != after
+        event = Event(row, row, row + 1, self.motion.rates[row : row + 2], self.motion.inputs[row])
         if not (changed & ((before == 0) | (after != 0))).any() and knot is None:
+            if not self._inputs_jump(row):
+                self._refuse_grazing(event, np.flatnonzero(changed))
             return self.projected(row + 1, moved)
-        rates = self.motion.rates[row : row + 2]
-        jump = rates[0] - rates[1]
-        if np.abs(jump[:3]).max() <= JUMPS * np.abs(rates[:, :3]).max():
+        return self._after(event, moved, knot, inputs)
+
+    def _after(self, event: "Event", moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
+        """(m, P) the deviations after an event at which rates jump."""
+        if not self._jumps(event.rates):
             return moved
+        row, before, after = event.row, self.modes[event.before], self.modes[event.after]
+        changed = before != after
         stopped = changed & (before != 0)
         if stopped.any():
-            times = self._times_of_stops(row, moved, np.flatnonzero(stopped))
+            times = self._times_of_stops(event, moved, np.flatnonzero(stopped))
         elif self._inputs_jump(row):
             times = np.zeros((1, len(self.columns))) if knot is None else knot[None]
         else:
-            times = self._times_of_release(row, moved, inputs)
+            times = self._times_of_release(event, moved, inputs)
         if stopped.any() and knot is not None:
             times = np.concatenate([times, knot[None]])
         apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
@@ -172,64 +255,130 @@ class HoldDeviations:
             names = ", ".join(np.array(self.columns.names)[apart])
             reason = f"several bearings stop or break away together, and apart where a number changes; by {names}"
             raise self._none(row, reason, changed)
-        return moved + jump[:, None] * times[0]
+        return moved + (event.rates[0] - event.rates[1])[:, None] * times[0]
+
+    def _jumps(self, rates: np.ndarray) -> bool:
+        """Whether rates (2, m) jump: those of nu, or of free rollers."""
+        parts = [rates[:, :3]] + ([rates[:, self._places_of_spins()]] if self.holds.spins is not None else [])
+        return any(np.abs(part[0] - part[1]).max() > JUMPS * np.abs(part).max() for part in parts)
 
     def _inputs_jump(self, row: int) -> bool:
         """Whether drives jump between a row and the next."""
+        if self.motion.starts_step[row]:
+            return False
         names = self.trajectory.effects.drives()
         own = [k for k, name in enumerate(names) if name not in self.holds.names]
         return not np.array_equal(*self.trajectory.drive[row : row + 2, own])
 
-    def _times_of_stops(self, row: int, moved: np.ndarray, which: np.ndarray) -> np.ndarray:
+    def _times_of_stops(self, event: "Event", moved: np.ndarray, which: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which the rates of turning bearings come to zero."""
-        rows, nu, rates = self.holds.rows[which], self.motion.y[row, :3], self.motion.rates[row, :3]
-        slopes = rows @ rates
-        slow = np.abs(slopes) <= GRAZES * np.linalg.norm(rows, axis=1) * np.linalg.norm(rates)
-        if slow.any():
-            raise self._none(row, "a bearing comes to rest and turns on without any acceleration", which[slow])
-        return -(rows @ moved[:3] + (self.turning_rows[:, which] @ nu).T) / slopes[:, None]
+        slopes, nu = self._refuse_grazing(event, which), self.motion.y[event.row, :3]
+        rests = self.holds.rows @ moved[:3] + (self.turning_rows @ nu).T
+        if self.holds.spins is not None:
+            rests = np.concatenate([rests, moved[self._places_of_spins()]])
+        return -rests[which] / slopes[:, None]
 
-    def _times_of_release(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(k, P) the same of the facets that are reached: of the power that they lack, excess = n . h - sum S |G n|."""
-        motion, holds = self.motion, self.holds
-        sticking = holds.modes[row] == 0
+    def _refuse_grazing(self, event: "Event", which: np.ndarray) -> np.ndarray:
+        """(k,) the accelerations with which some bearings (k,) come to zero; raises NoDerivativeError for none."""
+        rows, rates = self.holds.rows, event.rates[0]
+        slopes, fastest = rows @ rates[:3], np.linalg.norm(rows, axis=1) * np.linalg.norm(rates[:3])
+        if self.holds.spins is not None:
+            spins = rates[self._places_of_spins()]
+            slopes = np.append(slopes, spins)
+            fastest = np.append(fastest, np.full(len(spins), np.abs(spins).max()))
+        slow = which[np.abs(slopes[which]) <= GRAZES * fastest[which]]
+        if len(slow):
+            reason = "a bearing only just comes to rest, so that a change however small lets it turn on"
+            raise self._none(event.row, reason, slow)
+        return slopes[which]
+
+    def _times_of_release(self, event: "Event", moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """(k, P) the same of what is reached: facets, and the torques of free rollers."""
         columns = Columns(self.trajectory, self.columns.names, others=1)  # the first is that of the time
-        kernel = columns.kernel
-        force, rows = self._held(row, kernel, np.concatenate([motion.rates[row][:, None], moved], axis=1), inputs)
+        rates = np.concatenate([event.rates[0][:, None], moved], axis=1)
+        found = self._held(event, columns.kernel, rates, inputs)
+        parts = [self._slopes_of_facets(event, columns.kernel, found)]
+        if self.holds.spins is not None:
+            parts.append(self._slopes_of_spins(event, found["free_holding"]))
+        slopes, bounds = (np.concatenate(own) for own in zip(*parts, strict=True))
+        if not len(slopes) or not (slopes[:, 0] * self._time_of_hold(event) > GRAZES * bounds).all():
+            reason = (
+                "what holds a bearing only just comes to its bound, so that a change however small lets it stick on"
+            )
+            raise self._none(event.row, reason, self.modes[event.before] == 0)
+        return -slopes[:, 1:] / slopes[:, :1]
+
+    def _time_of_hold(self, event: "Event") -> float:
+        """For how long the bearings have had the modes before an event."""
+        other = np.flatnonzero((self.modes[: event.before + 1] != self.modes[event.before]).any(axis=1))
+        first = other[-1] + 1 if len(other) else 0
+        return float(self.trajectory.elapsed[event.row] - self.trajectory.elapsed[first])
+
+    def _slopes_of_facets(
+        self, event: "Event", kernel: TangentKernel, found: Mapping[str, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 1 + P) of the power that facets lack, excess = n . h - sum S |G n|, of those that are reached; and (k,)
+        what these take."""
+        sticking = self.holds.modes[event.before] == 0
+        if not sticking.any():
+            return np.zeros((0, 1 + len(self.columns))), np.zeros(0)
+        force, rows = found["held_force"], self._rows(kernel, found["chi"])
         rows, turning = rows.real[0][sticking], tangent_of(rows)[:, sticking]
-        bounds = holds.holding[sticking]
+        bounds = self.holds.holding[sticking]
         facets = Facets.of(rows, bounds)
         excess, slopes = facets.excess(force.real[0]), []
-        holding = np.concatenate([np.zeros((1, len(holds.sliding))), self.torques[1]])[:, sticking]
+        holding = np.concatenate([np.zeros((1, len(self.holds.sliding))), self.torques[1]])[:, sticking]
         reached = np.flatnonzero(excess >= -REACHED * facets.reach)
         for n, rates in zip(facets.normals[reached], facets.moved[reached], strict=True):
             rests = rates == 0
             turn = -np.einsum("ij,pj->pi", np.linalg.pinv(rows[rests]), turning[:, rests] @ n)
             faster = np.sign(rates) * (turning @ n + turn @ rows.T)
             slopes.append(tangent_of(force) @ n + turn @ force.real[0] - holding @ np.abs(rates) - faster @ bounds)
-        found = np.array(slopes)
-        if not len(found) or not (found[:, 0] > 0).all():
-            raise self._none(row, "what holds a bearing only just comes to its bound", sticking)
-        return -found[:, 1:] / found[:, :1]
+        return np.array(slopes).reshape(-1, 1 + len(self.columns)), facets.reach[reached]
+
+    def _slopes_of_spins(self, event: "Event", torques: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 1 + P) of |torque| - S of the free rollers that stick, of those that are reached; and (k,) S."""
+        spins = self.holds.spins
+        torques, bounds = torques.reshape(len(torques), -1), spins.holding.ravel()
+        own = np.abs(torques[0].real)
+        reached = (spins.modes[event.before] == 0).ravel() & (own >= (1 - REACHED) * bounds)
+        holding = np.concatenate([np.zeros((1, len(bounds))), self.torques_of_spins[1]])
+        return (np.sign(torques[0].real) * tangent_of(torques) - holding)[:, reached].T, bounds[reached]
 
     def _held(
-        self, row: int, kernel: TangentKernel, moved: np.ndarray, inputs: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(1 + P, 3) the force that holds what sticks, and (1 + P, B, 3) the rows, carrying tangents."""
-        motion, deviations = self.motion, self.motion.deviations
-        y = with_tangent(motion.y[row], motion.whole(moved.T))
-        given = with_tangent(motion.inputs[row], inputs.T)
-        for name, modes in zip(self.holds.names, np.split(self.holds.modes[row], len(self.holds.names)), strict=True):
-            given[:, deviations.views(np.arange(given.shape[1]))[name][modes == 0]] = 0.0
-        turned = np.concatenate([np.zeros((1, 3, 3)), self.turning[self.holds.which[row]]])
-        held = self.holds.at(np.array(row))
-        known: Mapping = {
-            "directions": with_tangent(held["directions"], turned.reshape(-1, 9)), "absent": held["absent"]
-        }  # fmt: skip
-        found = deviations.known_of(kernel, y, given, known)
-        return found["held_force"], self._rows(kernel, found["chi"])
+        self, event: "Event", kernel: TangentKernel, moved: np.ndarray, inputs: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """What generated functions give of the state at the event, carrying tangents, with what sticks before it."""
+        motion, deviations, before = self.motion, self.motion.deviations, np.array(event.before)
+        y = with_tangent(motion.y[event.row], motion.whole(moved.T))
+        given = with_tangent(event.inputs, inputs.T)
+        modes = self.holds.modes[event.before]
+        for name, own in zip(self.holds.names, np.split(modes, len(self.holds.names)), strict=True):
+            given[:, deviations.views(np.arange(given.shape[1]))[name][own == 0]] = 0.0
+        turned = np.concatenate([np.zeros((1, 3, 3)), self.turning[self.holds.which[event.before]]])
+        held = self.holds.at(before)
+        known = held | {"directions": with_tangent(held["directions"], turned.reshape(-1, 9))}
+        return deviations.known_of(kernel, y, given, known)
 
     def _none(self, row: int, reason: str, bearings: np.ndarray) -> NoDerivativeError:
         places = np.flatnonzero(bearings) if bearings.dtype == bool else bearings
-        wheels = tuple(sorted({int(place) % self.wheels for place in places}))
-        return NoDerivativeError(reason, t=float(self.trajectory.t[row]), wheels=wheels)
+        plane, slots = len(self.holds.sliding), self.plain.rollers_per_wheel - 1
+        wheels = {int(place) % self.wheels if place < plane else int(place - plane) // slots for place in places}
+        return NoDerivativeError(reason, t=float(self.trajectory.t[row]), wheels=tuple(sorted(wheels)))
+
+
+@dataclass(frozen=True)
+class Event:
+    """An instant at which bearings change their modes.
+
+    row            of its state
+    before, after  rows that have the modes before and after it
+    rates          (2, m) of what deviates, before and after it
+    inputs         (U,) what the phase before it was given
+    """
+
+    row: int
+    before: int
+    after: int
+    rates: np.ndarray
+    inputs: np.ndarray

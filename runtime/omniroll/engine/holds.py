@@ -2,13 +2,15 @@
 
 Bearings are those whose rates follow from nu: of the axles, then of the rollers in contact, where these may stick. The
 direction of such a rate in nu never changes (sticking_bearings.py). So where some stick, nu has the directions that are
-the columns of A with G A = 0, whatever the state is.
+the columns of A with G A = 0, whatever the state is. Those of free rollers are in spin_holds.py.
 """
 
 import numpy as np
 
 from omniroll.effects.complementarity import span
 from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.effects.sticking_bearings import StickingBearings
+from omniroll.engine.spin_holds import SpinHolds
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.trajectory import Trajectory
 
@@ -34,6 +36,7 @@ class Holds:
     which     (T,) the place of each row's set
     allowed   (H, 3, 3) A of each set, columns; 0 where there are fewer
     absent    (H, 3) 1 for each column that is 0, else 0
+    spins     the bearings of free rollers, where these may stick; else None
     """
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, names: tuple[str, ...]):
@@ -41,7 +44,11 @@ class Holds:
         effects = trajectory.effects.effects
         found = [effect.axles(plain) or effect.sticking_bearings(plain) for effect in effects]
         self.place, bearings = next((k, own) for k, own in enumerate(found) if own is not None)
-        self.rows, self.sliding, self.holding = bearings.rows, bearings.sliding, bearings.holding
+        self.rows, count = bearings.rows, len(bearings.rows)
+        self.sliding, self.holding = bearings.sliding[:count], bearings.holding[:count]
+        self.spins = None
+        if isinstance(bearings, StickingBearings) and plain.has_spins:
+            self.spins = SpinHolds(trajectory, bearings, trajectory.effects.state_vector(plain).slices["spins"])
         self.modes = self._modes(trajectory)
         self.sets, which = np.unique(self.modes == 0, axis=0, return_inverse=True)
         self.which = which.reshape(-1)
@@ -68,9 +75,11 @@ class Holds:
         return modes.astype(int)
 
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
-        """What generated functions take of the sets in rows (...), by name: directions (..., 9), absent (..., 3)."""
+        """What generated functions take of what sticks in rows (...), by name: directions (..., 9), absent (..., 3);
+        free_sticks (..., N, n-1) where free rollers may stick."""
         sets = self.which[rows]
-        return {"directions": self.allowed[sets].reshape(*sets.shape, 9), "absent": self.absent[sets]}
+        found = {"directions": self.allowed[sets].reshape(*sets.shape, 9), "absent": self.absent[sets]}
+        return found if self.spins is None else found | {"free_sticks": (self.spins.modes[rows] == 0).astype(float)}
 
 
 def directions_left(rows: np.ndarray) -> np.ndarray:

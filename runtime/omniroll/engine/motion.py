@@ -28,12 +28,14 @@ class Motion:
 
     @cached_property
     def axial(self) -> np.ndarray | None:
-        """(T, N, n) axial speeds of the rollers by physical number; 0 for those in contact."""
+        """(T, N, n) axial speeds of the rollers by physical number; 0 for those in contact
+        where they roll."""
         if not self.plain.has_spins:
             return None
         found = self.trajectory
         free = self.plain.axial_speeds(found.nu, found.chi, found.spins)
-        return by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), found.contact)
+        own = self.vector.view(self.y, "contact_omega") if self.plain.slips else np.zeros_like(free[..., 0])
+        return by_roller(np.concatenate([own[..., None], free], axis=-1), found.contact)
 
     @cached_property
     def holds(self) -> Holds | None:
@@ -50,6 +52,8 @@ class Motion:
             given["momenta"] = self.plain.momenta(
                 self.plain.axial_speeds(trajectory.nu, trajectory.chi, trajectory.spins)
             )
+        if "free_bearing" in shapes:
+            given["free_bearing"] = self.holds.spins.torques
         return self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
 
     @cached_property

@@ -95,7 +95,8 @@ class Passage:
         return tangent_of(y)[..., self.deviations.state]
 
     def state(self, y: np.ndarray, contact: np.ndarray, axial: np.ndarray | None) -> State:
-        return State(*(self.vector.view(y, name) for name in ("nu", "chi", "pose")), contact, axial)
+        state = State(*(self.vector.view(y, name) for name in ("nu", "chi", "pose")), contact, axial)
+        return self.effects.state_at(self.vector, y, state)
 
     def whole(self, y: np.ndarray, state: State, bound: Kernel) -> np.ndarray:
         """y (..., size) of a state in which what the effects integrate begins anew; what they have done stays."""

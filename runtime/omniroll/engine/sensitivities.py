@@ -13,7 +13,7 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -251,9 +251,11 @@ class Sweep:
         """The walk has come to a row: for those who look at phases."""
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
-        """A step begins with deviations (m, P), which are changed where bearings stick from now on: samples are due."""
+        """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
+        if self.holds is not None and self.holds.turns_alone[row]:
+            moved[:] = self.holds.turned(row, moved, self.inputs_at(row))
         if self.holds is not None and self.holds.enters[row]:
-            moved[:] = self.holds.projected(row, moved)
+            moved[:] = self.holds.entered(row, moved)
         while self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
@@ -291,7 +293,8 @@ class Sweep:
             return found
         first = trajectory.step_rows[step]
         length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
-        found[:, 0] = (self.motion.inputs[first + 1] - self.motion.inputs[first]) / length
+        moving = slice(self.moving)
+        found[moving, 0] = (self.motion.inputs[first + 1, moving] - self.motion.inputs[first, moving]) / length
         found[:, 1:] = self.inputs[step, :size]
         found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
         return found
@@ -376,10 +379,21 @@ class Sweep:
         if spins is not None:
             free = kernel.axial_speeds(nu, chi, spins)
             axial = by_roller(np.concatenate([np.zeros_like(free[..., :1]), free], axis=-1), trajectory.contact[:1])
-        state = State(nu, chi, pose, trajectory.contact[:1], axial)
+        state = self._begun(State(nu, chi, pose, trajectory.contact[:1], axial))
         y = self.passage.whole(self.motion.y[0], state, kernel)
-        own = None if axial is None else tangent_of(axial).reshape(len(self.columns), -1).T
+        own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         return self.passage.deviation(y).T, own
+
+    def _begun(self, state: State) -> State:
+        """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
+        columns, effects = self.columns, self.trajectory.effects
+        state = effects.begin(columns.kernel, state)
+        for (_, name), moved in columns.signals.items():
+            if name == "wheel_rates":
+                state = replace(state, rates=with_tangent(state.rates, moved))
+            elif name == "contact_spins":
+                state = state.with_contact_axial(with_tangent(state.contact_axial(), moved))
+        return state
 
     def _give(self, row: int, end: int) -> None:
         """Put down what drives give in the steps from this row up to another: until then no sample is due."""
@@ -400,6 +414,9 @@ class Sweep:
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
                 self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
+        if self.holds is not None and self.deviations.spins_stick:
+            given = self.holds.given_to_spins(rows).reshape(len(rows), len(self.columns), -1)
+            self.inputs[first:last, self.moving : self.deviations.input_size] = given.swapaxes(1, 2)
 
     @cached_property
     def drives(self) -> DriveDeviations:
@@ -443,7 +460,8 @@ class Sweep:
         return None if self.axial is None else self.axial[self.phase].reshape(len(self.columns), -1).T
 
     def _refuse_impacts(self, before: Instant, parted: np.ndarray, wheels: np.ndarray) -> None:
-        if self.trajectory.switching == "impact" and self.motion.plain.roller_model != "massless":
+        plain = self.motion.plain
+        if self.trajectory.switching == "impact" and plain.roller_model != "massless" and not plain.slips:
             names = ", ".join(np.array(self.columns.names)[parted])
             reason = f"they switch together, and impacts one after the other make another motion; by {names}"
             raise self._no_derivative(before, reason, wheels)

@@ -14,7 +14,7 @@ from math import prod
 import numpy as np
 from numpy.polynomial import legendre
 
-from omniroll.effects.bound_rates import HELD, PLAIN, PLAIN_RATES, dynamics_with
+from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
@@ -73,8 +73,9 @@ class Deviations:
     rates      names of the quantities that are integrated, and of the rates that the generated functions give them
     state      (m,) their places in y
     inputs     names and shapes of what a phase is given: what the drives give, and the momenta of free rollers where
-               they are constant
-    sticking   names of those inputs that are torques of bearings which may stick
+               they are constant, the torques of their bearings where they may stick
+    sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
+    spins_stick  whether free rollers may stick as well
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -89,11 +90,15 @@ class Deviations:
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
+        self.spins_stick = bound.rollers_stick and bound.has_spins
+        if self.spins_stick:
+            self.inputs["free_bearing"] = vector.shapes["spins"]
         self.sticking = tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
-        functions = dict.fromkeys((*asked, dynamics_with(asked), *PLAIN))
+        functions = dict.fromkeys((*asked, *(PLAIN[1:] if bound.slips else (dynamics_with(asked), *PLAIN))))
         if self.sticking:
-            functions = dict.fromkeys(HELD.get(name, name) for name in functions)
+            held = HELD_WITH_SPINS if self.spins_stick else HELD
+            functions = dict.fromkeys(held.get(name, name) for name in functions)
         self.functions = self._needed(bound, functions)
 
     def _needed(self, bound: Kernel, functions: Iterable[str]) -> tuple[str, ...]:
@@ -231,7 +236,8 @@ class Variations:
         y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), np.tile(nodes, count))
         inputs = np.repeat(self.inputs[rows], s, axis=0)
         if moving:
-            inputs = inputs + np.tile(nodes, count)[:, None] * (np.repeat(self.inputs[rows + 1], s, axis=0) - inputs)
+            change = np.repeat(self.inputs[rows + 1, :moving] - self.inputs[rows, :moving], s, axis=0)
+            inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
         held, turning = self.held(np.repeat(rows, s))
         slopes = self.slopes.at(y, inputs, held).reshape(count, s, size, -1)
         G = np.zeros((count, s, *self.width))

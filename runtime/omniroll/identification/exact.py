@@ -48,10 +48,11 @@ def _by_correction(number: str, true: Readings) -> Readings:
 
 
 def _known(run: Trajectory, wanted: set[str]) -> set[str] | None:
-    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, or where
-    bearings may stick: between rows the torques that hold them are known, and not their derivatives."""
+    """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, and where
+    what instruments read is not followed: bearings may stick, and between rows the torques that hold them are known,
+    not their derivatives; or wheels may slip, whose rates are states of their own."""
     plain, effects = run.effects.kernel(run.vehicle, run.roller_model, "python"), run.effects.effects
-    if bearings_that_stick(run.effects):
+    if bearings_that_stick(run.effects) or plain.slips:
         return None
     try:
         refuse_what_is_not_followed(effects, plain)

@@ -38,6 +38,12 @@ def contact_loads(places: np.ndarray, sums: np.ndarray) -> np.ndarray:
     return loads
 
 
+def least_loads(places: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """The same (N,) of one sum (3,) where no contact pulls, on numbers that may carry tangents."""
+    matrix = np.vstack([np.ones(len(places)), places.T])
+    return matrix.T @ np.linalg.solve(matrix @ matrix.T, sums)
+
+
 def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """The loads >= 0 of least norm, or `loads` where there are none.
 

@@ -52,10 +52,16 @@ class State:
 
     def contact_axial(self) -> np.ndarray:
         """(N,) the axial speeds of the rollers in contact, where they may slip."""
+        if self.axial.ndim > 2 or self.contact.ndim > 1:
+            return by_place(self.axial, self.contact)[..., 0]
         return self.axial[np.arange(len(self.contact)), self.contact]
 
     def with_contact_axial(self, axial: np.ndarray) -> "State":
         """The state with other axial speeds of the rollers in contact, (N,)."""
+        if self.axial.ndim > 2 or self.contact.ndim > 1:
+            free = by_place(self.axial, self.contact)[..., 1:]
+            both = np.concatenate([np.broadcast_to(axial, free.shape[:-1])[..., None], free], axis=-1)
+            return replace(self, axial=by_roller(both, self.contact))
         changed = self.axial.copy()
         changed[np.arange(len(self.contact)), self.contact] = axial
         return replace(self, axial=changed)

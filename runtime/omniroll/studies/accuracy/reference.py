@@ -74,11 +74,11 @@ def flint_module() -> Any:
 
 
 @contextmanager
-def digits() -> Iterator[None]:
+def digits(count: int = DIGITS, order: int = ORDER) -> Iterator[None]:
     """The working precision of python-flint, which is global to it; put back afterwards."""
     context = flint_module().ctx
     before = context.prec, context.cap
-    context.dps, context.cap = DIGITS, ORDER + 1
+    context.dps, context.cap = count, order + 1
     try:
         yield
     finally:
@@ -86,29 +86,35 @@ def digits() -> Iterator[None]:
 
 
 class Taylor:
-    """Steps by Taylor series of python-flint's balls, whose midpoints are taken. Use it inside digits()."""
+    """Steps by Taylor series of python-flint's balls, whose midpoints are taken. Use it inside digits().
+
+    mechanics  other than those of the task
+    order      of the series
+    error      of a step, relative; None: TAYLOR_ERROR
+    """
 
     probes = 12
 
-    def __init__(self, task: Task):
+    def __init__(self, task: Task, mechanics: Mechanics | None = None, order: int = ORDER, error: float | None = None):
         self.flint = flint = flint_module()
-        self.mechanics = Mechanics(task, flint.arb)
+        self.mechanics = Mechanics(task, flint.arb) if mechanics is None else mechanics
+        self.order, self.error = order, TAYLOR_ERROR if error is None else error
 
     def step(self, y: list, limit: Any) -> tuple[Any, Callable[[Any], list]]:
         """A step's length, at most `limit`, and y at any time within it."""
         series = self.flint.arb_series
         coefficients = [[value] for value in y]
-        for k in range(ORDER):
+        for k in range(self.order):
             now = [series(c, k + 1) for c in coefficients]
             for c, rate in zip(coefficients, self.mechanics.rates(now), strict=True):
                 c.append(series(rate)[k].mid() / (k + 1))
         h = float(limit)
         size = max(float(self.mechanics.joint), *(abs(float(value)) for value in y))  # a vehicle may start from rest
         for c in coefficients:
-            for order in (ORDER - 1, ORDER):
+            for order in (self.order - 1, self.order):
                 last = abs(float(c[order]))
                 if last > 0:
-                    h = min(h, 0.9 * (TAYLOR_ERROR * size / last) ** (1 / order))
+                    h = min(h, 0.9 * (self.error * size / last) ** (1 / order))
 
         def at(time: Any) -> list:
             return [horner(c, time).mid() for c in coefficients]
@@ -178,6 +184,13 @@ class Extrapolated:
 def follow(method: Taylor | Extrapolated, task: Task, times: np.ndarray) -> Reference:
     """The motion of `task` from its start, by a method; samples at `times` counted from there, which rise."""
     return _Following(method, task, times).reference()
+
+
+def end_of(method: Taylor | Extrapolated, task: Task) -> tuple[list, Any]:
+    """y and the free rollers' axial speeds at the end of the motion of `task`, in the method's own numbers."""
+    following = _Following(method, task, np.zeros(0))
+    following.reference()
+    return following.y, following.axial
 
 
 class _Following:

@@ -1,0 +1,118 @@
+"""Sensitivities of runs whose wheels slip under smooth laws of the ground, against differences of runs."""
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, Contact, InvalidValueError, Motor, OneSidedWarning, Slope
+from omniroll.engine.motion import Motion
+from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, motion
+from tests.sensitivities.test_runs import TIED, check
+
+VISCOUS = Contact((40.0, 30.0), wheel_rates=(3.0, -2.0, 1.0))
+REGULARISED = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05)
+NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "pose[2]": 1e-4, "mass": 1e-3, "wheel_inertia": 1e-6, "wheel_radius": 1e-6,
+           "platform_radius": 1e-5, "wheel_angles[1]": 1e-5}  # fmt: skip
+OF_FREE = {"spins[1][2]": 1e-3, "roller_inertia": 1e-9, "roller_axis_radius": 1e-6}
+OF_LAWS = {
+    VISCOUS: {"coefficient[0]": 1e-3, "coefficient[1]": 1e-3, "coefficient": 1e-3, "wheel_rates[1]": 1e-3},
+    REGULARISED: {"friction[0]": 1e-5, "friction[1]": 1e-5, "speed": 1e-6},
+}
+SPINNING = Contact((40.0, 30.0), contact_spins=(1.0, -20.0, 5.0))
+GIVEN = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, load=(10.0, 12.0, 9.0))
+MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, current_limit=1.0)
+FOUR = VEHICLE.replace(wheels=4, wheel_angles=(0.7, 2.3, 3.9, 5.6), center_of_mass=(0.01, -0.005))
+FOUR_START = {"chi": (0.1, -0.2, 0.15, 0.05)}
+ELSEWHERE = {
+    "spins": (Case("free", effects=(SPINNING,)), {"contact_spins[1]": 1e-3, "nu[0]": 1e-4}),
+    "loads": (Case("free", effects=(GIVEN,)), {"load[1]": 1e-4, "mass": 1e-3}),
+    "four": (Case("massless", vehicle=FOUR, effects=(REGULARISED,), start=FOUR_START),
+             {"mass": 1e-3, "platform_radius": 1e-5, "wheel_angles[2]": 1e-5, "center_of_mass[0]": 1e-5}),
+    "motor": (Case("free", effects=(VISCOUS, MOTOR)), {"voltage[1]": 1e-4, "current_limit": 1e-4, "mass": 1e-3}),
+    "slope": (Case("massless", effects=(VISCOUS, Slope(0.1, 0.4))), {"angle": 1e-4, "pose[2]": 4e-4}),
+    "bearings": (Case("free", effects=(VISCOUS, Bearings(wheel_viscous=1e-3, roller_viscous=1e-5))),
+                 {"wheel_viscous[1]": 1e-6, "roller_viscous": 1e-8, "nu[0]": 1e-4}),
+}  # fmt: skip
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", [VISCOUS, REGULARISED], ids=["viscous", "regularised"])
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_they_are_the_differences_of_runs(roller_model, law):
+    """A switch jumps in the rates alone: the roller that comes into contact has the speed that it has."""
+    case = Case(roller_model, effects=(law,))
+    check(case, NUMBERS | OF_LAWS[law] | (OF_FREE if roller_model == "free" else {}), switches=2)
+    check(case, {"nu[0]": 1e-4, "mass": 1e-3}, t=0.637, switches=2)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case, changes", ELSEWHERE.values(), ids=ELSEWHERE)
+def test_with_other_numbers_and_effects(case, changes):
+    check(case, changes)
+
+
+@pytest.mark.long
+def test_wheels_that_switch_together_have_one_derivative_whatever_their_order(recwarn):
+    """No speed jumps at a switch, so that no order of the wheels makes a difference, under `impact` as well. The second
+    derivatives do differ, so that differences are taken on each side."""
+    case = Case("free", "impact", effects=(Contact(40.0),), start=TIED, duration=1.3)
+    assert len(set(case.run().switches.t)) == 1 and len(case.run().switches) == 3
+    run = case.run(sensitivities=("chi[0]",))
+
+    def one_sided(by):
+        ends = [motion(case.changed("chi[0]", by * part).run()) for part in (0, 0.5, 1)]
+        return (4 * ends[1] - ends[2] - 3 * ends[0]) / by
+
+    for by in (1e-5, -1e-5):
+        expected = (4 * one_sided(by / 2) - one_sided(by)) / 3
+        assert np.abs(derivative(run, "chi[0]") - expected).max() < 1e-5
+    assert not [w for w in recwarn if w.category is OneSidedWarning]
+
+
+@pytest.mark.long
+def test_backwards_in_sessions_and_on_the_python_engine_they_are_the_same():
+    case, names = Case("free", effects=(VISCOUS,)), ("nu[0]", "chi[1]", "mass", "coefficient[0]", "spins[1][2]")
+    run, weights, times = case.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]]), np.array([0.33, 0.9])
+    found = omniroll.gradient(run, names, times, pose=weights)
+    other = case.run(engine="python", accuracy=1e-11, sensitivities=names)
+    session = omniroll.Session(
+        VEHICLE, **START, spins=SPINS, roller_model="free", effects=case.effects, accuracy=1e-12, sensitivities=names
+    )
+    for step in (0.1, 0.003, 0.4, 0.297, 0.2):
+        session.step(step)
+    for name in names:
+        forwards = (weights * run.sensitivity(name, times).pose).sum()
+        assert found[name] == pytest.approx(forwards, rel=1e-11)
+        own = derivative(run, name)
+        assert np.abs(own - derivative(other, name)).max() <= 1e-8 * np.abs(own).max()
+        stepped = session.sensitivity(name)
+        parts = np.concatenate([getattr(stepped, part).ravel() for part in ("nu", "chi", "pose", "spins")])
+        assert np.abs(parts - own).max() <= 1e-9 * np.abs(own).max()
+
+
+def test_a_strong_ground_is_rolling():
+    """The derivatives come to those of rolling as the coefficient grows, as the motion does: at a distance of 1/C."""
+    rolling = derivative(Case("massless").run(sensitivities=("nu[0]",)), "nu[0]")
+    apart = []
+    for coefficient in (1e4, 2e4):
+        case = Case("massless", effects=(Contact(coefficient),))
+        own = derivative(case.run(sensitivities=("nu[0]",), accuracy=1e-12), "nu[0]")
+        apart.append(np.abs(own - rolling).max())
+    assert apart[1] == pytest.approx(apart[0] / 2, rel=0.02) and apart[0] < 1e-2
+
+
+@pytest.mark.parametrize(
+    "contact",
+    [Contact(law="coulomb", friction=0.3), Contact(40.0, loads="dynamic", height=0.05)],
+    ids=["coulomb", "loads"],
+)
+def test_what_sticks_on_the_ground_and_loads_that_follow_are_refused(contact):
+    with pytest.raises(InvalidValueError, match="not followed"):
+        Case("massless", effects=(contact,)).run(sensitivities=("mass",))
+
+
+def test_names_of_numbers_that_the_law_does_not_have():
+    for effect, name in ((VISCOUS, "friction"), (REGULARISED, "load"), (REGULARISED, "coefficient[0]")):
+        with pytest.raises(InvalidValueError, match="is no number of this run"):
+            Case("massless", effects=(effect,)).run(sensitivities=(name,))
+    assert Motion(Case("massless", effects=(VISCOUS,)).run()).plain.slips
