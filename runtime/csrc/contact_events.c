@@ -132,8 +132,8 @@ ALWAYS_INLINE double change_at_end(const step_t *s, int i, double *rate)
     return value;
 }
 
-/* Whether a slip that is `beyond` rest at the step's end was before it at the start. It has come to rest inside the step
- * then, also where it turns back at the end, so that its rate there is zero. */
+/* Whether a slip that is `beyond` rest at the step's end was before it at the start. It has come to rest inside the
+ * step then, also where it turns back at the end, so that its rate there is zero. */
 ALWAYS_INLINE int has_passed_rest(const step_t *s, int i, double beyond)
 {
     double along = s->toward[2*i + 1].node[0]*s->slip_start[2*i + 1];
