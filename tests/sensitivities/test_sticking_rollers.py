@@ -5,6 +5,7 @@ import pytest
 
 import omniroll
 from omniroll import Bearings, InvalidValueError, NoDerivativeError, Torque, TorqueTable
+from omniroll.engine import variations
 from omniroll.engine.motion import Motion
 from tests.sensitivities.differences import Case, derivative
 from tests.sensitivities.test_runs import HELD, check
@@ -111,3 +112,25 @@ def test_a_spin_that_friction_takes_at_once_does_nothing():
 def test_linear_models_of_them_are_still_refused():
     with pytest.raises(InvalidValueError, match="stick"):
         omniroll.linearise(omniroll.Vehicle.paper(), nu=(1, 0, 0), roller_model="free", effects=[RUBBING])
+
+
+@pytest.mark.long
+def test_sweeps_find_what_one_linear_system_finds(monkeypatch):
+    """The deviations of a step: of ordinary rates by sweeps alone, which break off where rates are fast."""
+    options = {"nu": (1, 0.3, 0.8), "duration": 2, "effects": [RUBBING]}
+    names = ("mass", "nu[0]", "roller_coulomb")
+
+    def followed():
+        run = omniroll.simulate(omniroll.Vehicle.paper(), **options, sensitivities=names)
+        return np.array([[*run.sensitivity(name).nu[-1], *run.sensitivity(name).pose[-1]] for name in names])
+
+    at_once, asked = variations._at_once, []
+    monkeypatch.setattr(variations, "_at_once", lambda *parts: asked.append(len(parts[0])) or at_once(*parts))
+    by_sweeps = followed()
+    assert not asked
+    monkeypatch.setattr(variations, "MOST_SWEEPS", 0)
+    assert by_sweeps == pytest.approx(followed(), rel=1e-11, abs=1e-13 * np.abs(by_sweeps).max())
+    assert asked
+    fast = np.full((1, 2, 1, 1), 1e3)
+    _, found = variations._by_sweeps(fast, lambda x: -1e3 * x)
+    assert not found.any()

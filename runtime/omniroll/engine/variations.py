@@ -2,8 +2,9 @@
 
 Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp: a linear equation, whose
 coefficients are evaluated at the nodes of a Gauss formula on each step, for many steps at once. Collocation at these
-nodes then is one linear system a step. It gives the deviation at the nodes, and at any time, as a linear function of
-what it is at the step's start, of the inputs' deviations and of the numbers'.
+nodes then is one linear system a step, which a few sweeps solve unless rates are fast. It gives the deviation at the
+nodes, and at any time, as a linear function of what it is at the step's start, of the inputs' deviations and of the
+numbers'.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -25,6 +26,11 @@ from omniroll.results.trajectory import Trajectory
 
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
+MOST_SWEEPS = 30  # of a step whose deviations are found by sweeps
+ENOUGH, RISES = (
+    2.0**-53,
+    16.0,
+)  # times the largest number of a column: a change that ends the sweeps, and one that is too large
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
 Held = Callable[[np.ndarray], tuple[Mapping, Mapping]]  # see Variations
@@ -270,24 +276,22 @@ class Variations:
         """
         count, s, size = A.shape[:3]
         core, carried = self.deviations.core, self.deviations.carried
-        wide = s * len(core)
 
         def integral(rates: np.ndarray) -> np.ndarray:
             return (to_nodes @ rates.reshape(count, s, -1)).reshape(rates.shape)
 
         to_core, of_core = A[:, :, core[:, None], carried], A[:, :, carried[:, None], core]
+        of_itself = A[:, :, core[:, None], core]
         start = np.eye(size, size + G.shape[-1])
         forced = np.zeros((count, s, size, size + G.shape[-1]))
         forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        # What the core at node k does to the carried at node j, and by it to the core's rates there.
-        over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
-        felt = (to_core @ over.reshape(count, s, len(carried), wide)).reshape(count, s, len(core), s, len(core))
-        felt[:, range(s), :, range(s)] += A[:, :, core[:, None], core].swapaxes(0, 1)
-        system = np.eye(wide) - integral(felt).reshape(count, wide, wide)
+        solved, found = _by_sweeps(right, lambda x: integral(to_core @ integral(of_core @ x) + of_itself @ x))
+        slow = np.flatnonzero(~found)
+        if slow.size:
+            solved[slow] = _at_once(right[slow], to_nodes[slow], to_core[slow], of_core[slow], of_itself[slow])
         at_nodes = np.zeros_like(forced)
-        solved = np.linalg.solve(system, right.reshape(count, wide, -1)).reshape(right.shape)
         at_nodes[:, :, core] = solved
         at_nodes[:, :, carried] = known + integral(of_core @ solved)
         return np.add(forced, A @ at_nodes, out=forced)
@@ -324,3 +328,37 @@ class Variations:
                 found[here] = np.einsum("ks,ksmp->kmp", weights, rates[back[here] - done])
                 done += len(own)
         return found
+
+
+def _by_sweeps(right: np.ndarray, felt: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(l, s, c, w) x = right + felt(x) of l steps, and (l,) bool of which it was found.
+
+    What is felt is an integral from the step's start, so that the changes fall as a power over a factorial. Where those
+    of a column rise first, rates are fast, and what the changes cancel would have cost digits.
+    """
+    found, change, size = right.copy(), right, np.abs(right).max(axis=(1, 2))
+    rises, is_found = np.zeros(len(right), bool), np.zeros(len(right), bool)
+    with np.errstate(over="ignore", invalid="ignore"):  # of those that rise
+        for _ in range(MOST_SWEEPS):
+            change = felt(change)
+            found += change
+            largest = np.abs(change).max(axis=(1, 2))
+            rises |= ~(largest <= RISES * size).all(axis=1)
+            is_found = (largest <= ENOUGH * size).all(axis=1) & ~rises
+            if (is_found | rises).all():
+                break
+    return found, is_found
+
+
+def _at_once(
+    right: np.ndarray, to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray
+) -> np.ndarray:
+    """The same by one linear system a step."""
+    count, s, size, _ = right.shape
+    wide, carried = s * size, of_core.shape[2]
+    # What the core at node k does to the carried at node j, and by it to the core's rates there.
+    over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
+    felt = (to_core @ over.reshape(count, s, carried, wide)).reshape(count, s, size, s, size)
+    felt[:, range(s), :, range(s)] += of_itself.swapaxes(0, 1)
+    system = np.eye(wide) - (to_nodes @ felt.reshape(count, s, -1)).reshape(count, wide, wide)
+    return np.linalg.solve(system, right.reshape(count, wide, -1)).reshape(right.shape)
