@@ -12,6 +12,7 @@
 #define EPS 2.220446049250313e-16
 #define PASSED 16
 
+#include "linear.c"
 #include "complementarity.c"
 
 static void read(double *numbers, int count)

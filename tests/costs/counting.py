@@ -21,6 +21,7 @@ from typing import Any
 
 import cffi
 
+from omniroll.engine import simulate as simulating
 from omniroll.engine.compiled_engine import CompiledRun
 from omniroll.engine.compiled_variations import CompiledVariations
 from omniroll.engine.simulate import checked_task, simulate
@@ -78,7 +79,8 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
 
 
 def counted_with_sensitivities(module: str, name: str) -> tuple[int, int]:
-    """Instructions of a run whose task asks for sensitivities, with its control, and of following its deviations."""
+    """Instructions of a run whose task asks for sensitivities, with its control, and of following its deviations: what
+    `simulate` does for them, in C and in Python."""
     _, texts = under_callgrind(module, [name])
     return _instructions(texts[name + CONTROLLED]), _instructions(texts[name + FOLLOWED])
 
@@ -124,8 +126,8 @@ class CountedEngine:
         return self._marks.lib.counted_call(*(self._marks.ffi.cast("void *", place) for place in places))
 
 
-def count_calls(kind: type, name: str, task: Mapping, marks: SimpleNamespace) -> None:
-    """Simulate, and count what a method of this name does."""
+def count_calls(kind: Any, name: str, task: Mapping, marks: SimpleNamespace) -> None:
+    """Simulate, and count what a method or a module's function of this name does."""
     own = getattr(kind, name)
 
     def counted_call(*given) -> Any:
@@ -173,7 +175,7 @@ def main(marks_library: str, module: str, *names: str) -> None:
         found[name] = run(task(name), marks)
         marks.lib.write_down(name.encode())
         if "sensitivities" in task(name):
-            count_calls(CompiledRun, "advance", task(name) | {"sensitivities": ()}, marks)
+            count_calls(simulating, "controlled_run", task(name) | {"sensitivities": ()}, marks)
             marks.lib.write_down((name + CONTROLLED).encode())
             count_calls(CompiledVariations, "follow", task(name), marks)
             marks.lib.write_down((name + FOLLOWED).encode())
