@@ -1,6 +1,6 @@
 /* Many runs that go on in one call: part of run.c. */
 
-/* Runs of any vehicles of a set, one after the other: the caller waits for its interpreter's lock once. */
+/* Runs of any vehicles of a set, one after the other. */
 void omniroll_run_each(long long count, omniroll_run_t *const *runs, const omniroll_model *const *models,
                        int *statuses)
 {

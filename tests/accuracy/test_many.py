@@ -304,3 +304,29 @@ def test_times_of_more_axes_than_one_are_refused(depth):
         nested = [nested]
     with pytest.raises(omniroll.InvalidValueError, match="times = .*must"):
         simulate_many(PAPER, nu=NU[:2], duration=1, times=nested)
+
+
+def test_threads_take_turns_but_for_the_engines_calls(monkeypatch):
+    turn, seen = threading.Lock(), []
+    monkeypatch.setattr(works, "_called", lambda calls: seen.append(turn.locked()) or [0])
+
+    def work():
+        for _ in range(2):
+            seen.append(turn.locked())
+            yield ["a call"]
+        return "found"
+
+    assert works.result_of(work(), turn) == "found"
+    assert seen == [True, False, True, False]
+
+
+def test_a_function_sees_a_run_after_its_control():
+    """What it keeps is that of one run at a time."""
+    times = []
+
+    def function(time, state):
+        times.append(time)
+        return np.zeros(3)
+
+    omniroll.simulate(PAPER, nu=(1, 0, 1), duration=0.5, effects=[FunctionController(function, 0.1)])
+    assert len(times) > 8 and (np.diff(times) < 0).sum() == 1

@@ -116,3 +116,17 @@ def test_names_of_numbers_that_the_law_does_not_have():
         with pytest.raises(InvalidValueError, match="is no number of this run"):
             Case("massless", effects=(effect,)).run(sensitivities=(name,))
     assert Motion(Case("massless", effects=(VISCOUS,)).run()).plain.slips
+
+
+def test_a_contact_that_carries_nothing_has_no_part_in_the_slopes_of_the_others():
+    """The centre of mass of four wheels so far ahead that the load of the wheel behind would pull."""
+    ground = Contact(law="regularised", friction=0.3, speed=0.05)
+
+    def loads(mass):
+        vehicle = omniroll.Vehicle.paper(4, 5).replace(mass=mass, center_of_mass=(0.1, 0.0))
+        return vehicle, np.array(ground.constants(vehicle)["contact_load"])
+
+    vehicle, own = loads(1.0)
+    assert (own == 0).sum() == 1
+    slopes = ground.constants_along(vehicle, {"mass": np.ones(())})["contact_load"]
+    assert np.ravel(slopes) == pytest.approx((loads(1.5)[1] - loads(0.5)[1]), rel=1e-12, abs=1e-14)

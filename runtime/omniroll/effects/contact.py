@@ -23,7 +23,7 @@ from omniroll.generated.python import parts as generated_parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.vehicles import parts
-from omniroll.vehicles.loads import contact_loads, least_loads, refuse_collinear
+from omniroll.vehicles.loads import contact_loads, loads_carried, refuse_collinear
 from omniroll.vehicles.state import State
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import CONTACT, STANDARD_GRAVITY, documented
@@ -42,6 +42,7 @@ UNDECIDED = {
     "vehicle, and several of them do not determine their forces",
     "loads that follow the motion": "these follow from the wheels' accelerations, and whether an axle sticks from them",
 }
+LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
 OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 
 
@@ -209,7 +210,10 @@ class Contact(Effect):
         places = carrying("wheel_places") if given else np.array(generated_parts.places_on_rays(*counts, *rays))
         center = carrying("center_of_mass")
         sums = np.array(generated_parts.standing_loads(*counts, carrying("mass"), self._gravity, center))
-        return {"contact_load": tangent_of(least_loads(places, sums))}
+        carries = self.loads_at_rest(vehicle) > 0
+        if carries.sum() < LEAST_CARRYING:
+            raise InvalidValueError("sensitivities", "loads at rest", "have no derivative on two contacts: give `load`")
+        return {"contact_load": tangent_of(loads_carried(places, sums, carries))}
 
     def loads_at_rest(self, vehicle: Vehicle) -> np.ndarray:
         """(N,) in N, the loads of the contacts: those that are given, or those of the vehicle at rest on level ground.

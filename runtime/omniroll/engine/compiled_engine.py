@@ -128,7 +128,7 @@ class CompiledRun:
         return self
 
     def advancing(self) -> Work[None]:
-        """The same as a work."""
+        """The same as a work, whose calls of the engine others may share."""
         call = EngineCall(self.module, self.struct, self.kernel.model_for(self.module.ffi))
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
         most = min(workspace.ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))

@@ -96,7 +96,7 @@ def made(task: Task, tolerance: float) -> AnyRun:
 
 
 def making(task: Task, tolerance: float) -> Work[AnyRun]:
-    """The same as a work."""
+    """The same as a work, whose calls of the engine others may share."""
     engine = CompiledRun if task.engine == "compiled" and can_run(task) else ReferenceRun
     run = engine(task, tolerance)
     yield from run.advancing()
@@ -139,7 +139,7 @@ def controlling(task: Task) -> Work[Controlled]:
     aside = ASIDE if accuracy >= FINE_REQUEST else 0.0
     tolerance, estimate = accuracy, None
     floor = _Floor(quiet, aside)
-    control, run = yield from _first_two(task, moved(quiet, aside), quiet is task)
+    control, run = yield from _first_two(task, moved(quiet, aside))
     if run is None:
         return Controlled(control, None, floor.sensitivity)
     for trial in range(TRIALS):
@@ -162,11 +162,11 @@ def controlling(task: Task) -> Work[Controlled]:
     return Controlled(run, estimate, floor.sensitivity)
 
 
-def _first_two(task: Task, beside: Task, is_quiet: bool) -> Work[tuple[AnyRun, AnyRun | None]]:
+def _first_two(task: Task, beside: Task) -> Work[tuple[AnyRun, AnyRun | None]]:
     """A coarser run that starts beside the task, and the first run of the task; None where the coarser one is all that
     there is. Nobody is told or asked anything while both are made at once."""
     coarse = min(CONTROL * task.accuracy, COARSEST)
-    if is_quiet and task.interrupted is None and not _asks_python(task):
+    if _quiet(task) is task and task.interrupted is None and not _asks_python(task):
         control, run = yield from side_by_side([making(beside, coarse), making(task, task.accuracy)])
         return control, run
     beside = replace(beside, progress=task.coarse) if task.coarse is not None else beside
@@ -239,17 +239,19 @@ class _Floor:
         return self.measured
 
 
-def sensitivity(task: Task) -> float | None:
+def sensitivity(task: Task, base: AnyRun | None = None) -> float | None:
     """The largest distance to the motion from a start that is moved by MOVED, over MOVED; at least 1.
+
+    base  a finished run of this task, which serves where it is fine enough
 
     None where one of the two runs has stopped. Both are fine, on the compiled engine where it can: the sensitivity is
     the motion's, not the engine's.
     """
-    return result_of(_measuring(task))
+    return result_of(_measuring(task, base))
 
 
 def _measuring(task: Task, base: AnyRun | None = None) -> Work[float | None]:
-    """The sensitivity; `base` is a finished run of this task, which serves where it is fine enough."""
+    """The same as a work."""
     task = replace(task, engine="compiled") if can_run(task) else task
     tolerance = min(task.accuracy, FINE * MOVED)
     if base is None or base.tolerance > tolerance or isinstance(base, ReferenceRun) == (task.engine == "compiled"):

@@ -28,8 +28,7 @@ class Motion:
 
     @cached_property
     def axial(self) -> np.ndarray | None:
-        """(T, N, n) axial speeds of the rollers by physical number; 0 for those in contact
-        where they roll."""
+        """(T, N, n) axial speeds of the rollers by physical number; 0 for those in contact where they roll."""
         if not self.plain.has_spins:
             return None
         found = self.trajectory

@@ -27,10 +27,8 @@ from omniroll.results.trajectory import Trajectory
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 MOST_SWEEPS = 30  # of a step whose deviations are found by sweeps
-ENOUGH, RISES = (
-    2.0**-53,
-    16.0,
-)  # times the largest number of a column: a change that ends the sweeps, and one that is too large
+ENOUGH = 2.0**-53  # times the largest number of a column: changes that end its sweeps
+RISES = 16.0  # times that: changes of fast rates, where sweeps do not serve
 STEPS_AT_ONCE, SOLVED_AT_ONCE = 400, 64  # so that their arrays stay in the processor's cache
 
 Held = Callable[[np.ndarray], tuple[Mapping, Mapping]]  # see Variations

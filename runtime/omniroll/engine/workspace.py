@@ -202,10 +202,7 @@ def workspace(kernel: Kernel, columns: "Columns") -> Workspace:
         kernel.base, kernel.effects, kernel.sharp, kernel.wheels, kernel.rollers_per_wheel, ROWS
     )
     while pool:
-        try:
-            space = pool.pop()
-        except IndexError:  # a run that another thread has released put it there, and a third one took it
-            break
+        space = pool.pop()
         if space.ffi is engine_of(kernel).ffi:
             return space
     return Workspace(kernel, columns, pool)

@@ -38,10 +38,13 @@ def contact_loads(places: np.ndarray, sums: np.ndarray) -> np.ndarray:
     return loads
 
 
-def least_loads(places: np.ndarray, sums: np.ndarray) -> np.ndarray:
-    """The same (N,) of one sum (3,) where no contact pulls, on numbers that may carry tangents."""
-    matrix = np.vstack([np.ones(len(places)), places.T])
-    return matrix.T @ np.linalg.solve(matrix @ matrix.T, sums)
+def loads_carried(places: np.ndarray, sums: np.ndarray, carries: np.ndarray) -> np.ndarray:
+    """The same (N,) of one sum (3,), on numbers that may carry tangents, where it is known that the contacts `carries`
+    (N,) bool, three or more, have loads and the others none."""
+    matrix = np.vstack([np.ones(carries.sum()), places[carries].T])
+    loads = np.zeros(len(places), np.result_type(places, sums))
+    loads[carries] = matrix.T @ np.linalg.solve(matrix @ matrix.T, sums)
+    return loads
 
 
 def _without_pulling(matrix: np.ndarray, null: np.ndarray, moments: np.ndarray, loads: np.ndarray) -> np.ndarray:
