@@ -197,8 +197,12 @@ class Contact(Effect):
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
     def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The slopes of the loads at rest, where the law has them and they are not given. Raises InvalidValueError for
-        a vehicle that stands on two contacts alone."""
+        """The slopes of the loads at rest, where the law has them and they are not given.
+
+        moved  slopes of the vehicle's numbers, by name
+
+        Raises InvalidValueError for a vehicle that stands on two contacts alone.
+        """
         if self.law != "regularised" or self.load is not None:
             return {}
 
