@@ -39,7 +39,7 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
-FIRST_ROWS = 128  # of the first call, if memory allows; each next one has twice as many
+FIRST_ROWS = 512  # of the first call, if memory allows; each next one has twice as many
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK, _, GROUND = range(7)  # engine.h
