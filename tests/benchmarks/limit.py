@@ -91,7 +91,7 @@ def answer() -> Answer:
             "An engine whose evaluations cost what they cost in a batch, and the rest what it costs now, would be at "
             f"{1 + (1 - kernel) * worst:.1f} times the limit, by these shares. The sums over the nodes carry the order "
             "32 of a step.\n\n"
-            "How much of it an engine can do without: parts of a sweep repeated by themselves, each waiting for the one "
+            "What an engine cannot do without: parts of a sweep repeated by themselves, each waiting for the one "
             f"before. ns for the {NODES} nodes of a step, and in brackets over what they cost in the batch kernel:\n\n"
             f"{table(['rollers', 'batch kernel', *sweeps_alone.PARTS], alone)}\n\n"
             "An iteration evaluates the rates and sums them up, and no sweep begins before the last one has ended: the "
