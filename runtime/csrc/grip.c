@@ -302,7 +302,8 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
-    int released = 0, resting = 0, too_much = 0, beyond[MOST_WHEELS];
+    int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
+    run->ground.knows_rates = 0;
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
@@ -317,13 +318,13 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->sticks = grip->resting, beyond[i] = 0;
-        resting |= grip->resting, released |= grip->released;
+        resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
     put_modes(run);
     if (resting && !released) {
 #if !SET_LOADS                                  /* with them the forces have just been found                */
-        lanes_t nu_dot[3];
-        rates_at_this_instant(run, work, run->wheels, nu_dot);
+        rates_at_this_instant(run, work, run->wheels, work->nu_dot);
+        run->ground.knows_rates = 1;
 #endif
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
@@ -340,6 +341,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 #endif
         put_modes(run);
     }
+    run->ground.knows_rates &= resting && !slipping && !released && !too_much;
     run->ground.undecided = 0;
 }
 
@@ -372,6 +374,7 @@ static int ends_mode(const step_t *s, int i)
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     double slip[2*MOST_WHEELS];
+    int ended = 0;
     roll(run, work, 1);
     if (s->turning)
         slips_now(run, work, slip);
@@ -387,9 +390,11 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
         run->ground.passed += ends;
-        run->ground.undecided |= ends;
+        ended |= ends;
     }
-    roll(run, work, 0);                         /* what has come to rest has no slip                        */
+    run->ground.undecided |= ended;
+    if (ended)
+        roll(run, work, 0);                     /* what has come to rest has no slip                        */
 }
 
 /* A step begins: the modes, and what forces do to slips. */
@@ -516,6 +521,9 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
 /* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
+#if SET_GRIPS
+    run->ground.knows_rates &= !run->hold.undecided;
+#endif
     settle_bearings(run, work);
 #if SET_GRIPS
     if (run->ground.undecided)

@@ -21,6 +21,7 @@ typedef struct {
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
+    lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of their slips to forces on them, 2N x 2N                */
 #endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
@@ -72,6 +73,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->friction = lanes_part(&parts, 2*wheels);
     work->ground_force = lanes_part(&parts, 2*wheels);
     work->slip_dot = lanes_part(&parts, 2*wheels);
+    work->nu_dot = lanes_part(&parts, 3);
     work->response = numbers_part(&parts, 4*(long long)wheels*wheels);
 #endif
 #if SET_IS_COUPLED
@@ -223,6 +225,11 @@ static void put_step(omniroll_run_t *run, const step_t *s)
         if (c >= 6 + wheels + added)
             rate = &s->rate_account[c - 6 - wheels - added];
 #endif
+        if (vanishes(rate)) {           /* as of accounts of what does not happen                          */
+            memset(out, 0, NODES*sizeof *out);
+            out += NODES;
+            continue;
+        }
         const nodes_t coefficients = times(gauss_legendre, rate);
         for (int k = 0; k < NODES; k++)
             *out++ = coefficients.node[k];

@@ -37,7 +37,7 @@
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
-#define MOST_GUARDS (4*MOST_WHEELS)
+#define MOST_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 #define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
@@ -159,6 +159,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     balance_in_lanes(run, &work);
 #endif
 #if SET_GRIPS
+    run->ground.knows_rates = 0;
     friction_in_lanes(run, &work);
 #endif
 #ifdef LANES_HAS_MOMENTA

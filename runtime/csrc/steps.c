@@ -147,13 +147,26 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
 }
 #endif
 
+/* The rates where a step starts; those of contacts that all stick have been found with their modes. */
+ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work, const int wheels, lanes_t *nu_dot)
+{
+#if SET_GRIPS
+    if (run->ground.knows_rates) {
+        for (int k = 0; k < 3; k++)
+            nu_dot[k] = work->nu_dot[k];
+        return;
+    }
+#endif
+    rates_at_this_instant(run, work, wheels, nu_dot);
+}
+
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
 ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
 {
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
-    rates_at_this_instant(run, work, wheels, nu_dot);
+    rates_at_start(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, nu, chi_dot);
 #if SET_HAS_SLOPES
     instant_t start;
@@ -363,6 +376,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &most, run, work);
+#if SET_GRIPS
+        run->ground.knows_rates = 0;
+#endif
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
                                  reach);
 #if SET_IS_ACTED_ON
