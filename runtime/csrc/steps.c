@@ -162,7 +162,7 @@ ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work,
 
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
-ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, omniroll_run_t *run, const work_t *work)
 {
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
@@ -323,7 +323,7 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
 {
 #if SET_GRIPS
     if (s->turning && s->rest_in < INFINITY)
-        return farther_from_rest(s, 0.9/factor);
+        return fmin(part_of_way(run, s)*s->rest_in, PART_OF_WAY*s->h);
 #endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
@@ -393,6 +393,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         }
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
+#if SET_GRIPS
+        learn_of_way(run, s, error);
+#endif
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
 #if SET_IS_ACTED_ON
         /* A shorter step is no better: what decays is far shorter yet. */
@@ -416,7 +419,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             continue;
         }
         if (rests_early(s, wheels)) {
-            most = PART_OF_WAY*s->h;
+            most = part_of_way(run, s)*s->h;
             continue;
         }
 #endif
