@@ -43,12 +43,13 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
 static double slip_rounding(const omniroll_run_t *run, int contact)
 {
     const double *const arms = run->ground.arms, *const core = run->core;
+    const double least = SET_STANDS ? run->hold.speed*(arms[0] + arms[1]/2)/16 : 0;     /* nu is left of larger ones */
     double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
         + arms[2]*fabs(core[rates_at(run->wheels) + contact]);
 #ifdef SET_HAS_CONTACT_SPEEDS
     sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
 #endif
-    return SLIP_AT_REST*EPS*sizes;
+    return SLIP_AT_REST*EPS*fmax(sizes, least);
 }
 
 /* The slip velocities at this instant. */
@@ -212,6 +213,7 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
+#if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
@@ -342,6 +344,8 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     }
     run->ground.undecided = 0;
 }
+
+#endif
 
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
@@ -513,6 +517,7 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
     return count;
 }
 
+#if !SET_STANDS
 /* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
@@ -525,3 +530,4 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
         decide_carrying(run, work);
 #endif
 }
+#endif
