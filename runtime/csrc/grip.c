@@ -10,6 +10,7 @@
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
+#define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
 #define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
 
 /* The force of friction by which forces on contacts are moved: of loads that follow the motion per load, and small, since
@@ -39,17 +40,23 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* What slips are rounded against now, in m/s: those within it are zero. */
-static double slip_rounding(const omniroll_run_t *run, int contact)
+/* The speeds that make a slip, in m/s. */
+static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {
     const double *const arms = run->ground.arms, *const core = run->core;
-    const double least = SET_STANDS ? run->hold.speed*(arms[0] + arms[1]/2)/16 : 0;     /* nu is left of larger ones */
     double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
         + arms[2]*fabs(core[rates_at(run->wheels) + contact]);
 #ifdef SET_HAS_CONTACT_SPEEDS
     sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
 #endif
-    return SLIP_AT_REST*EPS*fmax(sizes, least);
+    return sizes;
+}
+
+/* What slips are rounded against now, in m/s: those within it are zero. Where wheels stand, the speeds that make a slip
+ * are what is left of larger ones. */
+static double slip_rounding(const omniroll_run_t *run, int contact)
+{
+    return SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), SET_STANDS ? LEFT_OF*run->hold.speed : 0);
 }
 
 /* The slip velocities at this instant. */

@@ -2,6 +2,7 @@
  * runtime/omniroll/effects/ground_with_axles.py; functions of one name do the same. */
 #if SET_STANDS
 #define SAME_BOUND 1e-9             /* of a force: bounds nearer to each other are reached together         */
+#define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
 #define LEAST_REACH 1e-14           /* of the largest: for bearings that take no torque                     */
 #define NEAR_FACET 256              /* roundings below a facet is on it, where a step has ended             */
 
@@ -79,20 +80,26 @@ static int forbid(omniroll_run_t *run, const work_t *work)
 /* What is zero within rounding rests; the vehicle may rest altogether where some wheels do. */
 static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 {
-    run->hold.speed = fmax(run->hold.speed, length3(run->nu));
+    double moves;
+    run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
+    for (int i = 0; i < run->wheels; i++)
+        run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
+    const double least = run->hold.speed/(run->ground.arms[2]*run->rate_of_speed);     /* of |nu|                  */
     for (int turn = 0; turn < 2; turn++) {
-        find_resting_own(run, run->hold.speed);
+        find_resting_own(run, fmax(length3(run->nu), least));
         put_own_to_rest(run);
         find_resting_contacts(run, work);
-        find_resting_own(run, run->hold.speed);
+        find_resting_own(run, fmax(length3(run->nu), least));
         put_own_to_rest(run);
         if (forbid(run, work)) {
             roll(run, work, 0);
             put_own_to_rest(run);
         }
     }
-    if (length3(run->nu) == 0)
-        run->hold.speed = 0;
+    moves = length3(run->nu);
+    for (int i = 0; i < run->wheels; i++)
+        moves += fabs(own_rates(run)[i]);
+    run->hold.speed = moves > 0 ? run->hold.speed : FROM_REST*run->ground.settles;
 }
 
 /* ---- what is asked for ---------------------------------------------------------------------------------------- */

@@ -24,13 +24,15 @@ import numpy as np
 
 from omniroll.effects import cones
 from omniroll.effects.complementarity import Facets, allowed_by, directions_allowed, least_forces
-from omniroll.effects.ground import AT_EDGE, HELD_ROUNDINGS, MOVES, Grip, Ground
+from omniroll.effects.ground import AT_EDGE, AT_REST as CONTACT_AT_REST, HELD_ROUNDINGS, MOVES, Grip, Ground
 from omniroll.effects.guards import EPS, PASSED, Guard
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
 LEAST_REACH = 1e-14  # of the largest: for bearings that take no torque
+LEFT_OF = 1 / 16  # of the largest rounding: of what is left of larger speeds
+FROM_REST = 1e6  # s: times the acceleration below which a slip does not settle, a speed that is slow
 SAME_BOUND = 1e-9  # of a force: bounds that are nearer to each other are reached together
 
 # From the modes of contacts and axles (N,) bool, the forces (N, 2) of slipping contacts and the torques (N,) of turning
@@ -53,27 +55,30 @@ class GroundWithAxles(Ground):
         self.stands = np.zeros(kernel.wheels, bool)
         self.radius, self.rows = kernel.vehicle.wheel_radius, kernel.wheel_rows
         self.facets = Facets.of(self.rows[:0], np.zeros(0))
-        self.speed = 0.0  # the largest |nu| since the vehicle rested
+        # The largest rounding of a slip, in m/s, since all rested: then what a thousandth of a second may make.
+        self.least = CONTACT_AT_REST * EPS * self.settles * FROM_REST
+        self.largest = self.least
 
     # What the state says
 
     def roundings(self, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
-        """(N,) in m/s: slips within these are zero. nu is what is left of larger numbers."""
-        length = np.linalg.norm(nu)
-        self.speed = max(self.speed, float(length))
-        least = super().roundings(np.full(3, self.speed / 2), 0 * rates, None) / 16
-        return np.maximum(super().roundings(nu, rates, axial), least)
+        """(N,) in m/s: slips within these are zero. Where wheels stand, the speeds that make a slip are what is left
+        of larger ones; they may all vanish with it."""
+        return np.maximum(super().roundings(nu, rates, axial), LEFT_OF * self.largest)
 
     def at_rest(self, state: State) -> State:
         """The state with the slips and rates of what rests at zero. What is zero within rounding rests, too."""
+        axial = state.contact_axial() if self.kernel.has_spins else None
+        self.largest = max(self.largest, float(super().roundings(state.nu, state.rates, axial).max()))
+        self.axles.least = self.largest / (CONTACT_AT_REST * EPS * self.radius)
         for _ in range(2):  # the vehicle may rest altogether where some wheels do
             state = self.axles.at_rest(super().at_rest(self.axles.at_rest(state)))
             both = self.resting & self.axles.resting
             if both.any():
                 state = replace(state, nu=allowed_by(self.rows[both]) @ state.nu)
                 state = self._rolling(state)
-        if not state.nu.any():
-            self.speed = 0.0
+        if not (state.nu.any() or state.rates.any()):
+            self.largest = self.least
         return state
 
     def _rolling(self, state: State) -> State:
