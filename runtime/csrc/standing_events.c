@@ -1,5 +1,5 @@
-/* Where wheels that stand give way: the force that holds nu leaves what the ground and the bearings can give together.
- * The numbered rules are in runtime/omniroll/effects/ground_with_axles.py. As events.c does for facets of bearings alone. */
+/* Where wheels that stand give way: the force that holds nu leaves what the ground and the bearings can give
+ * together. The numbered rules are in runtime/omniroll/effects/ground_with_axles.py. As events.c does for facets of bearings alone. */
 #if SET_STANDS
 #define STANDING_ROUNDINGS 64       /* times a force's: of forces that hold                                 */
 #define LIFTS (2*PASSED)            /* of these above a facet is where a step ends                          */
@@ -94,7 +94,8 @@ static double turn_of_standing(const step_t *s)
         }
         for (int f = 0; f < s->standing->facet_count; f++) {
             double rate, rounding;
-            if (beyond_facet(s->standing, s->standing->facets + f, &now, &none, &rate, &rounding) > FACET_NOISE*rounding)
+            const facet_t *const facet = s->standing->facets + f;
+            if (beyond_facet(s->standing, facet, &now, &none, &rate, &rounding) > FACET_NOISE*rounding)
                 return gauss_node.node[m];
         }
     }

@@ -1,5 +1,5 @@
-"""Axles whose bearings stick beside contacts that stick: every body in every mode, closed forms, both engines, the law in
-every row, and the convex problem."""
+"""Axles whose bearings stick beside contacts that stick: every body in every mode, closed forms, both engines, the law
+in every row, and the convex problem."""
 
 from dataclasses import replace
 
@@ -263,7 +263,8 @@ def assert_obeys_the_laws(vehicle, run, options):
     own = slice(0, 2) if options["roller_model"] == "free" else slice(1, 2)
     load = vehicle.mass * 9.8 / vehicle.wheels
     static, sliding = (load * np.array(friction)[own] for friction in (ground.static_friction, ground.friction))
-    force, slip, torque, rates = run.ground_force[..., own], run.slip[..., own], bearing_torques(run), run.quantity("rates")
+    force, slip = run.ground_force[..., own], run.slip[..., own]
+    torque, rates = bearing_torques(run), run.quantity("rates")
     assert (np.linalg.norm(force / static, axis=-1) <= 1 + 1e-11).all()
     assert (np.abs(torque) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
     assert not slip[run.sticks].any()
@@ -337,7 +338,8 @@ def test_the_semidefinite_problem_is_solved_to_rounding(number):
     rng = np.random.default_rng([31, number])
     count, width = int(rng.integers(2, 9)), 1 + number % 2
     rows = rng.normal(size=(count * width, 3))
-    matrix, given = (rows @ rows.T).reshape(count, width, count, width), (rows @ rng.normal(size=3)).reshape(count, width)
+    matrix = (rows @ rows.T).reshape(count, width, count, width)
+    given = (rows @ rng.normal(size=3)).reshape(count, width)
     reach = 10 ** rng.uniform(-1, 0.7, (count, width))
     found = cones.decide_semidefinite(matrix, given, reach)
     assert max(cones.residuals(found, given, reach)) <= 1e-12
@@ -360,7 +362,11 @@ def test_forces_of_least_norm_are_within_their_bounds():
             inside,
             jac=lambda x: x,
             bounds=list(zip(low, high, strict=True)),
-            constraints={"type": "eq", "fun": lambda x, r=rows, x_0=inside: r.T @ (x - x_0), "jac": lambda _, r=rows: r.T},
+            constraints={
+                "type": "eq",
+                "fun": lambda x, r=rows, x_0=inside: r.T @ (x - x_0),
+                "jac": lambda _, r=rows: r.T,
+            },
             options={"ftol": 1e-15, "maxiter": 500},
         )
         assert rows.T @ found == pytest.approx(rows.T @ inside, abs=1e-12)
