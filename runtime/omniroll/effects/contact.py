@@ -146,7 +146,8 @@ class Contact(Effect):
             self._given(name, vehicle.wheels)
         sticking = any("axle_sticking" in effect.kernel_effects() for effect in others)
         if sticking and self.is_loaded:
-            raise InvalidValueError("wheel_speed", None, f"must be given beside loads that follow the motion: {UNDECIDED}")
+            bound = f"must be given beside loads that follow the motion: {UNDECIDED}"
+            raise InvalidValueError("wheel_speed", None, bound)
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)

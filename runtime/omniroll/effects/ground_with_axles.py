@@ -24,7 +24,8 @@ import numpy as np
 
 from omniroll.effects import cones
 from omniroll.effects.complementarity import Facets, allowed_by, directions_allowed, least_forces
-from omniroll.effects.ground import AT_EDGE, AT_REST as CONTACT_AT_REST, HELD_ROUNDINGS, MOVES, Grip, Ground
+from omniroll.effects.ground import AT_EDGE, HELD_ROUNDINGS, MOVES, Grip, Ground
+from omniroll.effects.ground import AT_REST as CONTACT_AT_REST
 from omniroll.effects.guards import EPS, PASSED, Guard
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.kernels.kernel import Kernel
