@@ -14,6 +14,7 @@
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
+#define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
 #define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
 
 /* The force of friction by which forces on contacts are moved: of loads that follow the motion per load, and small, since
@@ -43,8 +44,8 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* What slips are rounded against now, in m/s: those within it are zero. */
-static double slip_rounding(const omniroll_run_t *run, int contact)
+/* The speeds that make a slip, in m/s. */
+static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {
     const double *const arms = run->ground.arms, *const core = run->core;
     double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
@@ -52,7 +53,14 @@ static double slip_rounding(const omniroll_run_t *run, int contact)
 #ifdef SET_HAS_CONTACT_SPEEDS
     sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
 #endif
-    return SLIP_AT_REST*EPS*sizes;
+    return sizes;
+}
+
+/* What slips are rounded against now, in m/s: those within it are zero. Where wheels stand, the speeds that make a slip
+ * are what is left of larger ones. */
+static double slip_rounding(const omniroll_run_t *run, int contact)
+{
+    return SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), SET_STANDS ? LEFT_OF*run->hold.speed : 0);
 }
 
 /* The slip velocities at this instant. */
@@ -216,6 +224,7 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
+#if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
@@ -348,6 +357,8 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     run->ground.knows_rates &= resting && !slipping && !released && !too_much;
     run->ground.undecided = 0;
 }
+
+#endif
 
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
@@ -543,6 +554,7 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
     return count;
 }
 
+#if !SET_STANDS
 /* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
@@ -558,3 +570,4 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
         decide_carrying(run, work);
 #endif
 }
+#endif

@@ -31,6 +31,10 @@ typedef struct {
     facet_t *facets;                /* of what the bearings that stick can take                              */
     bearings_t *sticking;           /* these, where chi is 0                                                 */
 #endif
+#if SET_STANDS
+    lanes_t *held_force;
+    standing_t *standing;
+#endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
 #endif
@@ -84,6 +88,14 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
     work->facets = numbers_part(&parts, most_facets(SET_BEARINGS*wheels)*facet);
     work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
+#endif
+#if SET_STANDS
+    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+    work->held_force = lanes_part(&parts, 3);
+    work->standing = numbers_part(&parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
+    facet_t *const facets = numbers_part(&parts, most_facets(wheels)*facet);
+    if (work->standing)
+        work->standing->facets = facets;
 #endif
 #if SET_OWN_BEARINGS
     const long long own = most_own_bearings(wheels, rollers);

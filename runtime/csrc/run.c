@@ -44,7 +44,7 @@
 
 #include "parts.c"
 #include "linear.c"
-#if SET_HOLDS
+#if SET_HOLDS || SET_STANDS
 #include "complementarity.c"
 #endif
 #include "loads.c"
@@ -58,6 +58,7 @@
 #include "events.c"
 #include "contact_events.c"
 #include "own_events.c"
+#include "standing_events.c"
 #include "rows.c"
 #include "instant.c"
 #include "own_bearings.c"
@@ -69,6 +70,7 @@
 #endif
 #include "carrying.c"
 #include "grip.c"
+#include "standing.c"
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"

@@ -191,6 +191,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, omnirol
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
 #endif
+#if SET_STANDS
+    memset(&s->asked_late, 0, sizeof s->asked_late);
+#endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
         s->own->late[k] = 0;
@@ -265,6 +268,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
         holding_rates(s, wheels, &rates);
     for (int f = 0; f < s->facets; f++)
         turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
+#endif
+#if SET_STANDS
+    turned = fmin(turned, turn_of_standing(s));
 #endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
@@ -568,11 +574,14 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
         damp(run, work, s, wheels);
 #endif
-#if SET_STICKS
+#if SET_STICKS && !SET_STANDS
     bearings_have_moved(run, work, s);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);
+#endif
+#if SET_STANDS
+    wheels_have_moved(run, work, s);
 #endif
 #if SET_LOADS
     loads_have_moved(run, s);
