@@ -121,9 +121,9 @@ class Contact(Effect):
 
     @property
     def numbers(self) -> Mapping[str, str]:  # type: ignore[override]
-        """Fields that are arguments of `prepare`."""
+        """Fields that are arguments of `prepare`, or of the friction of contacts that may stick."""
         own = {"coefficient": "ground_damping", "friction": "ground_friction", "speed": "ground_fade_speed"}
-        own["load"] = "contact_load"
+        own |= {"load": "contact_load", "static_friction": "ground_static_friction"}
         return {name: argument for name, argument in own.items() if getattr(self, name) is not None}
 
     def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -203,7 +203,7 @@ class Contact(Effect):
 
         Raises InvalidValueError for a vehicle that stands on two contacts alone.
         """
-        if self.law != "regularised" or self.load is not None:
+        if self.law == "viscous" or self.load is not None or self.is_loaded:
             return {}
 
         def carrying(name: str) -> np.ndarray:

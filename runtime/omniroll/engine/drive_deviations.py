@@ -28,9 +28,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
-        sticks = isinstance(effect, Contact) and (effect.law == "coulomb" or effect.is_loaded)
-        if sticks or not known:
-            what = "contacts that stick, loads that follow the motion and functions of your own are not followed"
+        if (isinstance(effect, Contact) and effect.is_loaded) or not known:
+            what = "loads that follow the motion and functions of your own are not followed"
             raise InvalidValueError("sensitivities", type(effect).__name__, what)
 
 
