@@ -160,7 +160,8 @@ class ContactDeviations:
         """Whether drives jump between a row and the next."""
         trajectory = self.motion.trajectory
         own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in MODES]
-        return not np.array_equal(*trajectory.drive[row : row + 2, own])
+        before, after = trajectory.drive[row : row + 2, own]
+        return bool((np.abs(after - before) > JUMPS * np.maximum(np.abs(after), np.abs(before))).any())
 
     # What happens
 
@@ -178,7 +179,7 @@ class ContactDeviations:
         Raises NoDerivativeError where one only just does.
         """
         rates, slip_dot = self._responses(row, self.contacts.sticks[row])
-        heading = self.contacts.headings[row, rests]
+        heading = self.deviations.views(self.motion.inputs[row])["slip_heading"][rests]
         along = np.stack([np.cos(heading) * self.contacts.turns, np.sin(heading)], axis=-1)
         across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         own = self._slips(row, moved)[:, rests]
