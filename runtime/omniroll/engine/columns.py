@@ -117,10 +117,12 @@ def values_of(plain: Kernel, effects: Sequence[Effect]) -> dict[str, np.ndarray]
     found = dict(zip(plain.constant_names, plain.constants, strict=True))
     for effect in effects:
         grip = effect.grip(plain.vehicle, effects)
-        if grip is not None and grip.sticks:
-            friction = {"ground_friction": grip.sliding, "ground_static_friction": grip.static}
-            found |= friction | {"contact_load": grip.loads}
-    return found
+        if grip is None:
+            continue
+        if grip.sticks:
+            found |= {"ground_friction": grip.sliding, "ground_static_friction": grip.static}
+        found |= {"contact_load": grip.loads} if grip.balance is None else grip.balance
+    return {name: np.asarray(value, float) for name, value in found.items()}
 
 
 def _size(value: ArrayLike) -> float:

@@ -59,7 +59,8 @@ class ContactDeviations:
         where no time passes and no wheel switches."""
         contacts, motion = self.contacts, self.motion
         found = (contacts.sticks[:-1] != contacts.sticks[1:]).any(axis=1)
-        if not contacts.turns:
+        found |= (contacts.carries[:-1] != contacts.carries[1:]).any(axis=1)
+        if contacts.grips and not contacts.turns:
             found |= (contacts.slides[:-1] & (np.diff(contacts.headings, axis=0) != 0)).any(axis=1)
         found &= ~motion.starts_step[:-1]
         found[motion.switched - 1] = False
@@ -74,12 +75,15 @@ class ContactDeviations:
     def refuse_orders(self, row: int, wheels: np.ndarray) -> None:
         """Raises NoDerivativeError where wheels that switch together behind a row, and apart beside the run, change the
         modes of contacts."""
-        if (self.contacts.sticks[row] != self.contacts.sticks[row + 1]).any():
+        changed = (own[row] != own[row + 1] for own in (self.contacts.sticks, self.contacts.carries))
+        if any(own.any() for own in changed):
             reason = "wheels switch together, and contacts decide with them in more than one order"
             raise self._none(row, reason, wheels)
 
     def began(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts in a row: where a contact sticks, it takes its slip."""
+        if not self.contacts.grips:
+            return moved
         still = np.flatnonzero(self._still(row) & (self.contacts.sticks | self.contacts.slides)[row])
         slip = self._slips(row, moved)[:, still, self.own]
         if not still.size or not slip.any():
@@ -104,7 +108,7 @@ class ContactDeviations:
         if not rests.size:
             if inputs_jump:
                 return moved if knot is None else moved + (f[row] - f[row + 1])[:, None] * knot
-            return self._given_way(row, moved, inputs)
+            return self._let_go(row, moved, inputs)
         after = slides.copy()
         after[rests] = False
         speeds, times = self._times_of_rests(row, moved, rests)
@@ -154,7 +158,7 @@ class ContactDeviations:
         """(N,) bool: contacts that stick behind a row, or of slips of one component that turn back."""
         contacts = self.contacts
         turns_back = np.sin(contacts.headings[row]) * np.sin(contacts.headings[row + 1]) < 0
-        return contacts.sticks[row + 1] | (turns_back & (not contacts.turns))
+        return contacts.sticks[row + 1] | (turns_back & contacts.slides[row + 1] & (not contacts.turns))
 
     def _inputs_jump(self, row: int) -> bool:
         """Whether drives jump between a row and the next."""
@@ -198,43 +202,60 @@ class ContactDeviations:
             raise self._none(row, "a slip only just comes to rest, so that a change however small lets it go on", slow)
         return speeds, -np.einsum("pkc,kc->kp", own, along) / speeds[:, None]
 
-    def _given_way(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(m, P) the deviations after contacts have given way whose friction was used up."""
+    def _let_go(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+        """(m, P) the deviations after contacts have given way whose friction was used up, or loads have vanished or come
+        back."""
         contacts, f = self.contacts, self.motion.rates
-        if np.abs(f[row] - f[row + 1])[:3].max() <= JUMPS * np.abs(f[row : row + 2, :3]).max():
+        core = self.deviations.core
+        if np.abs(f[row] - f[row + 1])[core].max() <= JUMPS * np.abs(f[row : row + 2, core]).max():
             return moved
-        going = np.flatnonzero(contacts.sticks[row] & ~contacts.sticks[row + 1])
-        taken, rises = self._taken(row, self.carrying, {}, f[row][None], inputs[:, :1].T)
-        _, slopes = self._taken(row, self.columns.kernel, self.columns.constants, moved.T, inputs[:, 1:].T)
-        reached, rises = going[taken[going] >= 1 - REACHED], rises[0]
+        beyond, rises = self._beyond(row, self.carrying, {}, f[row][None], inputs[:, :1].T)
+        _, slopes = self._beyond(row, self.columns.kernel, self.columns.constants, moved.T, inputs[:, 1:].T)
+        changed = np.concatenate(
+            [contacts.sticks[row] & ~contacts.sticks[row + 1], contacts.carries[row] != contacts.carries[row + 1]]
+        )
+        reached, rises = np.flatnonzero(changed & (beyond >= -REACHED)), rises[0]
+        wheels = np.unique((reached if reached.size else np.flatnonzero(changed)) % self.wheels)
         if not reached.size or not (rises[reached] * self._time_of_modes(row) > GRAZES).all():
-            reason = "the force on a contact only just comes to its bound, so that a change however small lets it stick"
-            raise self._none(row, reason, reached if reached.size else going)
+            reason = "what a contact holds only just comes to its bound, so that a change however small lets it stay"
+            raise self._none(row, reason, wheels)
         times = -slopes[:, reached].T / rises[reached, None]
-        self._refuse_apart(row, times, reached)
+        self._refuse_apart(row, times, wheels)
         return moved + (f[row] - f[row + 1])[:, None] * times[0]
 
-    def _taken(
+    def _beyond(
         self, row: int, kernel: TangentKernel, constants: Mapping[str, np.ndarray], moved: np.ndarray, given: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(N,) how much of its static friction the force on a contact takes, squared; and its slopes (k, N).
+        """(2 N,) how much of its static friction the force on a contact takes, squared, less 1, then by what part of the
+        weight loads are below zero, or springs of contacts that are off above it; and the slopes of these (k, 2 N).
 
         kernel, constants  whose numbers deviate
         moved, given       (k, m) and (k, U) deviations of the state and of the inputs
         """
-        grip = self.contacts.grip
+        contacts, count = self.contacts, len(moved)
         y = with_tangent(self.motion.y[row], self.motion.whole(moved))
         inputs = with_tangent(self.motion.inputs[row], given)
-        held = self.contacts.moved(self.contacts.at(np.array(row)), constants, 0)
-        if self.contacts.turns:
+        held = contacts.moved(contacts.at(np.array(row)), constants, 0)
+        if contacts.turns:
             self._turn(row, y, inputs, kernel)
         known = self.deviations.known_of(kernel, y, inputs, held)
-        static = constants.get("ground_static_friction", np.zeros((len(moved), *grip.static.shape)))
-        loads = constants.get("contact_load", np.zeros((len(moved), self.wheels)))
+        found = np.full((count, 2 * self.wheels), -1.0 + 0j)
+        loads = with_tangent(contacts.grip.loads, constants.get("contact_load", np.zeros((count, self.wheels))))
+        if contacts.loaded:
+            carried = self.deviations.loads_among(kernel, known)
+            loads, weight = carried["loads"], contacts.grip.loads.sum()
+            found[:, self.wheels :] = np.where(contacts.carries[row], -1, 1) * carried["compression"] / weight
+        if contacts.grips:
+            found[:, : self.wheels] = self._taken(known["ground_force"], loads, constants)
+        return found[0].real, tangent_of(found)
+
+    def _taken(self, force: np.ndarray, loads: np.ndarray, constants: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(..., N) how much of its static friction a force (..., N, 2) takes, squared, less 1, under loads (..., N)."""
+        static = self.contacts.grip.static
+        static = with_tangent(static, constants.get("ground_static_friction", np.zeros(static.shape)))
         with np.errstate(divide="ignore", invalid="ignore"):
-            reach = with_tangent(grip.loads, loads)[..., None] * with_tangent(grip.static, static)
-            taken = ((known["ground_force"] / reach)[..., self.own] ** 2).sum(axis=-1)
-        return taken[0].real, tangent_of(taken)
+            taken = ((force / (loads[..., None] * static))[..., self.own] ** 2).sum(axis=-1)
+        return np.where(loads.real > 0, taken, 0.0) - 1
 
     def _turn(self, row: int, y: np.ndarray, inputs: np.ndarray, kernel: TangentKernel) -> None:
         """Give the headings in inputs (k, U) their deviations, those of the slips in states y."""
@@ -248,7 +269,8 @@ class ContactDeviations:
 
     def _time_of_modes(self, row: int) -> float:
         """For how long the contacts have had the modes of a row."""
-        other = np.flatnonzero((self.contacts.sticks[: row + 1] != self.contacts.sticks[row]).any(axis=1))
+        modes = np.concatenate([self.contacts.sticks, self.contacts.carries], axis=1)
+        other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
         elapsed = self.motion.trajectory.elapsed
         return float(elapsed[row] - elapsed[other[-1] + 1 if len(other) else 0])
 
@@ -256,11 +278,13 @@ class ContactDeviations:
 
     def _refuse_edges(self, row: int) -> None:
         """Raises NoDerivativeError where a contact sticks from a row on whose force is at its bound."""
-        contacts, f = self.contacts, self._known(row, self.contacts.sticks[row])["ground_force"][0].real
-        with np.errstate(divide="ignore", invalid="ignore"):
-            reach = contacts.grip.loads[:, None] * contacts.grip.static
-            taken = ((f / reach)[:, self.own] ** 2).sum(axis=-1)
-        edge = np.flatnonzero(contacts.sticks[row] & (np.abs(taken - 1) <= REACHED))
+        contacts = self.contacts
+        if not contacts.sticks[row].any():
+            return
+        known = self._known(row, contacts.sticks[row])
+        loads = known["loads"][0] if contacts.loaded else contacts.grip.loads
+        taken = self._taken(known["ground_force"][0], loads, {}).real
+        edge = np.flatnonzero(contacts.sticks[row] & (np.abs(taken) <= REACHED))
         if edge.size:
             raise self._none(row, "a contact sticks by all its friction, so that a change however small lets it go", edge)
 

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
-from omniroll.engine.contact_modes import ContactModes
+from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.holds import Holds
 from omniroll.engine.slopes import NOTHING
 from omniroll.engine.variations import Deviations, Held, Variations
@@ -45,8 +45,8 @@ class Motion:
 
     @cached_property
     def contacts(self) -> ContactModes | None:
-        """Which contacts stick on the ground; None where none may."""
-        return ContactModes(self.trajectory, self.plain, self.deviations) if self.deviations.grips else None
+        """Which contacts stick on the ground, and which carry; None where none has such a mode."""
+        return ContactModes(self.trajectory, self.plain, self.deviations) if set(MODES) & set(self.deviations.inputs) else None
 
     @cached_property
     def inputs(self) -> np.ndarray:

@@ -64,7 +64,7 @@ def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
 
 
 def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | None:
-    """What deviations do where contacts may stick on the ground; None where none may."""
+    """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
     return None if motion.contacts is None else ContactDeviations(motion, columns)
 
 

@@ -17,7 +17,7 @@ from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
-from omniroll.engine.contact_modes import MODES, ContactModes, pushes
+from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -81,7 +81,8 @@ class Deviations:
                they are constant, the torques of their bearings where they may stick
     sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
     spins_stick  whether free rollers may stick as well
-    grips      whether contacts may stick on the ground: their modes and headings are inputs that a phase holds
+    grips      whether contacts may stick on the ground
+    loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -95,9 +96,9 @@ class Deviations:
         drives = effects.drives()
         self.inputs = {name: (bound.wheels,) for name in drives if name not in MODES}
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
-        self.grips = set(MODES) <= set(drives)
-        if self.grips:
-            self.inputs |= dict.fromkeys(MODES, (bound.wheels,))
+        self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
+        self.grips, self.loaded = "sticks" in drives, "carries" in drives
+        self.coupled = self.loaded and "contact_viscous" not in effects.names()
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
         self.spins_stick = bound.rollers_stick and bound.has_spins
@@ -179,6 +180,23 @@ class Deviations:
         known = self.known_in(y, inputs) | dict(held)
         if self.grips:
             known["ground_push"] = pushes(kernel, known)
+        if self.coupled:
+            known |= self.loads_among(kernel, known)
+            known["load_factor"] = known["loads"]
+        elif self.loaded:
+            known["load_factor"] = known["carries"]
+        return self._called(kernel, known)
+
+    def loads_among(self, kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """(..., N) in N, `loads` that follow the motion, and `compression`, what the springs of all contacts have."""
+
+        def rates_under(loads: np.ndarray) -> dict[str, np.ndarray]:
+            return self._called(kernel, dict(known) | {"load_factor": loads if self.coupled else known["carries"]})
+
+        return dict(zip(("loads", "compression"), loads_that_follow(kernel, known, rates_under), strict=True))
+
+    def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """With what the functions of the rates give."""
         for function in self.functions:
             names = [argument.name for argument in kernel.signatures[function].outputs]
             found = call_named(kernel, function, known)
