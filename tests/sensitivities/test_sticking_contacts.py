@@ -21,23 +21,32 @@ NUMBERS = {"nu[0]": 1e-4, "chi[1]": 1e-4, "mass": 1e-3, "wheel_inertia": 1e-6, "
 OF_PUSH = {"mass": 1e-3, "friction": 1e-4, "torque[1][0]": 1e-4, "times[1]": 1e-4}
 FOUR = VEHICLE.replace(wheels=4, wheel_angles=(0.7, 2.3, 3.9, 5.6), center_of_mass=(0.01, -0.005))
 FOUR_START = {"chi": (0.1, -0.2, 0.15, 0.05), "spins": np.random.default_rng(0).normal(size=(4, SPINS.shape[1]))}
+ROLLING = Contact(law="coulomb", friction=(0.3, 0.4), wheel_rates=(3.0, -2.0, 1.0))
+TILTED = Contact(law="coulomb", friction=0.3, normal_gravity=9.6)
+LOADS = Contact(law="coulomb", friction=0.3, load=(10.0, 12.0, 9.0))
+OF_STATIC = {"static_friction": 1e-4, "static_friction[0]": 1e-3}
 CASES = {
-    "rolling, massless": (Case("massless", effects=(Contact(law="coulomb", friction=(0.3, 0.4), wheel_rates=(3.0, -2.0, 1.0)),)), NUMBERS),
+    "rolling, massless": (Case("massless", effects=(ROLLING,)), NUMBERS),
     "rolling, free": (Case("free", effects=(GROUND,)), NUMBERS | {"spins[1][2]": 1e-3, "roller_inertia": 1e-9}),
     "skid": (Case("free", effects=(SKID,), duration=0.3), NUMBERS),
-    "lets go, massless": (Case("massless", effects=(LETS_GO, RISING), start=STILL, duration=0.6), OF_PUSH | {"static_friction": 1e-4}),
-    "lets go, free": (Case("free", effects=(LETS_GO, RISING), start=STILL, duration=0.5), OF_PUSH | {"static_friction": 1e-4, "static_friction[0]": 1e-3}),
+    "lets go, massless": (Case("massless", effects=(LETS_GO, RISING), start=STILL, duration=0.6), OF_PUSH | OF_STATIC),
+    "lets go, free": (Case("free", effects=(LETS_GO, RISING), start=STILL, duration=0.5), OF_PUSH | OF_STATIC),
     "one friction": (Case("free", effects=(GROUND, RISING), start=STILL, duration=0.4), OF_PUSH),
-    "turns back": (Case("massless", effects=(Contact(law="coulomb", friction=0.1), TO_AND_FRO), duration=0.8), OF_PUSH | {"nu[1]": 1e-3}),
+    "turns back": (Case("massless", effects=(Contact(law="coulomb", friction=0.1), TO_AND_FRO), duration=0.8),
+                   OF_PUSH | {"nu[1]": 1e-3}),
     "four wheels": (Case("free", vehicle=FOUR, effects=(SKID,), start=FOUR_START, duration=0.4),
                     {"mass": 1e-3, "platform_radius": 1e-5, "wheel_angles[2]": 1e-4, "center_of_mass[0]": 1e-4}),
-    "slope": (Case("free", effects=(Contact(law="coulomb", friction=0.3, normal_gravity=9.6), Slope(0.1, 0.4)), duration=0.6),
+    "slope": (Case("free", effects=(TILTED, Slope(0.1, 0.4)), duration=0.6),
               {"angle": 1e-4, "mass": 3e-3, "pose[2]": 1e-4}),
     "bearings": (Case("free", effects=(GROUND, Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)), duration=0.6),
                  {"wheel_viscous[1]": 1e-6, "roller_viscous": 1e-8, "nu[0]": 1e-4}),
-    "loads that are given": (Case("free", effects=(Contact(law="coulomb", friction=0.3, load=(10.0, 12.0, 9.0)),)),
-                             {"load[1]": 1e-2, "mass": 1e-3}),
+    "loads that are given": (Case("free", effects=(LOADS,)), {"load[1]": 1e-2, "mass": 1e-3}),
 }  # fmt: skip
+
+
+def _of_vehicle():
+    names = ("wheel_inertia", "yaw_inertia", "wheel_radius", "platform_radius", "mass")
+    return tuple(getattr(VEHICLE, name) for name in names)
 
 
 @pytest.mark.long
@@ -68,11 +77,9 @@ def _spun(duration, friction, **options):
 def test_wheels_that_spin_on_the_spot_come_to_rest_as_in_closed_form():
     """J chi'' = l F, I theta'' = 3 R F, F = -mu M g/3 until l chi' + R theta' = 0; then nothing changes any more."""
     mu, rate, end = 0.01, 2.0, 1.0
-    J, I, l, R, M = (
-        getattr(VEHICLE, name) for name in ("wheel_inertia", "yaw_inertia", "wheel_radius", "platform_radius", "mass")
-    )
-    force, slowing = mu * M * STANDARD_GRAVITY / 3, l**2 / J + 3 * R**2 / I
-    rest, turning = l * rate / (force * slowing), -3 * R * l * rate / (I * slowing)
+    wheel, yaw, radius, arm, mass = _of_vehicle()
+    force, slowing = mu * mass * STANDARD_GRAVITY / 3, radius**2 / wheel + 3 * arm**2 / yaw
+    rest, turning = radius * rate / (force * slowing), -3 * arm * radius * rate / (yaw * slowing)
     run = _spun(end, mu, sensitivities=("friction", "wheel_rates", "yaw_inertia"))
     assert 0 < rest < end / 2 and run.sticks[-1].all() and not run.sticks[0].any()
     assert run.pose[-1, 2] == pytest.approx(turning * (end - rest / 2), rel=1e-12)
@@ -80,8 +87,8 @@ def test_wheels_that_spin_on_the_spot_come_to_rest_as_in_closed_form():
     found = {name: run.sensitivity(name).pose[-1, 2] for name in ("friction", "wheel_rates", "yaw_inertia")}
     assert found["friction"] == pytest.approx(by_rest * -rest / mu, rel=1e-11)
     assert found["wheel_rates"] == pytest.approx(turning / rate * (end - rest / 2) + by_rest * rest / rate, rel=1e-11)
-    softer = -3 * R**2 / I**2  # dslowing/dI
-    of_turning, of_rest = -turning * (1 / I + softer / slowing), -rest * softer / slowing
+    softer = -3 * arm**2 / yaw**2  # dslowing/dI
+    of_turning, of_rest = -turning * (1 / yaw + softer / slowing), -rest * softer / slowing
     expected = of_turning * (end - rest / 2) + by_rest * of_rest
     assert found["yaw_inertia"] == pytest.approx(expected, rel=1e-11)
 
@@ -96,10 +103,8 @@ def _let_go(names, mu=0.2, static=0.3, top=2.0, end=0.8):
 def test_wheels_that_let_go_together_do_as_in_closed_form():
     """While they stick (l + 3 J R^2/(l I)) F = -a t; from |F| = mu_s M g/3 on I theta'' = -3 R mu M g/3."""
     mu, static, top, end = 0.2, 0.3, 2.0, 0.8
-    J, I, l, R, M = (
-        getattr(VEHICLE, name) for name in ("wheel_inertia", "yaw_inertia", "wheel_radius", "platform_radius", "mass")
-    )
-    load, lever = M * STANDARD_GRAVITY / 3, l + 3 * J * R**2 / (l * I)
+    wheel, yaw, radius, arm, mass = _of_vehicle()
+    load, lever = mass * STANDARD_GRAVITY / 3, radius + 3 * wheel * arm**2 / (radius * yaw)
     start = static * load * lever / top
     run = _let_go(("friction", "static_friction", "torque[1]", "times[1]"))
     assert start < end and run.sticks[0].all() and not run.sticks[-1].any()
@@ -107,7 +112,7 @@ def test_wheels_that_let_go_together_do_as_in_closed_form():
     def rate(mu=mu, static=static, top=top):
         """theta' at the end, as numbers that carry tangents go through it."""
         begins = static * load * lever / top
-        return -3 * R / I * (static * load * begins / 2 + mu * load * (end - begins))
+        return -3 * arm / yaw * (static * load * begins / 2 + mu * load * (end - begins))
 
     assert run.nu[-1, 2] / VEHICLE.yaw_scale == pytest.approx(rate(), rel=1e-11)
     step = 1e-30
@@ -162,12 +167,11 @@ def test_a_contact_that_sticks_takes_the_slip_that_a_start_has_beside_the_run():
 
 def _at_edge():
     """Wheels whose slip comes to rest at 0.01 s under torques that are 1e-8 less than what keeps it up."""
-    J, I, l, R, M = (
-        getattr(VEHICLE, name) for name in ("wheel_inertia", "yaw_inertia", "wheel_radius", "platform_radius", "mass")
-    )
-    torque = 0.3 * M * STANDARD_GRAVITY / 3 * (l + 3 * J * R**2 / (l * I))
-    ground = Contact(law="coulomb", friction=0.3, wheel_rates=0.01 * 1e-8 * torque / J)
-    return Case("massless", effects=(ground, Torque((1 - 1e-8) * torque)), start=STILL | {"chi": (0.0,) * 3}, duration=0.02)
+    wheel, yaw, radius, arm, mass = _of_vehicle()
+    torque = 0.3 * mass * STANDARD_GRAVITY / 3 * (radius + 3 * wheel * arm**2 / (radius * yaw))
+    ground = Contact(law="coulomb", friction=0.3, wheel_rates=0.01 * 1e-8 * torque / wheel)
+    start = STILL | {"chi": (0.0,) * 3}
+    return Case("massless", effects=(ground, Torque((1 - 1e-8) * torque)), start=start, duration=0.02)
 
 
 @pytest.mark.parametrize(

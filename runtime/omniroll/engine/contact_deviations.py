@@ -131,7 +131,8 @@ class ContactDeviations:
         held = self.contacts.at(np.array(row))
         y, inputs, count = self.motion.y[row], np.array(self.motion.inputs[row]), self.wheels
         self.deviations.views(inputs)["sticks"][...] = sticks
-        held["pushed"] = with_tangent(np.zeros((3 * count, count, 2)), np.eye(3 * count, 2 * count).reshape(-1, count, 2))
+        units = np.eye(3 * count, 2 * count).reshape(-1, count, 2)
+        held["pushed"] = with_tangent(np.zeros(units.shape), units)
         turned = with_tangent(inputs, np.zeros((3 * count, len(inputs))))
         heading = self.deviations.views(np.arange(len(inputs)))["slip_heading"]
         turned[2 * count + np.arange(count), heading] = with_tangent(inputs[heading], np.ones(count))
@@ -170,7 +171,7 @@ class ContactDeviations:
     # What happens
 
     def _at_rest(self, row: int, moved: np.ndarray, rests: np.ndarray, sticks: np.ndarray) -> np.ndarray:
-        """(m, P) d*: what is left where the slips of some contacts (k,) have been taken away, while `sticks` (N,) stick."""
+        """(m, P) d*: what is left where the slips of some contacts (k,) are taken away, while `sticks` (N,) stick."""
         rates, slip = self._responses(row, sticks)
         places = (2 * rests[:, None] + np.arange(2)[self.own]).ravel()
         matrix = slip[places][:, rests, self.own].reshape(len(places), -1)
@@ -203,8 +204,7 @@ class ContactDeviations:
         return speeds, -np.einsum("pkc,kc->kp", own, along) / speeds[:, None]
 
     def _let_go(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
-        """(m, P) the deviations after contacts have given way whose friction was used up, or loads have vanished or come
-        back."""
+        """(m, P) the deviations after contacts have given way, or loads have vanished or come back."""
         contacts, f = self.contacts, self.motion.rates
         core = self.deviations.core
         if np.abs(f[row] - f[row + 1])[core].max() <= JUMPS * np.abs(f[row : row + 2, core]).max():
@@ -226,8 +226,8 @@ class ContactDeviations:
     def _beyond(
         self, row: int, kernel: TangentKernel, constants: Mapping[str, np.ndarray], moved: np.ndarray, given: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(2 N,) how much of its static friction the force on a contact takes, squared, less 1, then by what part of the
-        weight loads are below zero, or springs of contacts that are off above it; and the slopes of these (k, 2 N).
+        """(2 N,) how much of its static friction the force on a contact takes, squared, less 1, then by what part of
+        the weight loads are below zero, or springs of contacts that are off above it; and slopes of these (k, 2 N).
 
         kernel, constants  whose numbers deviate
         moved, given       (k, m) and (k, U) deviations of the state and of the inputs
@@ -286,7 +286,8 @@ class ContactDeviations:
         taken = self._taken(known["ground_force"][0], loads, {}).real
         edge = np.flatnonzero(contacts.sticks[row] & (np.abs(taken) <= REACHED))
         if edge.size:
-            raise self._none(row, "a contact sticks by all its friction, so that a change however small lets it go", edge)
+            reason = "a contact sticks by all its friction, so that a change however small lets it go"
+            raise self._none(row, reason, edge)
 
     def _refuse_apart(self, row: int, times: np.ndarray, wheels: np.ndarray) -> None:
         apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)

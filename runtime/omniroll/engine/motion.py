@@ -46,7 +46,8 @@ class Motion:
     @cached_property
     def contacts(self) -> ContactModes | None:
         """Which contacts stick on the ground, and which carry; None where none has such a mode."""
-        return ContactModes(self.trajectory, self.plain, self.deviations) if set(MODES) & set(self.deviations.inputs) else None
+        has_modes = not self.deviations.inputs.keys().isdisjoint(MODES)
+        return ContactModes(self.trajectory, self.plain, self.deviations) if has_modes else None
 
     @cached_property
     def inputs(self) -> np.ndarray:

@@ -23,11 +23,11 @@ from omniroll import validation
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
+from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
-from omniroll.engine.contact_modes import MODES
 from omniroll.engine.runs import Task
 from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Held, Variations, gauss
