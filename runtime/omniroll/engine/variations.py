@@ -345,25 +345,21 @@ class Variations:
         forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        if turning is not None:
-            slopes, along = turning
-            heading = self.deviations.places["slip_heading"] - size
-            of_turns = G[..., heading]  # the rates' slopes by the directions
-            force = -slopes[..., carried] @ known
-            force[..., size:] -= slopes[..., size:]
-            solved, turns = _turned(
-                right, force, to_nodes, (to_core, of_core, of_itself), of_turns[:, :, core],
-                (slopes[..., core], slopes[..., carried]), along,
-            )  # fmt: skip
-            at_nodes = np.zeros_like(forced)
-            at_nodes[:, :, core] = solved
-            at_nodes[:, :, carried] = known + integral(of_core @ solved)
-            return forced + A @ at_nodes + of_turns @ turns
-        solved, found = _by_sweeps(right, lambda x: integral(to_core @ integral(of_core @ x) + of_itself @ x))
-        slow = np.flatnonzero(~found)
-        if slow.size:
-            solved[slow] = _at_once(right[slow], to_nodes[slow], to_core[slow], of_core[slow], of_itself[slow])
+        turns = np.zeros(count, bool) if turning is None else turning[0].any(axis=(1, 2, 3))
+        solved, rest = np.empty_like(right), np.flatnonzero(~turns)
         at_nodes = np.zeros_like(forced)
+        if turns.any():
+            slopes, along = (own[turns] for own in turning)
+            of_turns = G[turns][..., self.deviations.places["slip_heading"] - size]
+            force = -slopes[..., carried] @ known[turns]
+            force[..., size:] -= slopes[..., size:]
+            solved[turns], found = _turned(
+                right[turns], force, to_nodes[turns], (to_core[turns], of_core[turns], of_itself[turns]),
+                of_turns[:, :, core], (slopes[..., core], slopes[..., carried]), along,
+            )  # fmt: skip
+            forced[turns] += of_turns @ found
+        if rest.size:
+            solved[rest] = _solved_plainly(right[rest], to_nodes[rest], to_core[rest], of_core[rest], of_itself[rest])
         at_nodes[:, :, core] = solved
         at_nodes[:, :, carried] = known + integral(of_core @ solved)
         return np.add(forced, A @ at_nodes, out=forced)
@@ -400,6 +396,21 @@ class Variations:
                 found[here] = np.einsum("ks,ksmp->kmp", weights, rates[back[here] - done])
                 done += len(own)
         return found
+
+
+def _solved_plainly(
+    right: np.ndarray, to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray
+) -> np.ndarray:
+    """x = right + felt(x) (l, s, c, w) of l steps: by sweeps, or where rates are fast by one linear system."""
+
+    def integral(rates: np.ndarray) -> np.ndarray:
+        return (to_nodes @ rates.reshape(*rates.shape[:2], -1)).reshape(rates.shape)
+
+    solved, found = _by_sweeps(right, lambda x: integral(to_core @ integral(of_core @ x) + of_itself @ x))
+    slow = np.flatnonzero(~found)
+    if slow.size:
+        solved[slow] = _at_once(right[slow], to_nodes[slow], to_core[slow], of_core[slow], of_itself[slow])
+    return solved
 
 
 def _by_sweeps(right: np.ndarray, felt: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
