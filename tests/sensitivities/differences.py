@@ -76,11 +76,11 @@ def names_of(run: omniroll.Trajectory) -> list[str]:
     return ["nu", "chi", "pose"] + (["spins"] if run.spins is not None else [])
 
 
-def differenced(case: Case, name: str, change: float, t: float | None = None) -> np.ndarray:
-    """The derivative of `motion` by a number, from central differences of three sizes."""
+def differenced(case: Case, name: str, change: float, t: float | None = None, **options: Any) -> np.ndarray:
+    """The derivative of `motion` by a number, from central differences of three sizes, of runs with these options."""
 
     def central(by: float) -> np.ndarray:
-        ends = [motion(case.changed(name, side * by).run(), t) for side in (-1, 1)]
+        ends = [motion(case.changed(name, side * by).run(**options), t) for side in (-1, 1)]
         return (ends[1] - ends[0]) / (2 * by)
 
     wide, middle, narrow = (central(change / k) for k in (1, 2, 4))

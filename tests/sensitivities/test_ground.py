@@ -101,16 +101,6 @@ def test_a_strong_ground_is_rolling():
     assert apart[1] == pytest.approx(apart[0] / 2, rel=0.02) and apart[0] < 1e-2
 
 
-@pytest.mark.parametrize(
-    "contact",
-    [Contact(law="coulomb", friction=0.3), Contact(40.0, loads="dynamic", height=0.05)],
-    ids=["coulomb", "loads"],
-)
-def test_what_sticks_on_the_ground_and_loads_that_follow_are_refused(contact):
-    with pytest.raises(InvalidValueError, match="not followed"):
-        Case("massless", effects=(contact,)).run(sensitivities=("mass",))
-
-
 def test_names_of_numbers_that_the_law_does_not_have():
     for effect, name in ((VISCOUS, "friction"), (REGULARISED, "load"), (REGULARISED, "coefficient[0]")):
         with pytest.raises(InvalidValueError, match="is no number of this run"):

@@ -117,9 +117,10 @@ class Contact(Effect):
 
     @property
     def numbers(self) -> Mapping[str, str]:  # type: ignore[override]
-        """Fields that are arguments of `prepare`."""
+        """Fields that are arguments of `prepare`, or of the friction of contacts that may stick."""
         own = {"coefficient": "ground_damping", "friction": "ground_friction", "speed": "ground_fade_speed"}
-        own["load"] = "contact_load"
+        own |= {"load": "contact_load", "static_friction": "ground_static_friction"}
+        own |= {name: name for name in (*OF_DYNAMIC_LOADS, "normal_gravity") if self.is_loaded}
         return {name: argument for name, argument in own.items() if getattr(self, name) is not None}
 
     def number_shape(self, name: str, shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -193,13 +194,17 @@ class Contact(Effect):
         return {"contact_load": loads, "ground_friction": friction, "ground_fade_speed": self.speed}
 
     def constants_along(self, vehicle: Vehicle, moved: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The slopes of the loads at rest, where the law has them and they are not given.
+        """The slopes of the loads at rest, where the law has them and they are not given; of loads that follow the
+        motion those of spin_inertia, where that is not given.
 
         moved  slopes of the vehicle's numbers, by name
 
         Raises InvalidValueError for a vehicle that stands on two contacts alone.
         """
-        if self.law != "regularised" or self.load is not None:
+        if self.is_loaded:  # what turns about an axle does so with the wheel
+            follows = self.spin_inertia is None and "wheel_inertia" in moved
+            return {"spin_inertia": np.broadcast_to(moved["wheel_inertia"], vehicle.wheels)} if follows else {}
+        if self.law == "viscous" or self.load is not None:
             return {}
 
         def carrying(name: str) -> np.ndarray:

@@ -32,7 +32,7 @@ class Column:
     name       as it was asked for
     size       of the number; 1 where it is 0, or stands for a length, an angle or a speed of the start
     start      tangents of nu, chi, pose and spins at the start, by name
-    constants  tangents of the arguments of `prepare`, by name
+    constants  tangents of the arguments of `prepare`, and of the numbers of contacts that may stick, by name
     signals    tangents of fields of effects that are no constants of the kernel: by place of the effect and field
     """
 
@@ -71,8 +71,9 @@ def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:
 
 def _known(plain: Kernel, effects: Sequence[Effect]) -> str:
     names = [*start_shapes(plain), *VEHICLE_SCALARS, "wheel_angles"]
+    values = values_of(plain, effects)
     for effect in effects:
-        names += [n for n, argument in effect.numbers.items() if argument in plain.constant_names]
+        names += [n for n, argument in effect.numbers.items() if argument in values]
         names += [n for n in effect.signals if getattr(effect, n) is not None]
     return ", ".join(names)
 
@@ -85,7 +86,7 @@ def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> 
 def _of_vehicle(
     name: str, number: str, place: tuple[int, ...], plain: Kernel, effects: Sequence[Effect]
 ) -> Column | None:
-    values = _values(plain)
+    values = values_of(plain, ())
     if number in VEHICLE_SCALARS and number not in values:
         _moved(name, (), place)
         return Column(name)  # massless rollers do not feel their inertia
@@ -99,19 +100,29 @@ def _of_vehicle(
 
 
 def _of_effect(name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effect: Effect) -> Column | None:
-    values, argument = _values(plain), effect.numbers.get(number)
+    values, argument = values_of(plain, (effect,)), effect.numbers.get(number)
     if argument in values:
         shape = values[argument].shape
         moved = np.broadcast_to(_moved(name, effect.number_shape(number, shape), place), shape)
-        return Column(name, _size(values[argument]), constants={argument: moved} | _rotor(number, moved, plain, effect))
+        constants = {argument: moved} | _rotor(number, moved, plain, effect) | _static(number, moved, values, effect)
+        return Column(name, _size(values[argument]), constants=constants)
     if number in effect.signals and getattr(effect, number) is not None:
         moved = _moved(name, effect.shape_of(number, plain.wheels), place)
         return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
     return None
 
 
-def _values(plain: Kernel) -> dict[str, np.ndarray]:
-    return dict(zip(plain.constant_names, plain.constants, strict=True))
+def values_of(plain: Kernel, effects: Sequence[Effect]) -> dict[str, np.ndarray]:
+    """The arguments of `prepare`, and the numbers of contacts that may stick, which kernels are given as they run."""
+    found = dict(zip(plain.constant_names, plain.constants, strict=True))
+    for effect in effects:
+        grip = effect.grip(plain.vehicle, effects)
+        if grip is None:
+            continue
+        if grip.sticks:
+            found |= {"ground_friction": grip.sliding, "ground_static_friction": grip.static}
+        found |= {"contact_load": grip.loads} if grip.balance is None else grip.balance
+    return {name: np.asarray(value, float) for name, value in found.items()}
 
 
 def _size(value: ArrayLike) -> float:
@@ -126,6 +137,12 @@ def _rotor(number: str, moved: np.ndarray, plain: Kernel, effect: Effect) -> dic
     ratio = complex(with_tangent(effect.gear_ratio, 1.0))
     geared = parts.geared_inertia(plain.wheels, plain.rollers_per_wheel, 0.0, ratio, inertia)
     return {"wheel_inertia": tangent_of(geared)}
+
+
+def _static(number: str, moved: np.ndarray, values: Mapping, effect: Effect) -> dict[str, np.ndarray]:
+    """What friction does to the static friction of contacts that stick, where that is not given."""
+    follows = number == "friction" and "ground_static_friction" in values
+    return {"ground_static_friction": moved} if follows and getattr(effect, "static_friction", 0) is None else {}
 
 
 def _moved(name: str, shape: tuple[int, ...], place: tuple[int, ...]) -> np.ndarray:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from omniroll.effects.contact import Contact
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect, Process
 from omniroll.effects.motor import Motor
@@ -28,10 +27,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
-        sticks = isinstance(effect, Contact) and (effect.law == "coulomb" or effect.is_loaded)
-        if sticks or not known:
-            what = "contacts that stick, loads that follow the motion and functions of your own are not followed"
-            raise InvalidValueError("sensitivities", type(effect).__name__, what)
+        if not known:
+            raise InvalidValueError("sensitivities", type(effect).__name__, "functions of your own are not followed")
 
 
 class DriveDeviations:

@@ -5,7 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.engine.columns import Column, columns_of, stacked, start_shapes
+from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
+from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.holds import Holds
 from omniroll.engine.slopes import NOTHING
 from omniroll.engine.variations import Deviations, Held, Variations
@@ -43,6 +44,12 @@ class Motion:
         return Holds(self.trajectory, self.plain, sticking) if sticking else None
 
     @cached_property
+    def contacts(self) -> ContactModes | None:
+        """Which contacts stick on the ground, and which carry; None where none has such a mode."""
+        has_modes = not self.deviations.inputs.keys().isdisjoint(MODES)
+        return ContactModes(self.trajectory, self.plain, self.deviations) if has_modes else None
+
+    @cached_property
     def inputs(self) -> np.ndarray:
         """(T, U) what the rows' phases were given."""
         trajectory, shapes = self.trajectory, self.deviations.inputs
@@ -53,7 +60,8 @@ class Motion:
             )
         if "free_bearing" in shapes:
             given["free_bearing"] = self.holds.spins.torques
-        return self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
+        found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
+        return found if self.contacts is None else self.contacts.headed(self.y, found, np.arange(len(trajectory)))
 
     @cached_property
     def directions(self) -> np.ndarray:
@@ -109,6 +117,7 @@ class Motion:
     def rates_in(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(..., m) the rates of what deviates in states (..., size), where what sticks is as in rows (...)."""
         held = NOTHING if self.holds is None else self.holds.at(rows)
+        held = held if self.contacts is None else self.contacts.at(rows)
         return self.deviations.rates_of(self.plain, y, inputs, held)
 
     @cached_property
@@ -128,7 +137,7 @@ class Columns:
         self.effects = trajectory.effects.effects
         self.plain = trajectory.effects.kernel(trajectory.vehicle, trajectory.roller_model, "python")
         self.columns: tuple[Column, ...] = (Column(""),) * others + columns_of(names, self.plain, self.effects)
-        shapes = {n: value.shape for n, value in zip(self.plain.constant_names, self.plain.constants, strict=True)}
+        shapes = {name: value.shape for name, value in values_of(self.plain, self.effects).items()}
         self.constants = stacked(self.columns, lambda column: column.constants, shapes)
         self.start = stacked(self.columns, lambda column: column.start, start_shapes(self.plain))
         wheels = self.plain.wheels
@@ -177,5 +186,5 @@ class Columns:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held,
+            held, motion.contacts,
         )  # fmt: skip

@@ -22,6 +22,8 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
+from omniroll.engine.contact_deviations import ContactDeviations
+from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
@@ -61,8 +63,15 @@ def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
     return None if motion.holds is None else HoldDeviations(motion, columns)
 
 
-def held_in(holds: HoldDeviations | None) -> Held | None:
-    return None if holds is None else holds.held
+def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | None:
+    """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
+    return None if motion.contacts is None else ContactDeviations(motion, columns)
+
+
+def held_in(motion: Motion, columns: Columns) -> Held | None:
+    """What sticks in the steps of a run; None where nothing may."""
+    found = hold_deviations(motion, columns) or contact_deviations(motion, columns)
+    return None if found is None else found.held
 
 
 @dataclass(frozen=True)
@@ -150,7 +159,7 @@ class Followed:
         compiled = self.compiled_for(motion, columns)
         if compiled is not None:
             return self._since_row_compiled(compiled, step, times)
-        variations = self.variations or columns.variations(motion, held_in(hold_deviations(motion, columns)))
+        variations = self.variations or columns.variations(motion, held_in(motion, columns))
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
@@ -190,7 +199,7 @@ class Sweep:
         shape = (len(self.motion.phases), len(columns), plain.wheels, plain.rollers_per_wheel)
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
-        self.holds = hold_deviations(motion, columns)
+        self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
@@ -279,6 +288,8 @@ class Sweep:
         times = self.drives.jump(self.trajectory.elapsed[row + 1])
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, self.inputs_at(row))
+        if self.contacts is not None and self.contacts.changes[row]:
+            return self.contacts.passed(row, moved, times, self.inputs_at(row))
         if times is None:
             return None
         rates = self.motion.rates
@@ -339,7 +350,7 @@ class Sweep:
                 moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
                     if self.momenta_maps is not None:
-                        self.inputs[step, self.moving : self.deviations.input_size] = self.momenta
+                        self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
                     self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
             elif row in switch_of:
@@ -353,7 +364,7 @@ class Sweep:
         """(S, m, m + F) the maps of the steps: what comes out, by the deviations at the start and by what is given."""
         if not len(self.trajectory.step_rows):
             return np.zeros((0, self.size, self.size + self.inputs.shape[1]))
-        self.variations = self.columns.variations(self.motion, held_in(self.holds))
+        self.variations = self.columns.variations(self.motion, held_in(self.motion, self.columns))
         return self.variations.maps()
 
     def _begin(self, phase: int, moved: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -382,7 +393,8 @@ class Sweep:
         state = self._begun(State(nu, chi, pose, trajectory.contact[:1], axial))
         y = self.passage.whole(self.motion.y[0], state, kernel)
         own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
-        return self.passage.deviation(y).T, own
+        moved = self.passage.deviation(y).T
+        return moved if self.contacts is None else self.contacts.began(0, moved), own
 
     def _begun(self, state: State) -> State:
         """The state at the start where wheels may slip: at the rates and the spins that the ground's effect has."""
@@ -403,7 +415,7 @@ class Sweep:
             return
         rows = trajectory.step_rows[first:last]
         elapsed = trajectory.elapsed[rows]
-        names = trajectory.effects.drives()
+        names = [name for name in trajectory.effects.drives() if name in self.deviations.inputs and name not in MODES]
         drive = {name: trajectory.drive[rows, k] for k, name in enumerate(names)}
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
@@ -438,6 +450,8 @@ class Sweep:
 
         Wheels that switch together still do where a number grows by its own size, or they do not.
         """
+        if self.contacts is not None:
+            self.contacts.refuse_rests(row)
         if self.switches.together[switch] or self.switches.grazed[switch]:
             found = self._passed_apart(row, moved)
             if found is not None:
@@ -453,6 +467,8 @@ class Sweep:
         if not parted.any():
             return None
         self._refuse_impacts(before, parted, wheels)
+        if self.contacts is not None:
+            self.contacts.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)
 
     def _axial_of_phase(self) -> np.ndarray | None:

@@ -17,9 +17,10 @@ from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
@@ -80,6 +81,8 @@ class Deviations:
                they are constant, the torques of their bearings where they may stick
     sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
     spins_stick  whether free rollers may stick as well
+    grips      whether contacts may stick on the ground
+    loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
     functions  generated functions that give the rates, in the order in which they are called
     """
 
@@ -90,8 +93,12 @@ class Deviations:
         self.rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in added}
         self.vector = vector
         self.state = np.concatenate([np.arange(vector.size)[vector.slices[name]] for name in self.rates])
-        self.inputs = {name: (bound.wheels,) for name in effects.drives()}
+        drives = effects.drives()
+        self.inputs = {name: (bound.wheels,) for name in drives if name not in MODES}
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
+        self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
+        self.grips, self.loaded = "sticks" in drives, "carries" in drives
+        self.coupled = self.loaded and "contact_viscous" not in effects.names()
         if bound.has_spins and not {"momenta", "axial", "spins"} & set(vector.slices):
             self.inputs["momenta"] = (bound.wheels, 2)
         self.spins_stick = bound.rollers_stick and bound.has_spins
@@ -171,6 +178,25 @@ class Deviations:
     ) -> dict[str, np.ndarray]:
         """The same, with what the functions of the rates give; `held`, what sticks leaves to nu."""
         known = self.known_in(y, inputs) | dict(held)
+        if self.grips:
+            known["ground_push"] = pushes(kernel, known)
+        if self.coupled:
+            known |= self.loads_among(kernel, known)
+            known["load_factor"] = known["loads"]
+        elif self.loaded:
+            known["load_factor"] = known["carries"]
+        return self._called(kernel, known)
+
+    def loads_among(self, kernel: Kernel, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """(..., N) in N, `loads` that follow the motion, and `compression`, what the springs of all contacts have."""
+
+        def rates_under(loads: np.ndarray) -> dict[str, np.ndarray]:
+            return self._called(kernel, dict(known) | {"load_factor": loads if self.coupled else known["carries"]})
+
+        return dict(zip(("loads", "compression"), loads_that_follow(kernel, known, rates_under), strict=True))
+
+    def _called(self, kernel: Kernel, known: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """With what the functions of the rates give."""
         for function in self.functions:
             names = [argument.name for argument in kernel.signatures[function].outputs]
             found = call_named(kernel, function, known)
@@ -181,7 +207,10 @@ class Deviations:
         self, kernel: Kernel, y: np.ndarray, inputs: np.ndarray, held: Mapping[str, np.ndarray] = NOTHING
     ) -> np.ndarray:
         """(..., m) the rates of what deviates, in states y (..., size) with inputs (..., U)."""
-        known = self.known_of(kernel, y, inputs, held)
+        return self.rates_among(self.known_of(kernel, y, inputs, held))
+
+    def rates_among(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(..., m) the same from what known_of gives."""
         parts = [(known[rate], len(self.vector.shapes[name])) for name, rate in self.rates.items()]
         parts = [part.reshape(*part.shape[: part.ndim - axes], -1) for part, axes in parts]
         lead = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
@@ -198,6 +227,7 @@ class Variations:
     inputs      (T, U) what each row's phase was given
     nodes       inside a step; None: as many as the polynomials ask for
     held        from rows what sticks leaves to nu in their steps, and the same carrying the numbers' tangents
+    contacts    those that may stick on the ground; None: there are none
     """
 
     def __init__(
@@ -210,7 +240,9 @@ class Variations:
         inputs: np.ndarray,
         nodes: int | None = None,
         held: Held | None = None,
+        contacts: ContactModes | None = None,
     ):
+        self.contacts = contacts
         self.trajectory, self.deviations, self.inputs, self.numbers = trajectory, deviations, inputs, numbers
         self.held = held or (lambda rows: (NOTHING, NOTHING))
         self.slopes = Slopes(deviations, trajectory, plain)
@@ -243,6 +275,8 @@ class Variations:
             change = np.repeat(self.inputs[rows + 1, :moving] - self.inputs[rows, :moving], s, axis=0)
             inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
         held, turning = self.held(np.repeat(rows, s))
+        if self.contacts is not None:
+            inputs = self.contacts.headed(y, inputs, np.repeat(rows, s))
         slopes = self.slopes.at(y, inputs, held).reshape(count, s, size, -1)
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
@@ -252,7 +286,28 @@ class Variations:
         if self.of_numbers is not None:
             found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs, turning))
             G[..., given + moving :] = np.moveaxis(found.reshape(self.numbers, count, s, size), 0, -1)
+        self.directions = None
+        if self.contacts is not None and self.contacts.turns:
+            found = self._directions(y, inputs, np.repeat(rows, s))
+            self.directions = tuple(part.reshape(count, s, *part.shape[1:]) for part in found)
         return slopes[..., :size], G
+
+    def _directions(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes (k, N, m + F) of the slips across their directions in states (k, size), and (k, N) the slips along
+        them; where a contact does not slip 0, and 1."""
+        deviations, slides = self.deviations, self.contacts.slides[rows]
+        m, headings = len(deviations.state), deviations.views(inputs)["slip_heading"]
+        slopes = np.zeros((*slides.shape, m + self.width[1]))
+        unit = np.zeros((m, 1, y.shape[1]))
+        unit[np.arange(m), 0, deviations.state] = 1.0
+        known = deviations.known_in(with_tangent(y, unit), inputs)
+        along, across = self.contacts.along_and_across(self.slopes.carrying, known, headings)
+        slopes[..., :m] = np.moveaxis(tangent_of(across), 0, -1)
+        if self.of_numbers is not None:
+            known = deviations.known_in(y, inputs)
+            moved = tangent_of(self.contacts.along_and_across(self.of_numbers, known, headings)[1])
+            slopes[..., m + deviations.input_size + deviations.moving :] = np.moveaxis(moved, 0, -1)
+        return np.where(slides[..., None], slopes, 0.0), np.where(slides, along[0].real, 1.0)
 
     def rates_at_nodes(self, steps: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Some of the steps (k,), one group after the other, and (l, s, m, m + F) the rates of the deviation at their
@@ -262,15 +317,20 @@ class Variations:
             yield from ((steps[part], self.kept[steps[part]]) for part in parts)
             return
         A, G = self.coefficients(steps, self.inside)
+        directions = self.directions
         for part in parts:
             to_nodes = self.inside.to_nodes * self.lengths[steps[part]][:, None, None]
-            yield steps[part], self._solved(A[part], G[part], to_nodes)
+            turning = None if directions is None else tuple(own[part] for own in directions)
+            yield steps[part], self._solved(A[part], G[part], to_nodes, turning)
 
-    def _solved(self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray) -> np.ndarray:
+    def _solved(
+        self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray, turning: tuple[np.ndarray, np.ndarray] | None = None
+    ) -> np.ndarray:
         """(l, s, m, m + F) the rates d' = A d + G at the nodes, by d at the start and by what is given.
 
         The core c and what it carries, g, with g' = A_gc c + G_g: only the core has to be solved for. The place on the
-        plane feeds nothing back. to_nodes (l, s, s) integrates rates at the nodes up to each node.
+        plane feeds nothing back. to_nodes (l, s, s) integrates rates at the nodes up to each node. `turning`, where
+        directions of slips turn: what _directions gives, (l, s, ...).
         """
         count, s, size = A.shape[:3]
         core, carried = self.deviations.core, self.deviations.carried
@@ -285,11 +345,21 @@ class Variations:
         forced[..., size:] = G
         known = start[carried] + integral(forced[:, :, carried])
         right = start[core] + integral(to_core @ known + forced[:, :, core])
-        solved, found = _by_sweeps(right, lambda x: integral(to_core @ integral(of_core @ x) + of_itself @ x))
-        slow = np.flatnonzero(~found)
-        if slow.size:
-            solved[slow] = _at_once(right[slow], to_nodes[slow], to_core[slow], of_core[slow], of_itself[slow])
+        turns = np.zeros(count, bool) if turning is None else turning[0].any(axis=(1, 2, 3))
+        solved, rest = np.empty_like(right), np.flatnonzero(~turns)
         at_nodes = np.zeros_like(forced)
+        if turns.any():
+            slopes, along = (own[turns] for own in turning)
+            of_turns = G[turns][..., self.deviations.places["slip_heading"] - size]
+            force = -slopes[..., carried] @ known[turns]
+            force[..., size:] -= slopes[..., size:]
+            solved[turns], found = _turned(
+                right[turns], force, to_nodes[turns], (to_core[turns], of_core[turns], of_itself[turns]),
+                of_turns[:, :, core], (slopes[..., core], slopes[..., carried]), along,
+            )  # fmt: skip
+            forced[turns] += of_turns @ found
+        if rest.size:
+            solved[rest] = _solved_plainly(right[rest], to_nodes[rest], to_core[rest], of_core[rest], of_itself[rest])
         at_nodes[:, :, core] = solved
         at_nodes[:, :, carried] = known + integral(of_core @ solved)
         return np.add(forced, A @ at_nodes, out=forced)
@@ -328,6 +398,21 @@ class Variations:
         return found
 
 
+def _solved_plainly(
+    right: np.ndarray, to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray
+) -> np.ndarray:
+    """x = right + felt(x) (l, s, c, w) of l steps: by sweeps, or where rates are fast by one linear system."""
+
+    def integral(rates: np.ndarray) -> np.ndarray:
+        return (to_nodes @ rates.reshape(*rates.shape[:2], -1)).reshape(rates.shape)
+
+    solved, found = _by_sweeps(right, lambda x: integral(to_core @ integral(of_core @ x) + of_itself @ x))
+    slow = np.flatnonzero(~found)
+    if slow.size:
+        solved[slow] = _at_once(right[slow], to_nodes[slow], to_core[slow], of_core[slow], of_itself[slow])
+    return solved
+
+
 def _by_sweeps(right: np.ndarray, felt: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """(l, s, c, w) x = right + felt(x) of l steps, and (l,) bool of which it was found.
 
@@ -348,15 +433,54 @@ def _by_sweeps(right: np.ndarray, felt: Callable[[np.ndarray], np.ndarray]) -> t
     return found, is_found
 
 
+def _turned(
+    right: np.ndarray,
+    force: np.ndarray,
+    to_nodes: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray, np.ndarray],
+    of_turns: np.ndarray,
+    across: tuple[np.ndarray, np.ndarray],
+    along: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """x = right + felt(x, turns) (l, s, c, w) and the turns (l, s, N, w) of directions, by one linear system a step:
+
+        slips across directions = turn times slip along them,
+
+    which is as regular where a slip is zero as elsewhere (directed.py). `force`, what the slips across get beside x.
+    """
+    count, s, size, wide = right.shape
+    turning = along.shape[-1]
+    system = np.zeros((count, s * (size + turning), s * (size + turning)))
+    (to_core, of_core, of_itself), (of_x, of_carried), rates = slopes, across, slice(0, s * size)
+    system[:, rates, rates] = _system(to_nodes, to_core, of_core, of_itself)
+    turns = slice(s * size, None)
+    by_turns = to_nodes[:, :, None, :, None] * of_turns.swapaxes(1, 2)[:, None]
+    system[:, rates, turns] = -by_turns.reshape(count, s * size, s * turning)
+    over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
+    slip = (of_carried @ over.reshape(count, s, of_core.shape[2], s * size)).reshape(count, s, turning, s, size)
+    slip[:, range(s), :, range(s)] += of_x.swapaxes(0, 1)
+    system[:, turns, rates] = slip.reshape(count, s * turning, s * size)
+    system[:, range(s * size, s * (size + turning)), range(s * size, s * (size + turning))] = -along.reshape(count, -1)
+    whole = np.concatenate([right.reshape(count, s * size, wide), force.reshape(count, s * turning, wide)], axis=1)
+    found = np.linalg.solve(system, whole)
+    return found[:, rates].reshape(right.shape), found[:, turns].reshape(count, s, turning, wide)
+
+
 def _at_once(
     right: np.ndarray, to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray
 ) -> np.ndarray:
     """The same by one linear system a step."""
     count, s, size, _ = right.shape
-    wide, carried = s * size, of_core.shape[2]
+    system = _system(to_nodes, to_core, of_core, of_itself)
+    return np.linalg.solve(system, right.reshape(count, s * size, -1)).reshape(right.shape)
+
+
+def _system(to_nodes: np.ndarray, to_core: np.ndarray, of_core: np.ndarray, of_itself: np.ndarray) -> np.ndarray:
+    """(l, s c, s c) what it takes from the core at the nodes to what is given for it there."""
+    count, s, size, carried = *to_core.shape[:3], of_core.shape[2]
+    wide = s * size
     # What the core at node k does to the carried at node j, and by it to the core's rates there.
     over = to_nodes[:, :, None, :, None] * of_core.swapaxes(1, 2)[:, None]
     felt = (to_core @ over.reshape(count, s, carried, wide)).reshape(count, s, size, s, size)
     felt[:, range(s), :, range(s)] += of_itself.swapaxes(0, 1)
-    system = np.eye(wide) - (to_nodes @ felt.reshape(count, s, -1)).reshape(count, wide, wide)
-    return np.linalg.solve(system, right.reshape(count, wide, -1)).reshape(right.shape)
+    return np.eye(wide) - (to_nodes @ felt.reshape(count, s, -1)).reshape(count, wide, wide)

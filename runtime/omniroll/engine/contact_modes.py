@@ -1,0 +1,143 @@
+"""The modes of contacts in the rows of a run, where those go that slip under Coulomb's friction, and what they carry.
+
+The force of a contact that slips depends on the direction of its slip alone. So what a phase is given are the contacts'
+modes and these directions; that the slips follow the directions is one more equation (variations.py).
+
+Loads that follow the motion are solved for with the accelerations (effects/ground_loads.py): with the sums s of the
+balance, the loads P s that springs have under them, and what loads do to the sums,
+
+    s = b + C P s.
+"""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from omniroll.effects.ground import slip_roundings
+from omniroll.kernels.kernel import Kernel
+from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
+from omniroll.results.accelerations import call_named
+from omniroll.results.trajectory import Trajectory
+
+MODES = ("sticks", "slip_heading", "carries")  # what rows keep of contacts
+
+
+def pushes(kernel: Kernel, known: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(..., N, 2) in N, the forces on contacts with `slip_heading` and `load` (..., N), 0 for those that stick; with
+    what `pushed` (..., N, 2) adds to them."""
+    heading = np.asarray(known["slip_heading"])
+    across = np.cos(heading) if kernel.has_spins else np.zeros_like(heading)  # massless rollers slip one way alone
+    towards = np.stack([across, np.sin(heading)], axis=-1)
+    return kernel.call("sliding_forces", towards, known["load"], known["friction"])[0] + known["pushed"]
+
+
+def loads_that_follow(
+    kernel: Kernel, known: Mapping[str, np.ndarray], rates_under: Callable[[np.ndarray], Mapping[str, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """(..., N) in N, the loads of contacts, 0 of those that are off; and what the springs of all would have.
+
+    known        what generated functions take; `carries` (..., N), and the numbers of the balance
+    rates_under  what they give under loads (..., N)
+    """
+
+    def compression(sums: np.ndarray) -> np.ndarray:
+        return kernel.call("spring_loads", known["carries"], sums)
+
+    def sums_of(sums: np.ndarray) -> np.ndarray:
+        found = dict(rates_under(known["carries"] * compression(sums)))
+        if "coulomb_momenta" in kernel.signatures:
+            found["coulomb_momenta_dot"] = call_named(kernel, "coulomb_momenta", found)
+        return call_named(kernel, "slip_load_balance", found)[0]
+
+    units = np.eye(3) * kernel.vehicle.mass * np.asarray(known["normal_gravity"]).real.max()
+    without = sums_of(np.zeros(3))
+    matrix = np.stack([(unit - sums_of(unit) + without) / unit.max() for unit in units], axis=-1)
+    found = compression(np.linalg.solve(matrix, without[..., None])[..., 0])
+    return known["carries"] * found, found
+
+
+def slips(kernel: Kernel, known: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(..., N, 2) in m/s, the slip velocities of states, by what generated functions take."""
+    given = dict(known) | {"ground_push": np.zeros((kernel.wheels, 2)), "load_factor": np.ones(kernel.wheels)}
+    return call_named(kernel, "slip_forces", given)[0]
+
+
+class ContactModes:
+    """The contacts (N,) of a run.
+
+    sticks   (T, N) bool in each row: where a step starts those of the step, in others those with which a phase ends
+    carries  (T, N) bool: those that have a load
+    slides   (T, N) bool: those that slip under a load
+    grips    whether they may stick
+    turns    whether slips have two components, so that their directions turn
+    loaded   whether loads follow the motion
+    """
+
+    def __init__(self, trajectory: Trajectory, plain: Kernel, deviations):
+        self.plain, self.deviations = plain, deviations
+        self.grip = trajectory.effects.grip(trajectory.vehicle)
+        self.grips, self.loaded = self.grip.sticks, self.grip.balance is not None
+        names, shape = trajectory.effects.drives(), (len(trajectory), plain.wheels)
+
+        def kept(name: str, other: np.ndarray) -> np.ndarray:
+            return trajectory.drive[:, names.index(name)] if name in names else np.broadcast_to(other, shape)
+
+        self.headings, self.sticks = kept("slip_heading", np.zeros(1)), kept("sticks", np.zeros(1)) > 0.5
+        self.carries = kept("carries", self.grip.loads > 0) > 0.5
+        self.slides = ~self.sticks & self.carries & self.grips
+        self.turns = plain.has_spins and self.grips
+        self.first = 0 if self.turns else 1  # of the components of slips
+
+    def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """What generated functions take of the contacts in rows (...), by name."""
+        return self.where(self.slides[rows])
+
+    def where(self, slides: np.ndarray) -> dict[str, np.ndarray]:
+        """The same where contacts (..., N) slip."""
+        found = {name: np.asarray(value, float) for name, value in (self.grip.balance or {}).items()}
+        if not self.grips:
+            return found
+        load = np.where(slides, 1.0 if self.loaded else self.grip.loads, 0.0)
+        return found | {"load": load, "friction": self.grip.sliding, "pushed": np.zeros((self.plain.wheels, 2))}
+
+    def moved(self, found: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray], axes: int) -> dict:
+        """The same, carrying tangents (P, ...) of the numbers, for states with so many axes behind that of P."""
+
+        def tangent(name: str, value: np.ndarray) -> np.ndarray:
+            given = tangents.get(name)
+            return np.zeros(value.shape) if given is None else given.reshape(len(given), *(1,) * axes, *given.shape[1:])
+
+        balance = self.grip.balance or {}
+        moving = {name: with_tangent(found[name], tangent(name, found[name])) for name in balance}
+        if self.grips:
+            load, friction = found["load"], found["friction"]
+            of_load = np.zeros(load.shape) if self.loaded else tangent("contact_load", self.grip.loads)
+            moving["load"] = with_tangent(load, np.where(load > 0, of_load, 0.0))
+            moving["friction"] = with_tangent(friction, tangent("ground_friction", friction))
+        return dict(found) | moving
+
+    def roundings(self, y: np.ndarray) -> np.ndarray:
+        """(..., N) in m/s, within which slips are zero in states (..., size)."""
+        views = self.deviations.vector.views(y)
+        return slip_roundings(self.plain.vehicle, views["nu"], views["rates"], views.get("contact_omega"))
+
+    def headed(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(..., U) inputs, with the headings of contacts that slip in states (..., size), of the phases of rows (...).
+        Where a slip is rounding it has the row's own heading."""
+        inputs = np.array(inputs)
+        if not self.grips:
+            return inputs
+        headings = self.deviations.views(inputs)["slip_heading"]
+        headings[...] = self.headings[rows]
+        if self.turns:
+            slip = slips(self.plain, self.deviations.known_in(y, inputs))
+            known = np.linalg.norm(slip, axis=-1) > self.roundings(y)
+            headings[...] = np.where(known & self.slides[rows], np.arctan2(slip[..., 1], slip[..., 0]), headings)
+        return inputs
+
+    def along_and_across(
+        self, kernel: TangentKernel, known: Mapping[str, np.ndarray], headings: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(..., N) the parts of slips along directions (..., N), and across them; `known` carries tangents."""
+        slip, cos, sin = slips(kernel, known), np.cos(headings), np.sin(headings)
+        return slip[..., 0] * cos + slip[..., 1] * sin, slip[..., 1] * cos - slip[..., 0] * sin
