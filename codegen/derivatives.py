@@ -14,6 +14,7 @@ from itertools import product
 
 from .expressions import ONE, Canonical, Expression, Number, Order, Symbol, symbols
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
+from .settling import settled
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -217,7 +218,7 @@ class Numbers:
             function, name=name, summary=summary, body=body, elements=function.elements | elements,
             fields=function.fields + self.fields, arguments=(*function.inputs, *outputs.values()),
         )  # fmt: skip
-        return without_unread_storage(found, program.storage)
+        return settled(without_unread_storage(found, program.storage))
 
     def _moved(self, function: Function, direction: Direction, outputs: dict[str, Array]) -> Column:
         slopes = self.slopes[direction.name]
