@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from .expressions import ONE, Canonical, Expression, Number, Order, Symbol, symbols
+from .degrees import MIXED, Degree, Degrees, degrees_of
+from .expressions import ONE, Canonical, Expression, Number, Order, Power, Symbol, number, symbols
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
 from .settling import settled
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
@@ -43,18 +44,20 @@ class Derivatives:
     by_numbers  the functions that are differentiated by numbers
     residuals   {function: (the program that is differentiated in its stead, first and last step of the solution there)}
     held        steps of these programs that stand still besides
+    positive    numbers that are positive
     """
 
     rules: Rules
     by_numbers: Sequence[str]
     residuals: Mapping[str, tuple[str, str, str]]
     held: Sequence[str]
+    positive: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
         residuals = {name: tuple(of) for name, of in data.get("residuals", {}).items()}
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
-        return cls(rules, named, residuals, tuple(data.get("held", ())))
+        return cls(rules, named, residuals, tuple(data.get("held", ())), tuple(data.get("positive", ())))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
@@ -66,7 +69,7 @@ class Derivatives:
         if not asked:
             return found, fields
         wanted = [self._program(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
-        numbers = Numbers(self.rules, named["prepare"], wanted, asked)
+        numbers = Numbers(self.rules, self.positive, named["prepare"], wanted, asked)
         extended = tuple(fields) + numbers.fields
         found = [numbers.prepare if f.prepares else f for f in found] + list(map(numbers.function, wanted))
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
@@ -130,12 +133,17 @@ class Numbers:
     prepare  the function that computes these too
     """
 
-    def __init__(self, rules: Rules, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
-        self.rules = rules
+    def __init__(
+        self, rules: Rules, positive: Sequence[str], prepare: Function, wanted: Sequence[Differentiable],
+        asked: Sequence[str],
+    ):  # fmt: skip
+        self.rules, self.positive = rules, positive
         self.directions = list(self._directions(prepare, asked))
         read = set().union(*(symbols(step.expression) for of in wanted for step in steps(of.body)))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
+        self.degrees: dict[str, Degrees] = {}
+        self.rates: dict[str, Symbol] = {}
         self._new: dict[str, Array] = {}
         self.prepare = self._prepared(prepare)
 
@@ -189,13 +197,36 @@ class Numbers:
             if step.kind == "put" and step.name in self._new and isinstance(step.expression, Number)
         }
         self._new = {name: field for name, field in self._new.items() if name not in numbers}
-        for direction in self.directions:
+        rates = []
+        for direction, column in columns:
+            degrees = {} if direction.for_each_wheel else self._degrees(direction, column, prepare, tangents)
             for field in self.sources:
                 name = f"{field.name}_by_{direction.name}"
                 self.slopes[direction.name][field.name] = numbers.get(name) or Symbol(name)
+            if degrees:
+                rates.append(self._rate(direction, next(iter(column.seeds))))
+                self.degrees[direction.name] = degrees
+        body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
+
+    def _degrees(self, direction: Direction, column: Column, prepare: Function, tangents: Tangents) -> Degrees:
+        """Of the fields, in a number that is positive; none for another one."""
+        if direction.name not in self.positive:
+            return {}
+        seeds = dict.fromkeys(column.seeds, 1)
+        found = Degree(degrees_of(prepare.body, seeds, self.rules, frozenset(), tangents.canonical))
+        put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
+        return {field.name: put[field.name] for field in self.sources}
+
+    def _rate(self, direction: Direction, symbol: str) -> Step:
+        """One over a number, as a further field."""
+        unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
+        field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
+        self._new[field.name] = field
+        self.rates[direction.name] = Symbol(field.name)
+        return Step("put", field.name, Power(Symbol(symbol), -1), Element(field, ()))
 
     def function(self, program: Differentiable) -> Function:
         """The derivatives of a function's outputs by the numbers."""
@@ -206,7 +237,8 @@ class Numbers:
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]
         tangents = tangents_of(function, program.rules)
-        body = program.around_still(tangents.carried(program.body, once, keep=False))
+        early = frozenset(step.name for step in steps(program.before) if step.kind == "var")
+        body = program.around_still(tangents.carried(program.body, once, keep=False, termwise=early))
         elements = {field.name: Element(field, field.indices) for field in self.fields}
         if each and changes_in_loops(program.body):
             loop, further = tangents.through_all(function, each)
@@ -236,7 +268,8 @@ class Numbers:
             index = element.index[1:] if len(rest) < len(array.shape) else element.index
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
-        return Column(direction.name, seeds, target)
+        rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
+        return Column(direction.name, seeds, target, rate, degrees)
 
 
 def without_unread_storage(function: Function, storage: Sequence[Array]) -> Function:

@@ -13,6 +13,7 @@ expressions below. A column is the direction of a derivative; nothing is compute
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from .degrees import MIXED, Degree, Degrees, degrees_of
 from .expressions import ZERO, Call, Canonical, Expression, Number, Power, Product, Sum, Symbol, number, symbols
 from .programs import OWN, ContractError, Element, Function, Loop, Step, steps
 
@@ -23,11 +24,19 @@ AGAIN = "_k"  # after the names of what is computed again for the wheels k
 
 @dataclass(frozen=True)
 class Column:
-    """name: of the direction; seeds: the slopes of what is read from arrays; target: where an output's slope is put."""
+    """The direction of a derivative.
+
+    seeds    the slopes of what is read from arrays
+    target   where an output's slope is put
+    rate     1/p, where the direction is that of a positive number p whose powers are sought in the steps (degrees.py)
+    degrees  of what is read from arrays then
+    """
 
     name: str
     seeds: Mapping[str, Expression]
     target: Callable[[Element], Element | None]
+    rate: Expression | None = None
+    degrees: Degrees = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -57,6 +66,23 @@ class Tangents:
 
     canonical: Canonical
     rules: Rules
+    degree: Degree | None = None  # along the direction of a column with a rate
+    rate: Expression = ZERO
+    once: frozenset[str] = frozenset()  # steps outside of loops
+
+    def along(self, body: Body, column: Column, termwise: frozenset[str]) -> "Tangents":
+        """Those for a column: with the degrees of the steps, where it has a rate."""
+        if column.rate is None:
+            return self
+        found = degrees_of(body, column.degrees, self.rules, termwise, self.canonical)
+        once = {node.name for node in body if isinstance(node, Step) and node.kind == "let"}
+        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once))
+
+    def multiple(self, e: Expression, degree: int | None) -> Expression | None:
+        """The slope of an expression that has a degree."""
+        if degree is MIXED:
+            return None
+        return self.canonical.product([number(degree), self.rate, e]) if degree else ZERO
 
     def derivative(self, e: Expression, slopes: Mapping[str, Expression]) -> Expression:
         """The slope of an expression, from those of its symbols."""
@@ -89,9 +115,16 @@ class Tangents:
                 return [Number(number(1).value / 2), c.power(c.call("sqrt", x), -1)]
         return [c.call("exp", x)]
 
+    def has_degree(self, name: str) -> bool:
+        return self.degree is not None and self.degree.of_symbol.get(name, 0) is not MIXED
+
     def slope(self, step: Step, slopes: Mapping[str, Expression]) -> Expression:
         if step.kind != "put" and step.name in self.rules.still:
             return ZERO
+        if self.degree and step.kind == "let" and (step.name not in self.once or self.degree(Symbol(step.name)) == 0):
+            own = self.multiple(Symbol(step.name), self.degree(Symbol(step.name)))
+            if own is not None:
+                return own
         if step.kind != "let" or step.name not in self.rules.slopes:
             return self.derivative(step.expression, slopes)
         parts = ((slope, slopes.get(by, ZERO)) for by, slope in self.rules.slopes[step.name].items())
@@ -107,28 +140,38 @@ class Tangents:
                     found.add(step.name)
         return found
 
-    def carried(self, body: Body, columns: Sequence[Column], keep: bool = True) -> Body:
-        """The steps with the slopes along the columns beside them. keep: also the outputs themselves."""
-        moving = {column.name: self.moving(body, column.seeds) for column in columns}
+    def carried(
+        self, body: Body, columns: Sequence[Column], keep: bool = True, termwise: frozenset[str] = frozenset()
+    ) -> Body:
+        """The steps with the slopes along the columns beside them.
+
+        keep      also the outputs themselves
+        termwise  sums whose slopes are sums in any case, since they have other values where these slopes are read
+        """
+        own = {column.name: self.along(body, column, termwise) for column in columns}
+        moving = {column.name: own[column.name].moving(body, column.seeds) for column in columns}
         changing = {step.name for step in steps(body) if step.kind == "var"}
         changing |= {slope_name(name, column) for name in changing for column in columns}
         known = {column.name: dict(column.seeds) for column in columns}
-        return in_order(self._carried(body, columns, known, moving, changing, keep))
+        return in_order(self._carried(body, columns, own, known, moving, changing, keep))
 
-    def _carried(self, body, columns, known, moving, changing, keep) -> Iterator[Step | Loop]:
+    def _carried(self, body, columns, own_tangents, known, moving, changing, keep) -> Iterator[Step | Loop]:
         known = {name: dict(slopes) for name, slopes in known.items()}
         for node in body:
             if isinstance(node, Loop):
-                yield replace(node, body=in_order(self._carried(node.body, columns, known, moving, changing, keep)))
+                inside = self._carried(node.body, columns, own_tangents, known, moving, changing, keep)
+                yield replace(node, body=in_order(inside))
                 continue
             for column in columns:
-                slopes = known[column.name]
+                slopes, tangents = known[column.name], own_tangents[column.name]
                 own = slope_name(node.name, column)
-                d = self.slope(node, slopes)
+                d = tangents.slope(node, slopes)
                 if node.kind == "put":
                     yield from put_slope(node, column, d)
                 elif node.kind == "let":
                     yield from self.named(node, own, d, slopes, changing)
+                elif tangents.has_degree(node.name):
+                    slopes[node.name] = tangents.multiple(Symbol(node.name), tangents.degree(Symbol(node.name)))
                 elif node.name in moving[column.name] and not (node.kind == "add" and d == ZERO):
                     slopes[node.name] = Symbol(own)
                     yield Step(node.kind, own, d)
