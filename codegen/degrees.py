@@ -36,13 +36,17 @@ class Degree:
                 return found.pop() if len(found) == 1 else MIXED
             case Product(factors):
                 found = [self(factor) for factor in factors]
-                return MIXED if MIXED in found else sum(found)
+                return MIXED if MIXED in found else bounded(sum(found))
             case Power(base, exponent):
                 inner = self(base)
-                return MIXED if inner is MIXED else exponent * inner
+                return MIXED if inner is MIXED else bounded(exponent * inner)
             case Call(_, argument):
                 return 0 if self(argument) == 0 else MIXED
         return 0
+
+
+def bounded(degree: int) -> int | None:
+    return degree if abs(degree) <= HIGHEST else MIXED
 
 
 def degrees_of(

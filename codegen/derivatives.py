@@ -8,14 +8,14 @@ differentiated once, and its slopes are further constants of the model.
 A set is asked for a number by the effect "derivatives_by_" and the number's name, as `prepare` takes it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 from .degrees import MIXED, Degree, Degrees, degrees_of
-from .expressions import ONE, Canonical, Expression, Number, Order, Power, Symbol, number, symbols
+from .expressions import ONE, ZERO, Canonical, Expression, Number, Order, Power, Symbol, negated, split_coefficient, symbols
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
-from .settling import settled
+from .settling import settled, tightened
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -65,6 +65,7 @@ class Derivatives:
         """The functions of a set and the fields of its model, with the derivatives that these effects ask for."""
         named = {f.name: f for f in functions}
         found = [f for f in functions if f.name not in {name for name, *_ in self.residuals.values()}]
+        found = [settled(f) if all("derivatives" in case for case in f.cases) else f for f in found]
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
             return found, fields
@@ -182,7 +183,7 @@ class Numbers:
         return Column(direction.name, seeds, target)
 
     def _prepared(self, prepare: Function) -> Function:
-        """`prepare` with the slopes of the fields; a slope that is a number needs no field."""
+        """`prepare` with the slopes of the fields; one that is a number or another field needs no field."""
         tangents, named = tangents_of(prepare, self.rules), {field.name for field in self.sources}
         needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named)))
         columns = [(d, self._column(d, prepare)) for d in self.directions]
@@ -191,18 +192,14 @@ class Numbers:
         body = tangents.carried(prepare.body, once)
         if each:
             body = (*body, tangents.own(needed.body, each))
-        numbers = {
-            step.name: step.expression
-            for step in steps(body)
-            if step.kind == "put" and step.name in self._new and isinstance(step.expression, Number)
-        }
-        self._new = {name: field for name, field in self._new.items() if name not in numbers}
+        known = known_already(body, self._new, named)
+        self._new = {name: field for name, field in self._new.items() if name not in known}
         rates = []
         for direction, column in columns:
             degrees = {} if direction.for_each_wheel else self._degrees(direction, column, prepare, tangents)
             for field in self.sources:
                 name = f"{field.name}_by_{direction.name}"
-                self.slopes[direction.name][field.name] = numbers.get(name) or Symbol(name)
+                self.slopes[direction.name][field.name] = known.get(name) or Symbol(name)
             if degrees:
                 rates.append(self._rate(direction, next(iter(column.seeds))))
                 self.degrees[direction.name] = degrees
@@ -239,7 +236,7 @@ class Numbers:
         tangents = tangents_of(function, program.rules)
         early = frozenset(step.name for step in steps(program.before) if step.kind == "var")
         body = program.around_still(tangents.carried(program.body, once, keep=False, termwise=early))
-        elements = {field.name: Element(field, field.indices) for field in self.fields}
+        elements = {field.name: Element(field, field.indices) for field in (*self.sources, *self.fields)}
         if each and changes_in_loops(program.body):
             loop, further = tangents.through_all(function, each)
             body, elements = (*body, loop), elements | further
@@ -250,11 +247,11 @@ class Numbers:
             function, name=name, summary=summary, body=body, elements=function.elements | elements,
             fields=function.fields + self.fields, arguments=(*function.inputs, *outputs.values()),
         )  # fmt: skip
-        return settled(without_unread_storage(found, program.storage))
+        return tightened(without_unread_storage(found, program.storage))
 
     def _moved(self, function: Function, direction: Direction, outputs: dict[str, Array]) -> Column:
         slopes = self.slopes[direction.name]
-        seeds = {name: d for name, d in slopes.items() if name in function.elements and d != Number(0)}
+        seeds = {name: d for name, d in slopes.items() if name in function.elements and d != ZERO}
         shape = direction.array.shape
 
         def target(element: Element) -> Element:
@@ -270,6 +267,29 @@ class Numbers:
 
         rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
         return Column(direction.name, seeds, target, rate, degrees)
+
+
+def known_already(body: Body, new: Iterable[str], fields: Collection[str]) -> dict[str, Expression]:
+    """Those of the new fields that are numbers, or another field or its negative."""
+    lets = {step.name: step.expression for step in steps(body) if step.kind == "let"}
+    puts = {step.name: step.expression for step in steps(body) if step.kind == "put"}
+    holds = {puts[name]: Symbol(name) for name in fields if name in puts}
+
+    def found(e: Expression) -> Expression | None:
+        sign, factors = split_coefficient(e)
+        if not factors:
+            return e
+        if abs(sign) != 1 or len(factors) > 1 or not isinstance(factors[0], Symbol):
+            return None
+        own, symbol = None, factors[0]
+        if symbol in holds:
+            own = holds[symbol]
+        elif symbol.name in lets:
+            own = found(lets[symbol.name])
+        return own if own is None or sign > 0 else negated(own)
+
+    known = {name: found(puts[name]) for name in new if name in puts}
+    return {name: e for name, e in known.items() if e is not None}
 
 
 def without_unread_storage(function: Function, storage: Sequence[Array]) -> Function:

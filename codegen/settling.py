@@ -5,10 +5,11 @@ does not move them, such a sum stays at its start; it costs a name and an additi
 its value, and so does a sum up to what is added right in its block.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from .expressions import ZERO, Canonical, Expression, Number, Order, Symbol, symbols
+from .expressions import ZERO, Canonical, Expression, Number, Order, Product, Sum, Symbol, operands, split_coefficient, symbols, with_coefficient, with_operands
 from .programs import CONSTANTS, Function, Loop, Step, steps, without_dead_steps
 
 Body = tuple[Step | Loop, ...]
@@ -16,12 +17,31 @@ Body = tuple[Step | Loop, ...]
 
 def settled(function: Function) -> Function:
     """The same function without accumulators that are none."""
-    names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
-    settler = _Settler(Canonical(Order(names)))
-    body, before = function.body, None
+    settler, body, before = settler_of(function), function.body, None
     while body != before:
         body, before = settler.block(settler.joined(body), {}), body
     return without_dead_steps(replace(function, body=body))
+
+
+def tightened(function: Function) -> Function:
+    """The same settled, with products in one piece and common factors taken out of sums."""
+    found = settled(function)
+    body = settler_of(found).opened(found.body, users_in(found.body))
+    return without_dead_steps(replace(found, body=body))
+
+
+def settler_of(function: Function) -> "_Settler":
+    names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
+    return _Settler(Canonical(Order(names)))
+
+
+def users_in(body: Body) -> Counter:
+    """How many steps read each name, and how often."""
+    return Counter(name for step in steps(body) for name in names_in(step.expression))
+
+
+def names_in(e: Expression) -> list[str]:
+    return [e.name] if isinstance(e, Symbol) else [name for part in operands(e) for name in names_in(part)]
 
 
 def changed(body: Body) -> set[str]:
@@ -59,6 +79,48 @@ class _Settler:
             if any(step.name == node.name or node.name in symbols(step.expression) for step in inside):
                 return None
         return None
+
+    def opened(self, body: Body, users: Counter) -> Body:
+        """The steps where a product that one other product of its block alone reads is part of that: two factors that
+        it has in common with other products are multiplied once then (sharing.py)."""
+        moving = changed(body)
+        alone = {
+            node.name: node.expression
+            for node in body
+            if isinstance(node, Step) and node.kind == "let" and isinstance(node.expression, Product)
+            and users[node.name] == 1 and not symbols(node.expression) & moving
+        }  # fmt: skip
+        kept: list[Step | Loop] = []
+        for node in body:
+            if isinstance(node, Loop):
+                kept.append(replace(node, body=self.opened(node.body, users)))
+            else:
+                kept.append(replace(node, expression=self.collected(self.within_products(node.expression, alone))))
+        return tuple(kept)
+
+    def collected(self, e: Expression) -> Expression:
+        """The expression where a symbol that several terms of a sum have in common is taken out of them once."""
+        e = with_operands(e, [self.collected(part) for part in operands(e)])
+        if not isinstance(e, Sum):
+            return e
+        terms = [split_coefficient(term) for term in e.terms]
+        seen = Counter(f for _, factors in terms for f in factors if isinstance(f, Symbol) and len(factors) > 1)
+        best = max(seen, key=lambda f: seen[f], default=None)
+        if best is None or seen[best] < 2:
+            return e
+        c = self.canonical
+        inside = [c.product([Number(k), *(g for g in fs if g != best)]) for k, fs in terms if best in fs and len(fs) > 1]
+        others = [with_coefficient(k, fs) for k, fs in terms if not (best in fs and len(fs) > 1)]
+        return self.collected(c.sum([c.product([best, self.collected(c.sum(inside))]), *others]))
+
+    def within_products(self, e: Expression, values: Mapping[str, Expression]) -> Expression:
+        parts = [self.within_products(part, values) for part in operands(e)]
+        if not isinstance(e, Product):
+            return with_operands(e, parts)
+        return self.canonical.product([
+            self.within_products(values[f.name], values) if isinstance(f, Symbol) and f.name in values else f
+            for f in parts
+        ])  # fmt: skip
 
     def block(self, body: Body, values: Mapping[str, Expression]) -> Body:
         """The steps that are left. values: what symbols stand for, here and around."""
