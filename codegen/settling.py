@@ -26,7 +26,7 @@ def settled(function: Function) -> Function:
 def tightened(function: Function) -> Function:
     """The same settled, with products in one piece and common factors taken out of sums."""
     found = settled(function)
-    body = settler_of(found).opened(found.body, users_in(found.body))
+    body = settler_of(found).opened(found.body)
     return without_dead_steps(replace(found, body=body))
 
 
@@ -80,10 +80,10 @@ class _Settler:
                 return None
         return None
 
-    def opened(self, body: Body, users: Counter) -> Body:
+    def opened(self, body: Body) -> Body:
         """The steps where a product that one other product of its block alone reads is part of that: two factors that
         it has in common with other products are multiplied once then (sharing.py)."""
-        moving = changed(body)
+        moving, users = changed(body), users_in(body)
         alone = {
             node.name: node.expression
             for node in body
@@ -93,7 +93,7 @@ class _Settler:
         kept: list[Step | Loop] = []
         for node in body:
             if isinstance(node, Loop):
-                kept.append(replace(node, body=self.opened(node.body, users)))
+                kept.append(replace(node, body=self.opened(node.body)))
             else:
                 kept.append(replace(node, expression=self.collected(self.within_products(node.expression, alone))))
         return tuple(kept)

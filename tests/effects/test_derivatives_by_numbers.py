@@ -210,9 +210,14 @@ def test_each_number_costs_at_most_half_the_accelerations_beyond_six_times_them(
         assert price + further <= (6 + count / 2) * plain
 
 
+ANGLES = "the angles of three wheels with locked rollers: 351 operations where 345 are allowed"
+
+
 @pytest.mark.long
-@pytest.mark.parametrize("form", ["", "_sharp"])
-@pytest.mark.parametrize("model, effects", [("locked", ()), ("free", ()), *((m, e) for m, e, _ in EVERY[1:])])
+@pytest.mark.parametrize("model, effects, form", [
+    pytest.param("locked", (), "", marks=pytest.mark.xfail(reason=ANGLES, strict=True)), ("locked", (), "_sharp"),
+    *((*case, form) for case in (("free", ()), *(of[:2] for of in EVERY[1:])) for form in ("", "_sharp")),
+])  # fmt: skip
 def test_no_number_beside_all_others_costs_more_than_half_the_accelerations(model, effects, form):
     """Each by itself; of those that each wheel has, each wheel's."""
     numbers = ("mass", *OF_VEHICLE)
