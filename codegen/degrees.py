@@ -1,7 +1,7 @@
 """What is proportional to a power of a number: found in a program's steps, so that its slope is a multiple of it.
 
-If s grows as the k-th power of p, its slope by p is k s/p, whatever was computed on the way (Euler). The degree is k; it
-is 0 where s does not depend on p at all. A sum in a loop that is all of one degree needs no sum of slopes beside it.
+If s grows as the k-th power of p, its slope by p is k s/p, whatever was computed on the way (Euler). The degree is k;
+it is 0 where s does not depend on p at all. A sum in a loop that is all of one degree needs no sum of slopes beside it.
 
 A step that stands still has degree 0. One whose slope Maxima's rules give has the degree that these say, where that can
 be read off them.
@@ -10,7 +10,7 @@ be read off them.
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .expressions import ZERO, Call, Canonical, Expression, Number, Power, Product, Sum, Symbol, number
+from .expressions import ZERO, Call, Canonical, Expression, Power, Product, Sum, Symbol, number
 from .programs import Loop, Step, steps
 
 if TYPE_CHECKING:

@@ -12,8 +12,19 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from .degrees import MIXED, Degree, Degrees, degrees_of
-from .expressions import ONE, ZERO, Canonical, Expression, Number, Order, Power, Symbol, negated, split_coefficient, symbols
+from .degrees import Degree, Degrees, degrees_of
+from .expressions import (
+    ONE,
+    ZERO,
+    Canonical,
+    Expression,
+    Order,
+    Power,
+    Symbol,
+    negated,
+    split_coefficient,
+    symbols,
+)
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
 from .settling import settled, tightened
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops

@@ -3,13 +3,30 @@
 In a program that holds every effect many sums are for effects alone. Where these are absent, and along a direction that
 does not move them, such a sum stays at its start; it costs a name and an addition wherever it is read. Here it becomes
 its value, and so does a sum up to what is added right in its block.
+
+What is differentiated by numbers is tightened besides: products that one other product alone reads are part of it, and
+a factor that terms have in common is taken out of their sum.
 """
 
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from .expressions import ZERO, Canonical, Expression, Number, Order, Product, Sum, Symbol, operands, split_coefficient, symbols, with_coefficient, with_operands
+from .expressions import (
+    ZERO,
+    Canonical,
+    Expression,
+    Number,
+    Order,
+    Product,
+    Sum,
+    Symbol,
+    operands,
+    split_coefficient,
+    symbols,
+    with_coefficient,
+    with_operands,
+)
 from .programs import CONSTANTS, Function, Loop, Step, steps, without_dead_steps
 
 Body = tuple[Step | Loop, ...]
@@ -109,8 +126,9 @@ class _Settler:
         if best is None or seen[best] < 2:
             return e
         c = self.canonical
-        inside = [c.product([Number(k), *(g for g in fs if g != best)]) for k, fs in terms if best in fs and len(fs) > 1]
-        others = [with_coefficient(k, fs) for k, fs in terms if not (best in fs and len(fs) > 1)]
+        has = lambda factors: best in factors and len(factors) > 1  # noqa: E731
+        inside = [c.product([Number(k), *(g for g in factors if g != best)]) for k, factors in terms if has(factors)]
+        others = [with_coefficient(k, factors) for k, factors in terms if not has(factors)]
         return self.collected(c.sum([c.product([best, self.collected(c.sum(inside))]), *others]))
 
     def within_products(self, e: Expression, values: Mapping[str, Expression]) -> Expression:
