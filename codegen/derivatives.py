@@ -8,12 +8,25 @@ differentiated once, and its slopes are further constants of the model.
 A set is asked for a number by the effect "derivatives_by_" and the number's name, as `prepare` takes it.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
-from .expressions import ONE, Canonical, Expression, Number, Order, Symbol, symbols
+from .degrees import Degree, Degrees, degrees_of
+from .expressions import (
+    ONE,
+    ZERO,
+    Canonical,
+    Expression,
+    Order,
+    Power,
+    Symbol,
+    negated,
+    split_coefficient,
+    symbols,
+)
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
+from .settling import settled, tightened
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -42,18 +55,20 @@ class Derivatives:
     by_numbers  the functions that are differentiated by numbers
     residuals   {function: (the program that is differentiated in its stead, first and last step of the solution there)}
     held        steps of these programs that stand still besides
+    positive    numbers that are positive
     """
 
     rules: Rules
     by_numbers: Sequence[str]
     residuals: Mapping[str, tuple[str, str, str]]
     held: Sequence[str]
+    positive: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
         residuals = {name: tuple(of) for name, of in data.get("residuals", {}).items()}
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
-        return cls(rules, named, residuals, tuple(data.get("held", ())))
+        return cls(rules, named, residuals, tuple(data.get("held", ())), tuple(data.get("positive", ())))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
@@ -61,11 +76,12 @@ class Derivatives:
         """The functions of a set and the fields of its model, with the derivatives that these effects ask for."""
         named = {f.name: f for f in functions}
         found = [f for f in functions if f.name not in {name for name, *_ in self.residuals.values()}]
+        found = [settled(f) if all("derivatives" in case for case in f.cases) else f for f in found]
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
             return found, fields
         wanted = [self._program(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
-        numbers = Numbers(self.rules, named["prepare"], wanted, asked)
+        numbers = Numbers(self.rules, self.positive, named["prepare"], wanted, asked)
         extended = tuple(fields) + numbers.fields
         found = [numbers.prepare if f.prepares else f for f in found] + list(map(numbers.function, wanted))
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
@@ -129,12 +145,17 @@ class Numbers:
     prepare  the function that computes these too
     """
 
-    def __init__(self, rules: Rules, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
-        self.rules = rules
+    def __init__(
+        self, rules: Rules, positive: Sequence[str], prepare: Function, wanted: Sequence[Differentiable],
+        asked: Sequence[str],
+    ):  # fmt: skip
+        self.rules, self.positive = rules, positive
         self.directions = list(self._directions(prepare, asked))
         read = set().union(*(symbols(step.expression) for of in wanted for step in steps(of.body)))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
+        self.degrees: dict[str, Degrees] = {}
+        self.rates: dict[str, Symbol] = {}
         self._new: dict[str, Array] = {}
         self.prepare = self._prepared(prepare)
 
@@ -173,7 +194,7 @@ class Numbers:
         return Column(direction.name, seeds, target)
 
     def _prepared(self, prepare: Function) -> Function:
-        """`prepare` with the slopes of the fields; a slope that is a number needs no field."""
+        """`prepare` with the slopes of the fields; one that is a number or another field needs no field."""
         tangents, named = tangents_of(prepare, self.rules), {field.name for field in self.sources}
         needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named)))
         columns = [(d, self._column(d, prepare)) for d in self.directions]
@@ -182,19 +203,38 @@ class Numbers:
         body = tangents.carried(prepare.body, once)
         if each:
             body = (*body, tangents.own(needed.body, each))
-        numbers = {
-            step.name: step.expression
-            for step in steps(body)
-            if step.kind == "put" and step.name in self._new and isinstance(step.expression, Number)
-        }
-        self._new = {name: field for name, field in self._new.items() if name not in numbers}
-        for direction in self.directions:
+        known = known_already(body, self._new, named)
+        self._new = {name: field for name, field in self._new.items() if name not in known}
+        rates = []
+        for direction, column in columns:
+            degrees = {} if direction.for_each_wheel else self._degrees(direction, column, prepare, tangents)
             for field in self.sources:
                 name = f"{field.name}_by_{direction.name}"
-                self.slopes[direction.name][field.name] = numbers.get(name) or Symbol(name)
+                self.slopes[direction.name][field.name] = known.get(name) or Symbol(name)
+            if degrees:
+                rates.append(self._rate(direction, next(iter(column.seeds))))
+                self.degrees[direction.name] = degrees
+        body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
+
+    def _degrees(self, direction: Direction, column: Column, prepare: Function, tangents: Tangents) -> Degrees:
+        """Of the fields, in a number that is positive; none for another one."""
+        if direction.name not in self.positive:
+            return {}
+        seeds = dict.fromkeys(column.seeds, 1)
+        found = Degree(degrees_of(prepare.body, seeds, self.rules, frozenset(), tangents.canonical))
+        put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
+        return {field.name: put[field.name] for field in self.sources}
+
+    def _rate(self, direction: Direction, symbol: str) -> Step:
+        """One over a number, as a further field."""
+        unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
+        field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
+        self._new[field.name] = field
+        self.rates[direction.name] = Symbol(field.name)
+        return Step("put", field.name, Power(Symbol(symbol), -1), Element(field, ()))
 
     def function(self, program: Differentiable) -> Function:
         """The derivatives of a function's outputs by the numbers."""
@@ -205,8 +245,9 @@ class Numbers:
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]
         tangents = tangents_of(function, program.rules)
-        body = program.around_still(tangents.carried(program.body, once, keep=False))
-        elements = {field.name: Element(field, field.indices) for field in self.fields}
+        early = frozenset(step.name for step in steps(program.before) if step.kind == "var")
+        body = program.around_still(tangents.carried(program.body, once, keep=False, termwise=early))
+        elements = {field.name: Element(field, field.indices) for field in (*self.sources, *self.fields)}
         if each and changes_in_loops(program.body):
             loop, further = tangents.through_all(function, each)
             body, elements = (*body, loop), elements | further
@@ -217,11 +258,11 @@ class Numbers:
             function, name=name, summary=summary, body=body, elements=function.elements | elements,
             fields=function.fields + self.fields, arguments=(*function.inputs, *outputs.values()),
         )  # fmt: skip
-        return without_unread_storage(found, program.storage)
+        return tightened(without_unread_storage(found, program.storage))
 
     def _moved(self, function: Function, direction: Direction, outputs: dict[str, Array]) -> Column:
         slopes = self.slopes[direction.name]
-        seeds = {name: d for name, d in slopes.items() if name in function.elements and d != Number(0)}
+        seeds = {name: d for name, d in slopes.items() if name in function.elements and d != ZERO}
         shape = direction.array.shape
 
         def target(element: Element) -> Element:
@@ -235,7 +276,31 @@ class Numbers:
             index = element.index[1:] if len(rest) < len(array.shape) else element.index
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
-        return Column(direction.name, seeds, target)
+        rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
+        return Column(direction.name, seeds, target, rate, degrees)
+
+
+def known_already(body: Body, new: Iterable[str], fields: Collection[str]) -> dict[str, Expression]:
+    """Those of the new fields that are numbers, or another field or its negative."""
+    lets = {step.name: step.expression for step in steps(body) if step.kind == "let"}
+    puts = {step.name: step.expression for step in steps(body) if step.kind == "put"}
+    holds = {puts[name]: Symbol(name) for name in fields if name in puts}
+
+    def found(e: Expression) -> Expression | None:
+        sign, factors = split_coefficient(e)
+        if not factors:
+            return e
+        if abs(sign) != 1 or len(factors) > 1 or not isinstance(factors[0], Symbol):
+            return None
+        own, symbol = None, factors[0]
+        if symbol in holds:
+            own = holds[symbol]
+        elif symbol.name in lets:
+            own = found(lets[symbol.name])
+        return own if own is None or sign > 0 else negated(own)
+
+    known = {name: found(puts[name]) for name in new if name in puts}
+    return {name: e for name, e in known.items() if e is not None}
 
 
 def without_unread_storage(function: Function, storage: Sequence[Array]) -> Function:

@@ -25,6 +25,7 @@ SPINS = "spins"  # the core has these in the place of the axial speeds, where wh
 PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta", "impact")
 OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
+STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
 ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
@@ -73,7 +74,8 @@ class EngineSet:
         self.slips = self.grips or effects.function(SLIP) is not None
         names = {state.name for state in present}
         self.spins = SPINS in names
-        self.dynamics = GRIPS if self.grips else SLIP if self.slips else DYNAMICS[self.spins]
+        self.stands = effects.function(STANDS) is not None
+        self.dynamics = STANDS if self.stands else GRIPS if self.grips else SLIP if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips}
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
@@ -188,7 +190,7 @@ class EngineSet:
         known = {"nu", "chi", "heading", "momenta", *(state.name for state in self.core), *self.inputs}
         of_core = self._giving(self.core[self.coupled :])
         known |= {ALIASES.get(array.name, array.name) for f in of_core for array in f.outputs}
-        if not self.grips or not {array.name for array in rolling.inputs} <= known:
+        if not self.grips or self.stands or not {array.name for array in rolling.inputs} <= known:
             return []
         return self.core_calls(rolling.name)
 

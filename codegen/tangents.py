@@ -13,6 +13,7 @@ expressions below. A column is the direction of a derivative; nothing is compute
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from .degrees import HIGHEST, MIXED, Degree, Degrees, bounded, degrees_of
 from .expressions import ZERO, Call, Canonical, Expression, Number, Power, Product, Sum, Symbol, number, symbols
 from .programs import OWN, ContractError, Element, Function, Loop, Step, steps
 
@@ -23,11 +24,19 @@ AGAIN = "_k"  # after the names of what is computed again for the wheels k
 
 @dataclass(frozen=True)
 class Column:
-    """name: of the direction; seeds: the slopes of what is read from arrays; target: where an output's slope is put."""
+    """The direction of a derivative.
+
+    seeds    the slopes of what is read from arrays
+    target   where an output's slope is put
+    rate     1/p, where the direction is that of a positive number p whose powers are sought in the steps (degrees.py)
+    degrees  of what is read from arrays then
+    """
 
     name: str
     seeds: Mapping[str, Expression]
     target: Callable[[Element], Element | None]
+    rate: Symbol | None = None
+    degrees: Degrees = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -57,15 +66,46 @@ class Tangents:
 
     canonical: Canonical
     rules: Rules
+    degree: Degree | None = None  # along the direction of a column with a rate
+    rate: Expression = ZERO
+    once: frozenset[str] = frozenset()  # steps outside of loops
+
+    def along(self, body: Body, column: Column, termwise: frozenset[str]) -> "Tangents":
+        """Those for a column: with the degrees of the steps, where it has a rate."""
+        if column.rate is None:
+            return self
+        found = degrees_of(body, column.degrees, self.rules, termwise, self.canonical)
+        once = {node.name for node in body if isinstance(node, Step) and node.kind == "let"}
+        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once))
+
+    def multiple(self, e: Expression, degree: int | None) -> Expression | None:
+        """The slope of an expression that has a degree."""
+        if degree is MIXED:
+            return None
+        if not degree:
+            return ZERO
+        sign, times = (1, degree) if degree > 0 else (-1, -degree)
+        rate = self.rate if times == 1 else Symbol(multiple_name(self.rate, times))
+        return self.canonical.product([number(sign), rate, e])
+
+    def multiples(self) -> list[Step]:
+        """What slopes are multiples by, where it is not the rate itself."""
+        rate = self.rate
+        return [
+            Step("let", multiple_name(rate, times), self.canonical.product([number(times), rate]))
+            for times in range(2, HIGHEST + 1) if self.degree
+        ]  # fmt: skip
 
     def derivative(self, e: Expression, slopes: Mapping[str, Expression]) -> Expression:
         """The slope of an expression, from those of its symbols."""
         c = self.canonical
+        if self.degree and isinstance(e, Sum | Product) and self.degree(e) is not MIXED:
+            return self.multiple(e, self.degree(e))
         match e:
             case Symbol(name):
                 return slopes.get(name, ZERO)
             case Sum(terms):
-                return c.sum([self.derivative(term, slopes) for term in terms])
+                return c.sum([self.derivative(term, slopes) for term in self.gathered(terms)])
             case Product(factors):
                 parts = [(self.derivative(f, slopes), [g for g in factors if g is not f]) for f in factors]
                 return c.sum([c.product([d, *rest]) for d, rest in parts if d != ZERO])
@@ -76,6 +116,15 @@ class Tangents:
                 inner = self.derivative(argument, slopes)
                 return ZERO if inner == ZERO else c.product([*self.outer(function, argument), inner])
         return ZERO
+
+    def gathered(self, terms: Sequence[Expression]) -> list[Expression]:
+        """The terms, those of one degree as one."""
+        if not self.degree:
+            return list(terms)
+        own = [(self.degree(term), term) for term in terms]
+        degrees = dict.fromkeys(k for k, _ in own if k)
+        alike = [self.canonical.sum([term for k, term in own if k == degree]) for degree in degrees]
+        return [*alike, *(term for k, term in own if k is MIXED)]
 
     def outer(self, function: str, x: Expression) -> list[Expression]:
         """The factors of the slope of an elementary function."""
@@ -89,9 +138,29 @@ class Tangents:
                 return [Number(number(1).value / 2), c.power(c.call("sqrt", x), -1)]
         return [c.call("exp", x)]
 
+    def has_degree(self, name: str) -> bool:
+        return self.degree is not None and self.degree.of_symbol.get(name, 0) is not MIXED
+
+    def of_product(self, e: Product, name: Symbol, slopes: Mapping[str, Expression]) -> Expression:
+        """The slope of a product that has a name: a multiple of it for the factors that have degrees."""
+        whole = bounded(sum(self.degree(f) or 0 for f in e.factors))
+        if whole is MIXED:
+            return self.derivative(e, slopes)
+        moving = [f for f in e.factors if self.degree(f) is MIXED]
+        parts = [
+            self.canonical.product([self.derivative(f, slopes), *(g for g in e.factors if g is not f)]) for f in moving
+        ]
+        return self.canonical.sum([self.multiple(name, whole), *parts])
+
     def slope(self, step: Step, slopes: Mapping[str, Expression]) -> Expression:
         if step.kind != "put" and step.name in self.rules.still:
             return ZERO
+        if self.degree and step.kind == "let":
+            own = self.multiple(Symbol(step.name), self.degree(Symbol(step.name)))
+            if own is not None:
+                return own
+            if isinstance(step.expression, Product) and step.name not in self.rules.slopes:
+                return self.of_product(step.expression, Symbol(step.name), slopes)
         if step.kind != "let" or step.name not in self.rules.slopes:
             return self.derivative(step.expression, slopes)
         parts = ((slope, slopes.get(by, ZERO)) for by, slope in self.rules.slopes[step.name].items())
@@ -107,28 +176,39 @@ class Tangents:
                     found.add(step.name)
         return found
 
-    def carried(self, body: Body, columns: Sequence[Column], keep: bool = True) -> Body:
-        """The steps with the slopes along the columns beside them. keep: also the outputs themselves."""
-        moving = {column.name: self.moving(body, column.seeds) for column in columns}
+    def carried(
+        self, body: Body, columns: Sequence[Column], keep: bool = True, termwise: frozenset[str] = frozenset()
+    ) -> Body:
+        """The steps with the slopes along the columns beside them.
+
+        keep      also the outputs themselves
+        termwise  sums whose slopes are sums in any case, since they have other values where these slopes are read
+        """
+        own = {column.name: self.along(body, column, termwise) for column in columns}
+        moving = {column.name: own[column.name].moving(body, column.seeds) for column in columns}
         changing = {step.name for step in steps(body) if step.kind == "var"}
         changing |= {slope_name(name, column) for name in changing for column in columns}
         known = {column.name: dict(column.seeds) for column in columns}
-        return in_order(self._carried(body, columns, known, moving, changing, keep))
+        multiples = [step for tangents in own.values() for step in tangents.multiples()]
+        return in_order([*multiples, *self._carried(body, columns, own, known, moving, changing, keep)])
 
-    def _carried(self, body, columns, known, moving, changing, keep) -> Iterator[Step | Loop]:
+    def _carried(self, body, columns, own_tangents, known, moving, changing, keep) -> Iterator[Step | Loop]:
         known = {name: dict(slopes) for name, slopes in known.items()}
         for node in body:
             if isinstance(node, Loop):
-                yield replace(node, body=in_order(self._carried(node.body, columns, known, moving, changing, keep)))
+                inside = self._carried(node.body, columns, own_tangents, known, moving, changing, keep)
+                yield replace(node, body=in_order(inside))
                 continue
             for column in columns:
-                slopes = known[column.name]
+                slopes, tangents = known[column.name], own_tangents[column.name]
                 own = slope_name(node.name, column)
-                d = self.slope(node, slopes)
+                d = tangents.slope(node, slopes)
                 if node.kind == "put":
                     yield from put_slope(node, column, d)
                 elif node.kind == "let":
                     yield from self.named(node, own, d, slopes, changing)
+                elif tangents.has_degree(node.name):
+                    slopes[node.name] = tangents.multiple(Symbol(node.name), tangents.degree(Symbol(node.name)))
                 elif node.name in moving[column.name] and not (node.kind == "add" and d == ZERO):
                     slopes[node.name] = Symbol(own)
                     yield Step(node.kind, own, d)
@@ -214,6 +294,10 @@ class Tangents:
             else:
                 expression = self.canonical.substituted(node.expression, values)
                 yield replace(node, name=names.get(node.name, node.name), expression=expression)
+
+
+def multiple_name(rate: Symbol, times: int) -> str:
+    return f"{rate.name}_times_{times}"
 
 
 def slope_name(name: str, column: Column) -> str:

@@ -81,7 +81,11 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
 {
     const int wheels = run->wheels;
     instant_t now;
+#if SET_GRIPS
+    lanes_t *const nu_dot = work->nu_dot;
+#else
     lanes_t nu_dot[3];
+#endif
     at_this_instant(run, work, wheels, &now);
 #if SET_GRIPS
     lanes_t unit[2*MOST_WHEELS];
@@ -175,7 +179,7 @@ static void try_all(const omniroll_run_t *run, const work_t *work, const int *ho
             const int carries = sets[count].carries[i] = !(choice >> (wheels - 1 - i) & 1);
             allowed &= carries ? !run->grips[i].dropped : !run->grips[i].regained;
         }
-        count += allowed && stands(run, sets[count].carries);
+        count += allowed && (!last || stands(run, sets[count].carries));    /* a vehicle stands on all its wheels */
         if (count == LANES || (choice == last && count)) {
             try_sets(run, work, holds, sets, count);
             for (int k = 0; k < count; k++)
@@ -263,6 +267,9 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     if (!run->ground.failure) {
         memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
         leave_forces(run, work, &search.nearest);
+#if SET_GRIPS
+        run->ground.knows_rates = search.tried == 1;
+#endif
     }
     put_carrying(run);
 }

@@ -137,6 +137,9 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.absent = s->absent;
     point.held_force = at->held_force;
 #endif
+#if SET_STANDS
+    point.directions = s->directions, point.absent = s->absent, point.held_force = at->held_force;
+#endif
 #if SET_OWN_BEARINGS
     put_own(s->own, &point);
 #endif
@@ -162,6 +165,18 @@ ALWAYS_INLINE int respond_anew(step_t *s, int slow)
 }
 #endif
 
+#if SET_STANDS
+/* What holds wheels that stand, from the last evaluation at a vector of nodes: the force on nu, and their forces along
+ * the axle. */
+ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const arrays_t *at)
+{
+    for (int k = 0; k < 3; k++)
+        s->force[k].lanes[b] = at->held_force[k];
+    for (int i = 0; i < wheels; i++)
+        s->along[i].lanes[b] = at->ground_force[2*i];
+}
+#endif
+
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
@@ -174,6 +189,9 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
 #if SET_HOLDS
     for (int k = 0; s->held && k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
+#endif
+#if SET_STANDS
+    keep_standing(s, wheels, b, at);
 #endif
 #if SET_OWN_BEARINGS
     for (int k = 0; s->held && k < s->own_count; k++)
@@ -303,6 +321,12 @@ ALWAYS_INLINE double missed(const step_t *s)
     for (int k = 0; s->held && k < 3; k++) {    /* beyond its rounding, as the nu' that the force would give */
         const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->force_size[k]);
         tails += s->per_force[k]*fmax(missing, 0);
+    }
+#endif
+#if SET_STANDS
+    for (int k = 0; s->standing->count && k < 3; k++) {     /* the same of wheels that stand                  */
+        const double missing = tail(&s->force[k]) - FORCE_NOISE*EPS*(fabs(s->force[k].node[0]) + s->standing->size[k]);
+        tails += s->standing->per_force*fmax(missing, 0);
     }
 #endif
 #if SET_GRIPS

@@ -13,6 +13,9 @@ typedef struct {
     int count;
     vector3_t rows[MOST_BEARINGS];
     double bounds[MOST_BEARINGS];
+#if SET_STANDS
+    double middle[MOST_BEARINGS];               /* of what they take, where that is not 0 */
+#endif
 } bearings_t;
 
 /* A motion in which as many bearings rest as can, and the power that the others can take in it. */
@@ -247,6 +250,22 @@ ALWAYS_INLINE double clipped(double x, double bound)
     return fmax(fmin(x, bound), -bound);
 }
 
+ALWAYS_INLINE double middle_of(const bearings_t *bearings, int i)
+{
+#if SET_STANDS
+    return bearings->middle[i];
+#else
+    (void)bearings, (void)i;
+    return 0;
+#endif
+}
+
+/* A torque cut off at the bounds of its bearing. */
+ALWAYS_INLINE double cut(const bearings_t *bearings, int i, double torque)
+{
+    return middle_of(bearings, i) + clipped(torque - middle_of(bearings, i), bearings->bounds[i]);
+}
+
 /* How far a line of length 1 may be followed from z so that the torques, rows z cut off at their bounds, give the force
  * along it: the zero of a function that grows and is linear between the places where a torque meets its bound. The last
  * of these where there is no zero. */
@@ -258,9 +277,9 @@ static double length_along(const bearings_t *bearings, const double *force, cons
         double value = -wanted, next = INFINITY;
         for (int i = 0; i < bearings->count; i++) {
             const double start = dot3(bearings->rows[i], z), rate = moved_by(bearings->rows[i], line);
-            value += clipped(start + place*rate, bearings->bounds[i])*rate;
+            value += cut(bearings, i, start + place*rate)*rate;
             for (int side = -1; side <= 1 && rate != 0; side += 2) {
-                const double meets = (side*bearings->bounds[i] - start)/rate;
+                const double meets = (middle_of(bearings, i) + side*bearings->bounds[i] - start)/rate;
                 if (meets > place && meets < next)
                     next = meets;
             }
@@ -285,8 +304,8 @@ static double cut_off(const bearings_t *bearings, const double *force, const dou
     memcpy(rest, force, sizeof(vector3_t));
     for (int i = 0; i < bearings->count; i++) {
         const double asked = dot3(bearings->rows[i], z);
-        const int inside = fabs(asked) < bearings->bounds[i];
-        torques[i] = clipped(asked, bearings->bounds[i]);
+        const int inside = fabs(asked - middle_of(bearings, i)) < bearings->bounds[i];
+        torques[i] = cut(bearings, i, asked);
         if (all || !inside) {
             add3(rest, -torques[i], bearings->rows[i]);
             sizes += fabs(torques[i])*length3(bearings->rows[i]);
@@ -332,7 +351,7 @@ static void least_torques(const bearings_t *bearings, const double *force, doubl
     int inside = 1;
     least_norm(bearings, force, torques, 0);
     for (int i = 0; i < bearings->count; i++)
-        inside &= fabs(torques[i]) <= bearings->bounds[i];
+        inside &= fabs(torques[i] - middle_of(bearings, i)) <= bearings->bounds[i];
     if (inside)
         return;
     bearings_t free;
@@ -343,9 +362,10 @@ static void least_torques(const bearings_t *bearings, const double *force, doubl
     cut_off(bearings, force, z, 0, torques, &free, places, rest);
     least_norm(&free, rest, found, 0);          /* the free ones once more, without z in their digits         */
     for (int k = 0; k < free.count; k++)
-        torques[places[k]] = clipped(found[k], bearings->bounds[places[k]]);
+        torques[places[k]] = cut(bearings, places[k], found[k]);
 }
 
+#if SET_HOLDS
 /* The facet that a holding force passes by the most roundings; null where none is passed. */
 static const facet_t *passed_facet(const facet_t *facets, int count, const double *force, const double *size)
 {
@@ -502,4 +522,5 @@ static void nearest_beside_spins(const vector3_t *mass, const double *force, con
         yaw = nu_dot[2] > low && nu_dot[2] < high ? nu_dot[2] : low + (high - low)/2;
     }
 }
+#endif
 #endif

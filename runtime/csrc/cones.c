@@ -5,8 +5,9 @@
 #define NEWTON 30
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
-#define MOST_FORCES (2*MOST_WHEELS)
-#define MOST_ROWS (3*MOST_WHEELS)   /* of Newton's rule: forces and pulls                                   */
+#define MOST_PARTS (SET_STANDS ? 2*MOST_WHEELS : MOST_WHEELS)   /* contacts, and axles beside them               */
+#define MOST_FORCES (2*MOST_PARTS)
+#define MOST_ROWS (3*MOST_PARTS)   /* of Newton's rule: forces and pulls                                   */
 
 /* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least; `width` components each. */
 typedef struct {
@@ -14,13 +15,13 @@ typedef struct {
     double matrix[MOST_FORCES*MOST_FORCES];         /* D, count*width rows and columns          */
     double given[MOST_FORCES], reach[MOST_FORCES];  /* a, and the half-axes of the ellipses      */
     double force[MOST_FORCES], rate[MOST_FORCES];   /* out: F and D F + a                        */
-    double pull[MOST_WHEELS];                       /* out: how strongly a contact slips, >= 0   */
+    double pull[MOST_PARTS];                        /* out: how strongly a contact slips, >= 0   */
 } cones_t;
 
 /* The same for discs of radius 1. */
 typedef struct {
     int count, width, size;
-    double matrix[MOST_FORCES*MOST_FORCES], wanted[MOST_FORCES], place[MOST_FORCES], pull[MOST_WHEELS];
+    double matrix[MOST_FORCES*MOST_FORCES], wanted[MOST_FORCES], place[MOST_FORCES], pull[MOST_PARTS];
 } discs_t;
 
 static double length_of(const double *vector, int width)
@@ -147,7 +148,7 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
 static int polish(discs_t *d)
 {
     double start[MOST_FORCES];
-    int slips[MOST_WHEELS], slipping[MOST_WHEELS];
+    int slips[MOST_PARTS], slipping[MOST_PARTS];
     memcpy(start, d->place, sizeof start);
     for (int i = 0; i < d->count; i++)
         slips[i] = length_of(d->place + i*d->width, d->width) >= 1 - ON_THE_EDGE && pull_of(d, i) > 0;
@@ -213,3 +214,48 @@ static void decide_cones(cones_t *c)
         c->pull[j/d.width] -= d.place[j]*c->rate[j]*c->reach[j];
     }
 }
+
+#if SET_STANDS
+#define DRAWN 1e-6                  /* of the problem's size: how strongly forces that need not be unique are drawn */
+#define DRAWN_ROUNDS 60
+
+/* The same where D is semidefinite, by rounds of the proximal point: see cones.py. */
+static void decide_semidefinite(cones_t *c)
+{
+    const int size = c->count*c->width;
+    double given[MOST_FORCES], before[MOST_FORCES], own[MOST_FORCES], part = 0;
+    memcpy(given, c->given, sizeof given);
+    for (int j = 0; j < size; j++) {
+        part = fmax(part, fabs(given[j]*c->reach[j]));
+        own[j] = c->matrix[j*size + j], c->force[j] = 0;
+        for (int k = 0; k < size; k++)
+            part = fmax(part, fabs(c->matrix[j*size + k])*c->reach[j]*c->reach[k]);
+    }
+    for (int j = 0; j < size; j++)
+        c->matrix[j*size + j] += DRAWN*part/(c->reach[j]*c->reach[j]);
+    for (int round = 0; round < DRAWN_ROUNDS; round++) {
+        double changed = 0;
+        for (int j = 0; j < size; j++) {
+            before[j] = c->force[j];
+            c->given[j] = given[j] - DRAWN*part/(c->reach[j]*c->reach[j])*before[j];
+        }
+        decide_cones(c);
+        for (int j = 0; j < size; j++)
+            changed = fmax(changed, fabs(c->force[j] - before[j])/c->reach[j]);
+        if (changed <= CONE_SETTLED)
+            break;
+    }
+    memcpy(c->given, given, sizeof given);
+    for (int i = 0; i < c->count; i++)
+        c->pull[i] = 0;
+    for (int j = 0; j < size; j++) {
+        c->matrix[j*size + j] = own[j];
+        c->rate[j] = given[j];
+        for (int k = 0; k < size; k++)
+            c->rate[j] += c->matrix[j*size + k]*c->force[k];
+        c->pull[j/c->width] -= c->rate[j]*c->force[j];
+    }
+    for (int i = 0; i < c->count; i++)
+        c->pull[i] = fmax(c->pull[i], 0);
+}
+#endif

@@ -36,7 +36,7 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     set_wheel_speeds(wheels, s->vehicle, at->nu, speeds);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            s->core_here[rates_at(wheels) + i] = speeds[i];
+            s->core_here[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : speeds[i];
 #ifdef SET_HAS_CONTACT_SPEEDS
     set_contact_axial(wheels, s->vehicle, at->nu, at->chi, speeds);
     for (int i = 0; i < wheels; i++)
@@ -55,6 +55,19 @@ ALWAYS_INLINE double taken_by(const double *force, const double *per_reach, doub
         taken += force[k]*per_reach[k]*force[k]*per_reach[k];
     return taken;
 }
+
+#if SET_STANDS
+/* The same of what wheels that stand ask for. */
+ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const arrays_t *at)
+{
+    for (int k = 0; k < 3; k++)
+        s->asked_late.force[k] = at->held_force[k][0] - weighted(&s->force[k], &gauss_end);
+    for (int i = 0; i < wheels; i++) {
+        s->asked_late.along[i] = at->ground_force[2*i][0] - weighted(&s->along[i], &gauss_end);
+        s->own->late[i] = s->held ? s->own->holding[i][0] - weighted(s->own->held + i, &gauss_end) : 0;
+    }
+}
+#endif
 
 /* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
@@ -75,6 +88,9 @@ NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
         if (s->grips[i])
             s->taken_late[i] = taken_by(force, s->per_reach + 2*i, part) - weighted(&s->taken[i], &gauss_end);
     }
+#if SET_STANDS
+    measure_standing_at_end(s, wheels, &at);
+#endif
 #if SET_LOADS
     s->compressed_late[wheels] = s->loads_at_end->determinant[0] - weighted(&s->compressed[wheels], &gauss_end);
 #endif

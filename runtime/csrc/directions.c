@@ -87,6 +87,17 @@ NEVER_INLINE void rates_under_loads_there(const int wheels, const point_t *at, l
 }
 #endif
 
+/* Whether a wheel stands in a step: its contact and its axle stick. Its rate by nu is rounding alone. */
+ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
+{
+#if SET_STANDS
+    return s->standing->stands[wheel];
+#else
+    (void)s, (void)wheel;
+    return 0;
+#endif
+}
+
 /* Where nothing is solved for, at the nodes: speeds of contacts that stick follow from nu. */
 NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
 {
@@ -96,7 +107,7 @@ NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
     set_wheel_speeds(wheels, s->vehicle, nu, rates);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            core_at(s, b)[rates_at(wheels) + i] = rates[i];
+            core_at(s, b)[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];
 }
 
 #ifdef SET_HAS_CONTACT_SPEEDS

@@ -85,7 +85,9 @@ typedef struct {
 typedef struct {
     int undecided;              /* whether the modes must be decided anew                               */
     int passed;                 /* contacts whose mode has ended at this instant                        */
+    int knows_rates;            /* whether the rates at this instant have been found, where all stick   */
     double typical, friction;   /* the largest force of friction, and what it makes of nu'              */
+    double rest_in, away;       /* of slips: when the next one comes to rest, and what steps on the way miss */
     double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
 

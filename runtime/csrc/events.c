@@ -122,7 +122,7 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 }
 #endif
 
-#if SET_STICKS
+#if SET_STICKS && !SET_STANDS
 /* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
  * there. */
 NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
@@ -187,6 +187,9 @@ static double length_to_own(step_t *s, const int wheels, double length);
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 #endif
+#if SET_STANDS                     /* standing_events.c */
+static double length_to_facets(step_t *s, const int wheels, double length);
+#endif
 #if SET_ROLLS
 NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
 #endif
@@ -219,6 +222,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
 #endif
+#if SET_STANDS
+    length = length_to_facets(s, wheels, length);
+#endif
 #if SET_LOADS
     length = length_to_load(s, wheels, length);
 #endif
@@ -238,7 +244,7 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     states_at_nodes(s, wheels);
     end_of_step(s, wheels);
     end_of_core(s);
-#if SET_STICKS
+#if SET_STICKS && !SET_STANDS
     if (s->held && s->landing >= wheels + s->guards)
         measure_force_at_end(s, wheels);
 #endif

@@ -2,6 +2,7 @@
  * set's functions and their slopes; a run that is asked for no derivatives does not load it.
  *
  * variations.c   a step
+ * apart.c        numbers of its core that hang together through nu alone
  * passages.c     a switch */
 #include "variations.c"
 
@@ -54,6 +55,10 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
     w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
     w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
+    w->is_still = part(base, &size, w->core*w->directions*(long long)sizeof(int));
+    w->answer = part(base, &size, (w->core - 3)*NODES*nodes);
+    w->answer_at = part(base, &size, (w->core - 3)*(long long)sizeof(int));
+    w->answered = part(base, &size, NODES*groups*lane);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
     return size;

@@ -4,12 +4,17 @@
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
-#define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
+#define PART_OF_WAY 0.98            /* to rest, at most, in one step whose direction turns                  */
+#define FIRST_PART 0.75             /* the same where nothing is known of the way                           */
+#define LEAST_PART 0.2
+#define ROUNDS_TO_PART 4            /* of finding that                                                      */
+#define SURE 0.3                    /* of the error that is allowed: what steps towards rest are made for   */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
+#define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
 #define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
 
 /* The force of friction by which forces on contacts are moved: of loads that follow the motion per load, and small, since
@@ -39,8 +44,8 @@ static void friction_in_lanes(const omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* What slips are rounded against now, in m/s: those within it are zero. */
-static double slip_rounding(const omniroll_run_t *run, int contact)
+/* The speeds that make a slip, in m/s. */
+static double speeds_of_slip(const omniroll_run_t *run, int contact)
 {
     const double *const arms = run->ground.arms, *const core = run->core;
     double sizes = arms[0]*(fabs(run->nu[0]) + fabs(run->nu[1])) + arms[1]*fabs(run->nu[2])
@@ -48,7 +53,14 @@ static double slip_rounding(const omniroll_run_t *run, int contact)
 #ifdef SET_HAS_CONTACT_SPEEDS
     sizes += arms[3]*fabs(core[contact_speeds_at(run->wheels) + contact]);
 #endif
-    return SLIP_AT_REST*EPS*sizes;
+    return sizes;
+}
+
+/* What slips are rounded against now, in m/s: those within it are zero. Where wheels stand, the speeds that make a slip
+ * are what is left of larger ones. */
+static double slip_rounding(const omniroll_run_t *run, int contact)
+{
+    return SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), SET_STANDS ? LEFT_OF*run->hold.speed : 0);
 }
 
 /* The slip velocities at this instant. */
@@ -212,6 +224,7 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
+#if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
 {
@@ -302,7 +315,8 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
-    int released = 0, resting = 0, too_much = 0, beyond[MOST_WHEELS];
+    int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
+    run->ground.knows_rates = 0;
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
@@ -317,13 +331,13 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->sticks = grip->resting, beyond[i] = 0;
-        resting |= grip->resting, released |= grip->released;
+        resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
     put_modes(run);
     if (resting && !released) {
 #if !SET_LOADS                                  /* with them the forces have just been found                */
-        lanes_t nu_dot[3];
-        rates_at_this_instant(run, work, run->wheels, nu_dot);
+        rates_at_this_instant(run, work, run->wheels, work->nu_dot);
+        run->ground.knows_rates = 1;
 #endif
         for (int i = 0; i < run->wheels; i++)
             if (run->grips[i].sticks) {
@@ -340,8 +354,11 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 #endif
         put_modes(run);
     }
+    run->ground.knows_rates &= resting && !slipping && !released && !too_much;
     run->ground.undecided = 0;
 }
+
+#endif
 
 /* Wheels have passed to their next rollers, which come with the spins that they have. */
 static void contacts_have_switched(omniroll_run_t *run, const int *directions)
@@ -372,6 +389,7 @@ static int ends_mode(const step_t *s, int i)
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
     double slip[2*MOST_WHEELS];
+    int ended = 0;
     roll(run, work, 1);
     if (s->turning)
         slips_now(run, work, slip);
@@ -387,9 +405,11 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         grip->resting = grip->sticks || ends;
         grip->released = grip->sticks && ends;
         run->ground.passed += ends;
-        run->ground.undecided |= ends;
+        ended |= ends;
     }
-    roll(run, work, 0);                         /* what has come to rest has no slip                        */
+    run->ground.undecided |= ended;
+    if (ended)
+        roll(run, work, 0);                     /* what has come to rest has no slip                        */
 }
 
 /* A step begins: the modes, and what forces do to slips. */
@@ -439,10 +459,37 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
+/* Polynomials converge like those of what has a singularity at the rest: by 1/ellipse with each node, where the rest lies
+ * on this ellipse around the step (Bernstein). A step of a part of the way has the error `away` h/ellipse^NODES. */
+static double ellipse_of(double part)
+{
+    const double place = fmax(2/part - 1, 1);       /* of the rest, where the step is from -1 to 1           */
+    return place + sqrt(place*place - 1);
+}
+
+/* The part of the way that has the error SURE. */
+static double part_of_way(const omniroll_run_t *run, const step_t *s)
+{
+    double part = FIRST_PART;
+    for (int k = 0; k < ROUNDS_TO_PART && run->ground.away > 0; k++) {
+        const double ellipse = fmax(pow(run->ground.away*part*s->rest_in/SURE, 1.0/NODES), 1);
+        part = fmin(fmax(2/((ellipse + 1/ellipse)/2 + 1), LEAST_PART), PART_OF_WAY);
+    }
+    return part;
+}
+
+/* What a try towards rest tells of the way. */
+static void learn_of_way(omniroll_run_t *run, const step_t *s, double error)
+{
+    const double part = s->h/s->rest_in;
+    if (s->turning && part > LEAST_PART && part < 1)
+        run->ground.away = error*pow(ellipse_of(part), NODES)/s->h;
+}
+
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
  * nothing left to turn, the slip keeps it up to rest. */
-static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+static double longest_before_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
     s->rest_in = INFINITY;
@@ -461,16 +508,10 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         if (!s->keeps[i] && left > s->slip_noise[i])
             s->rest_in = fmin(s->rest_in, left/falls);
     }
-    return PART_OF_WAY*s->rest_in;
-}
-
-/* The length of the next try after a step towards a rest that missed times^NODES too much. The polynomials converge like
- * those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
-static double farther_from_rest(const step_t *s, double times)
-{
-    const double place = fmax(2*s->rest_in/s->h - 1, 1);     /* of the rest, where the step is from -1 to 1          */
-    const double ellipse = (place + sqrt(place*place - 1))*times;
-    return s->h*fmin(fmax(2*s->rest_in/s->h/((ellipse + 1/ellipse)/2 + 1), 0.2), 0.9);
+    if (!(s->rest_in <= run->ground.rest_in))       /* another way than that of the last step                */
+        run->ground.away = 0;
+    run->ground.rest_in = s->rest_in;
+    return s->before_rest = s->rest_in < INFINITY ? part_of_way(run, s)*s->rest_in : INFINITY;
 }
 
 /* The length of steps is kept while slips come near rest, and stands again behind it. */
@@ -479,7 +520,7 @@ static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm)
     if (s->landing >= s->wheels + s->guards) {
         run->step = fmax(run->step, run->calm_step);
         run->calm_step = 0;
-    } else if (PART_OF_WAY*s->rest_in < calm)
+    } else if (s->before_rest < calm)
         run->calm_step = fmax(run->calm_step, calm);
 }
 
@@ -513,9 +554,13 @@ ALWAYS_INLINE int pass_contacts(omniroll_run_t *run)
     return count;
 }
 
+#if !SET_STANDS
 /* Which bearings stick and which contacts do from now on, where that must be decided anew. */
 static void settle_modes(omniroll_run_t *run, const work_t *work)
 {
+#if SET_GRIPS
+    run->ground.knows_rates &= !run->hold.undecided;
+#endif
     settle_bearings(run, work);
 #if SET_GRIPS
     if (run->ground.undecided)
@@ -525,3 +570,4 @@ static void settle_modes(omniroll_run_t *run, const work_t *work)
         decide_carrying(run, work);
 #endif
 }
+#endif

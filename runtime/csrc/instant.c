@@ -4,7 +4,7 @@
 typedef struct {
     arrays_t arrays;
     point_t point;
-#if SET_HOLDS
+#if SET_HOLDS || SET_STANDS
     lanes_t directions[9], absent[3];
 #endif
 } instant_t;
@@ -54,12 +54,12 @@ ALWAYS_INLINE void at_this_instant(const omniroll_run_t *run, const work_t *work
     now->point.core = work->core_here;
     now->point.core_dot = work->core_dot;
 #endif
-#if SET_HOLDS
+#if SET_HOLDS || SET_STANDS
     for (int k = 0; k < 9; k++)
         now->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
         now->absent[k] = lanes_of(run->hold.absent[k]);
-    now->point.directions = run->hold.count ? now->directions : 0;
+    now->point.directions = SET_STANDS || run->hold.count ? now->directions : 0;
     now->point.absent = now->absent;
     now->point.held_force = work->held_force;
 #endif

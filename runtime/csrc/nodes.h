@@ -79,6 +79,19 @@ ALWAYS_INLINE double largest_of(const nodes_t *values)
     return lanes_largest(largest);
 }
 
+/* Whether all values at the nodes are zeros. */
+ALWAYS_INLINE int vanishes(const nodes_t *values)
+{
+    lane_mask_t bits = (lane_mask_t)values->lanes[0];
+    IN_REGISTERS
+    for (int b = 1; b < BLOCKS; b++)
+        bits |= (lane_mask_t)values->lanes[b];
+    long long any = 0;
+    for (int k = 0; k < LANES; k++)
+        any |= bits[k];
+    return !(any & 0x7fffffffffffffffLL);
+}
+
 /* The distance between the smallest and the largest of the values at the nodes and of two numbers beside them. */
 ALWAYS_INLINE double extent_of(const nodes_t *values, double start, double end)
 {

@@ -1,10 +1,57 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
+#if SET_STANDS
+/* What the ground takes at most of a wheel along the rolling direction, beside a force along the axle; `rate` is that of
+ * this force, and becomes that of what is taken. */
+ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, double along, double *rate)
+{
+    const double *const reach = standing->of_ground + 2*wheel;
+    if (SET_FIRST_DIRECTION == 1) {
+        *rate = 0;
+        return reach[1];
+    }
+    const double part = along/reach[0], left = sqrt(fmax(1 - part*part, 0));
+    *rate = left > 0 ? -reach[1]*part**rate/(reach[0]*left) : 0;
+    return reach[1]*left;
+}
+
+/* The torque of that at a step's end; 0 of a wheel that does not stand. */
+ALWAYS_INLINE double most_by_ground(const step_t *s, int wheel)
+{
+    double rate = 0;
+    if (!s->standing->stands[wheel])
+        return 0;
+    const double along = SET_FIRST_DIRECTION == 1 ? 0
+        : weighted(&s->along[wheel], &gauss_end) + s->asked_late.along[wheel];
+    return s->standing->radius*left_of_ground(s->standing, wheel, along, &rate);
+}
+#endif
+
 /* What holds is rounded so. */
 ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
 {
     return HELD_ROUNDINGS*EPS*(fabs(torque) + holding);
+}
+
+/* What one that sticks takes at most, and what it is asked for at the step's start; of the axle of a wheel that stands
+ * with what the ground takes. */
+ALWAYS_INLINE double most_held(const step_t *s, int k)
+{
+#if SET_STANDS
+    return s->own_bearing[k].holding + most_by_ground(s, k);
+#else
+    return s->own_bearing[k].holding;
+#endif
+}
+
+ALWAYS_INLINE double held_at_start(const step_t *s, int k)
+{
+#if SET_STANDS
+    return s->asked_start.asked[k];
+#else
+    return s->own_bearing[k].torque;
+#endif
 }
 
 /* How the rate of a bearing that turns changes at the nodes, against its mode. */
@@ -27,7 +74,7 @@ static double own_at_end(const step_t *s, int k, double *beyond)
     }
     const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
     *beyond = 0;
-    return fabs(torque) - bearing->holding - OWN_LANDS*rounding_of_holding(torque, bearing->holding);
+    return fabs(torque) - most_held(s, k) - OWN_LANDS*rounding_of_holding(torque, most_held(s, k));
 }
 
 /* The rate of that at the step's end. */
@@ -38,10 +85,10 @@ static double own_rate_at_end(const step_t *s, int k)
         return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
     const nodes_t *const held = s->own->held + k;
     const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
-    const double rounding = rounding_of_holding(torque, bearing->holding);
+    const double rounding = rounding_of_holding(torque, most_held(s, k));
     double rate = sign*weighted(held, &gauss_end_slope)/s->h;
     if (fabs(rate)*s->h < FACET_RISES*rounding)
-        rate = (fabs(torque) - sign*bearing->torque)/s->h;
+        rate = (fabs(torque) - sign*held_at_start(s, k))/s->h;
     return fabs(rate)*s->h < 0.5*OWN_LANDS*rounding ? 0 : rate;    /* 0: it is as it was                     */
 }
 
@@ -83,10 +130,10 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-    const double bound = bearing->holding + FACET_NOISE*rounding_of_holding(bearing->torque, bearing->holding);
+    const double bound = most_held(s, k) + FACET_NOISE*rounding_of_holding(held_at_start(s, k), most_held(s, k));
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)
         return 1;
     const nodes_t rate = times(gauss_slope, s->own->held + k);
-    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, bearing->torque, -bound, bound);
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, held_at_start(s, k), -bound, bound);
 }
 #endif

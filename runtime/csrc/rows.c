@@ -21,6 +21,7 @@ typedef struct {
 #if SET_GRIPS
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
+    lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
     double *response;               /* of the rates of their slips to forces on them, 2N x 2N                */
 #endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
@@ -29,6 +30,10 @@ typedef struct {
     lanes_t *held_force;
     facet_t *facets;                /* of what the bearings that stick can take                              */
     bearings_t *sticking;           /* these, where chi is 0                                                 */
+#endif
+#if SET_STANDS
+    lanes_t *held_force;
+    standing_t *standing;
 #endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
@@ -72,6 +77,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->friction = lanes_part(&parts, 2*wheels);
     work->ground_force = lanes_part(&parts, 2*wheels);
     work->slip_dot = lanes_part(&parts, 2*wheels);
+    work->nu_dot = lanes_part(&parts, 3);
     work->response = numbers_part(&parts, 4*(long long)wheels*wheels);
 #endif
 #if SET_IS_COUPLED
@@ -82,6 +88,14 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
     work->facets = numbers_part(&parts, most_facets(SET_BEARINGS*wheels)*facet);
     work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
+#endif
+#if SET_STANDS
+    const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+    work->held_force = lanes_part(&parts, 3);
+    work->standing = numbers_part(&parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
+    facet_t *const facets = numbers_part(&parts, most_facets(wheels)*facet);
+    if (work->standing)
+        work->standing->facets = facets;
 #endif
 #if SET_OWN_BEARINGS
     const long long own = most_own_bearings(wheels, rollers);
@@ -223,6 +237,11 @@ static void put_step(omniroll_run_t *run, const step_t *s)
         if (c >= 6 + wheels + added)
             rate = &s->rate_account[c - 6 - wheels - added];
 #endif
+        if (vanishes(rate)) {           /* as of accounts of what does not happen                          */
+            memset(out, 0, NODES*sizeof *out);
+            out += NODES;
+            continue;
+        }
         const nodes_t coefficients = times(gauss_legendre, rate);
         for (int k = 0; k < NODES; k++)
             *out++ = coefficients.node[k];

@@ -37,14 +37,14 @@
 
 #define EPS 2.220446049250313e-16
 #define PASSED 16                   /* roundings above zero is beyond                                       */
-#define MOST_GUARDS (4*MOST_WHEELS)
+#define MOST_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 #define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 
 #include "parts.c"
 #include "linear.c"
-#if SET_HOLDS
+#if SET_HOLDS || SET_STANDS
 #include "complementarity.c"
 #endif
 #include "loads.c"
@@ -58,6 +58,7 @@
 #include "events.c"
 #include "contact_events.c"
 #include "own_events.c"
+#include "standing_events.c"
 #include "rows.c"
 #include "instant.c"
 #include "own_bearings.c"
@@ -69,6 +70,7 @@
 #endif
 #include "carrying.c"
 #include "grip.c"
+#include "standing.c"
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"
@@ -159,6 +161,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
     balance_in_lanes(run, &work);
 #endif
 #if SET_GRIPS
+    run->ground.knows_rates = 0;
     friction_in_lanes(run, &work);
 #endif
 #ifdef LANES_HAS_MOMENTA

@@ -10,6 +10,7 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
         work->own.sticks[k] = lanes_of(0);
 }
 
+#if !SET_STANDS
 /* The torques that hold the axles which stick, at this instant. */
 static void hold_axles(const omniroll_run_t *run, const work_t *work)
 {
@@ -62,6 +63,8 @@ ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
         decide(run, work);
 }
 
+#endif
+
 /* Turning axles whose rates have passed zero rest, and those that are asked for too much let go. Returns how many there
  * are, with the one whose mode a step has ended, which is told once. */
 static int pass_bearings(omniroll_run_t *run, const work_t *work)
@@ -72,10 +75,17 @@ static int pass_bearings(omniroll_run_t *run, const work_t *work)
     return count;
 }
 
+#if SET_STANDS
+static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t *s);
+#endif
+
 /* A step begins: what sticks in it. */
 static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t *s)
 {
     s->own_count = run->own_count, s->own_bearing = own_bearings(run), s->own = &work->own;
+#if SET_STANDS
+    begin_standing(run, work, s);
+#endif
 }
 
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
@@ -85,6 +95,7 @@ ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
     return bearing ? HELD_ROUNDINGS*(fabs(bearing->torque) + bearing->holding) : 0;
 }
 
+#if !SET_STANDS
 /* Some time has passed. Where the ground is stiff, the torque at the end of a step that has ended at an axle is not its
  * bound to rounding: slips are rounded, and the iteration at the nodes leaves something. The mode ends there even so. */
 static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
@@ -103,6 +114,8 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
         axle->released = axle->torque > 0 ? -1 : 1;
     axle->resting = run->hold.ended = 1;
 }
+
+#endif
 
 /* Wheels have passed to their next rollers, which changes no rate of theirs. */
 static void axles_have_switched(omniroll_run_t *run)

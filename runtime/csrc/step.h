@@ -55,6 +55,25 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 }
 #endif
 
+#if SET_STANDS
+/* Wheels that stand: their contacts and their axles stick. */
+typedef struct {
+    int count, wheel[MOST_WHEELS], stands[MOST_WHEELS];     /* which; and of each whether it does          */
+    bearings_t rows;                            /* their rates for each of nu                              */
+    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
+    double holding[MOST_WHEELS];                /* and its bearing, in N m                                 */
+    double radius, size[3], per_force;          /* what a force on nu is rounded against; nu' that it gives */
+    int facet_count;
+    facet_t *facets;
+} standing_t;
+
+/* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the rolling
+ * direction, and the ground's forces along the axles. */
+typedef struct {
+    double force[3], asked[MOST_WHEELS], along[MOST_WHEELS];
+} asked_t;
+#endif
+
 typedef struct {
     int wheels;
     const vehicle_t *vehicle;
@@ -100,7 +119,7 @@ typedef struct {
     int blind;                                  /* all stick, and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
-    double rest_in;                             /* the time until the first other slip comes to rest         */
+    double rest_in, before_rest;                /* the time until the first other slip comes to rest; the longest step */
     const lanes_t *load, *friction;
     const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
@@ -151,6 +170,12 @@ typedef struct {
     const omniroll_bearing_t *own_bearing;      /* those with rates of their own                 */
     const own_bearings_t *own;
 #endif
+#if SET_STANDS
+    const standing_t *standing;
+    lanes_t directions[9], absent[3];           /* of nu                                         */
+    nodes_t force[3], along[MOST_WHEELS];       /* what wheels that stand ask for, at the nodes   */
+    asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
+#endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */
     int stiff;                                  /* whether the core is solved for implicitly     */
@@ -191,7 +216,7 @@ typedef struct {
 #if SET_INPUTS
     lanes_t input[SET_INPUTS*MOST_WHEELS];
 #endif
-#if SET_HOLDS
+#if SET_HOLDS || SET_STANDS
     lanes_t held_force[3];
 #endif
 #if SET_GRIPS

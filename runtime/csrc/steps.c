@@ -147,13 +147,26 @@ static double longest_before_bend(const omniroll_run_t *run, const work_t *work,
 }
 #endif
 
+/* The rates where a step starts; those of contacts that all stick have been found with their modes. */
+ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work, const int wheels, lanes_t *nu_dot)
+{
+#if SET_GRIPS
+    if (run->ground.knows_rates) {
+        for (int k = 0; k < 3; k++)
+            nu_dot[k] = work->nu_dot[k];
+        return;
+    }
+#endif
+    rates_at_this_instant(run, work, wheels, nu_dot);
+}
+
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
-ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, omniroll_run_t *run, const work_t *work)
 {
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
-    rates_at_this_instant(run, work, wheels, nu_dot);
+    rates_at_start(run, work, wheels, nu_dot);
     wheel_rates_now(run, work, nu, chi_dot);
 #if SET_HAS_SLOPES
     instant_t start;
@@ -177,6 +190,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)
         s->force_late[k] = 0;
+#endif
+#if SET_STANDS
+    memset(&s->asked_late, 0, sizeof s->asked_late);
 #endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
@@ -253,6 +269,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     for (int f = 0; f < s->facets; f++)
         turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
 #endif
+#if SET_STANDS
+    turned = fmin(turned, turn_of_standing(s));
+#endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
         turned = fmin(turned, turn_of_own(s, k));
@@ -310,7 +329,7 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
 {
 #if SET_GRIPS
     if (s->turning && s->rest_in < INFINITY)
-        return farther_from_rest(s, 0.9/factor);
+        return fmin(part_of_way(run, s)*s->rest_in, PART_OF_WAY*s->h);
 #endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
@@ -363,6 +382,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &most, run, work);
+#if SET_GRIPS
+        run->ground.knows_rates = 0;
+#endif
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
                                  reach);
 #if SET_IS_ACTED_ON
@@ -377,6 +399,9 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         }
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
+#if SET_GRIPS
+        learn_of_way(run, s, error);
+#endif
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
 #if SET_IS_ACTED_ON
         /* A shorter step is no better: what decays is far shorter yet. */
@@ -400,7 +425,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             continue;
         }
         if (rests_early(s, wheels)) {
-            most = PART_OF_WAY*s->h;
+            most = part_of_way(run, s)*s->h;
             continue;
         }
 #endif
@@ -549,11 +574,14 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     if (s->by_newton && DAMPED*s->steepest > 1 && s->landing < wheels)
         damp(run, work, s, wheels);
 #endif
-#if SET_STICKS
+#if SET_STICKS && !SET_STANDS
     bearings_have_moved(run, work, s);
 #endif
 #if SET_GRIPS
     contacts_have_moved(run, work, s);
+#endif
+#if SET_STANDS
+    wheels_have_moved(run, work, s);
 #endif
 #if SET_LOADS
     loads_have_moved(run, s);

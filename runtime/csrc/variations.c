@@ -41,6 +41,10 @@ typedef struct {
     nodes_t node;               /* where the nodes are, from 0 to 1                             */
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
+    int *is_still;              /* core x directions: whether a slope is zero                   */
+    nodes_t *answer;            /* (core - 3) x NODES, and whose a number has: apart.c          */
+    int *answer_at;
+    lanes_t *answered;          /* NODES x groups                                               */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
 } variations_t;
 
@@ -221,8 +225,8 @@ ALWAYS_INLINE const double *carries_felt(const variations_t *w, int f)
 
 #define AT_ONCE 4               /* sums that are made beside each other */
 
-/* values + h times the integrals up to each node of rates (NODES x groups), of one number. */
-static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
+/* Add to values a factor times a table by rows times others (NODES x groups), of one number. */
+static void add_product(const variations_t *w, const nodes_t *table, double factor, const lanes_t *of, lanes_t *value)
 {
     const int groups = w->groups;
     for (int g = 0; g < groups; g++)
@@ -230,10 +234,16 @@ static void integrate(const variations_t *w, double h, const lanes_t *rate, lane
             lanes_t sum[AT_ONCE] = {{0}};
             for (int k = 0; k < w->nodes; k++)
                 for (int i = 0; i < AT_ONCE; i++)
-                    sum[i] += w->once[j + i].node[k]*rate[k*groups + g];
+                    sum[i] += table[j + i].node[k]*of[k*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
-                value[(j + i)*groups + g] += h*sum[i];
+                value[(j + i)*groups + g] += factor*sum[i];
         }
+}
+
+/* values + h times the integrals up to each node of rates. */
+static void integrate(const variations_t *w, double h, const lanes_t *rate, lanes_t *value)
+{
+    add_product(w, w->once, h, rate, value);
 }
 
 /* What the core feels at the nodes, but for what the core's own rates do to it. */
@@ -269,39 +279,30 @@ ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
     return !found;
 }
 
-/* Unknowns stand in blocks, one number's rates at the nodes each, those of nu last: what the core has beyond nu hangs
- * together through nu, if at all. */
-ALWAYS_INLINE int block_of(const variations_t *w, int a)
+/* Which slopes of the core are zero at all nodes. */
+static void put_still(variations_t *w)
 {
-    return a < 3 ? w->core - 3 + a : a - 3;
+    for (int k = 0; k < w->core*w->directions; k++)
+        w->is_still[k] = is_zero(w, &w->slope[k]);
 }
 
-/* How many blocks stand apart: all but those of nu, where each number beyond nu acts upon itself and nu alone. */
-static int blocks_apart(const variations_t *w)
-{
-    for (int a = 3; a < w->core; a++)
-        for (int c = 3; c < w->core; c++)
-            if (a != c && !is_zero(w, &w->slope[a*w->directions + c]))
-                return 0;
-    return w->core - 3;
-}
-
-/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. */
-static void put_matrix(variations_t *w, double h, int a)
+/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in blocks,
+ * one number's rates at the nodes each: those of the first `solved` numbers. */
+static void put_matrix(variations_t *w, double h, int a, int solved)
 {
     const nodes_t *const slope = w->slope + a*w->directions;
-    for (int c = 0; c < w->core; c++) {
-        nodes_t once = slope[c], twice = {{{0}}};
+    for (int c = 0; c < solved; c++) {
+        nodes_t twice = {{{0}}};
         for (int f = 0; c < 3 && f < w->felt; f++)
             for (int b = 0; b < w->blocks; b++)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-        const int linear = !is_zero(w, &once), squared = !is_zero(w, &twice);
+        const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
         for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->row[block_of(w, a)*w->nodes + j] + block_of(w, c)*w->blocks;
+            lanes_t *const to = w->row[a*w->nodes + j] + c*w->blocks;
             for (int b = 0; b < w->blocks; b++) {
                 lanes_t sum = {0};
                 if (linear)
-                    sum -= h*once.node[j]*w->once[j].lanes[b];
+                    sum -= h*slope[c].node[j]*w->once[j].lanes[b];
                 if (squared)
                     sum -= h*h*twice.node[j]*w->twice[j].lanes[b];
                 to[b] = sum;
@@ -324,14 +325,16 @@ static void put_right(variations_t *w, double h, int a, int width)
 {
     const int groups = w->groups, fed = w->core + w->felt;
     const nodes_t *const slope = w->slope + a*w->directions;
-    lanes_t **const row = w->row + block_of(w, a)*w->nodes;
+    const int *const still = w->is_still + a*w->directions;
+    lanes_t **const row = w->row + a*w->nodes;
     for (int g = 0; g < groups; g++)
         for (int j = 0; j < w->nodes; j += AT_ONCE) {
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
-                add_moved(slope + c, j, w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g], sum);
+                if (!still[c])
+                    add_moved(slope + c, j, w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g], sum);
             for (int f = 0; f < w->felt; f++)
-                for (int i = 0; i < AT_ONCE; i++)
+                for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
                 add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
@@ -345,32 +348,19 @@ static void put_right(variations_t *w, double h, int a, int width)
         add_numbers(w, w->core_by, w->core, a, j, row[j] + width);
 }
 
-/* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. Of the unknowns the first
- * `apart` stand in blocks of `nodes` that do not know each other, but only what follows all of them. */
+/* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. */
 typedef struct {
     lanes_t **row;
-    int nodes, unknowns, apart, width, groups;
+    int unknowns, width, groups;
 } equations_t;
 
-/* Where the block of an unknown ends. */
-ALWAYS_INLINE int end_of_block(const equations_t *e, int p)
-{
-    return p < e->apart ? (p/e->nodes + 1)*e->nodes : e->unknowns;
-}
-
-/* The next row that the unknown p has something to do with. */
-ALWAYS_INLINE int next_row(const equations_t *e, int p, int i)
-{
-    return i + 1 == end_of_block(e, p) && i < e->apart ? e->apart : i + 1;
-}
-
-/* Bring the row with the largest pivot of its block to its place. */
+/* Bring the row with the largest pivot to its place. */
 ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
 {
-    const int v = p/LANES, k = p%LANES, end = end_of_block(e, p);
+    const int v = p/LANES, k = p%LANES;
     int best = p;
     double largest = 0;
-    for (int i = p; i < end; i++) {
+    for (int i = p; i < e->unknowns; i++) {
         const double size = e->row[i][v][k] < 0 ? -e->row[i][v][k] : e->row[i][v][k];
         if (size > largest)
             largest = size, best = i;
@@ -379,14 +369,11 @@ ALWAYS_INLINE void take_pivot(const equations_t *e, int p)
     e->row[best] = e->row[p], e->row[p] = pivot;
 }
 
-/* Take multiples of two rows, from a vector on: of those that the unknown p has something to do with. */
+/* Take multiples of two rows, behind the vector in which they have their pivots. */
 ALWAYS_INLINE void subtract_two(const equations_t *e, int p, lanes_t *own, double first, const lanes_t *one,
                                 double second, const lanes_t *two)
 {
-    const int end = end_of_block(e, p)/LANES, whole = e->width + e->groups;
-    for (int c = p/LANES + 1; c < end; c++)
-        own[c] -= first*one[c] + second*two[c];
-    for (int c = end > e->apart/LANES ? end : e->apart/LANES; c < whole; c++)
+    for (int c = p/LANES + 1; c < e->width + e->groups; c++)
         own[c] -= first*one[c] + second*two[c];
 }
 
@@ -397,7 +384,7 @@ ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
     take_pivot(e, p);
     const lanes_t *const one = e->row[p];
     const double inverse = 1/one[v][k];
-    for (int i = p + 1; i < e->unknowns; i = next_row(e, p, i)) {
+    for (int i = p + 1; i < e->unknowns; i++) {
         const double factor = e->row[i][v][k]*inverse;
         e->row[i][v] -= factor*one[v];
         e->row[i][v][k] = factor;           /* goes along where rows change places */
@@ -406,7 +393,7 @@ ALWAYS_INLINE void eliminate_two(const equations_t *e, int p)
     lanes_t *const two = e->row[p + 1];
     subtract_two(e, p, two, two[v][k], one, 0, one);
     const double inverse_two = 1/two[v][k + 1];
-    for (int i = p + 2; i < e->unknowns; i = next_row(e, p, i)) {
+    for (int i = p + 2; i < e->unknowns; i++) {
         lanes_t *const own = e->row[i];
         const double first = own[v][k], second = own[v][k + 1]*inverse_two;
         if (first == 0 && second == 0)
@@ -423,17 +410,16 @@ NEVER_INLINE void solve(const equations_t *e)
         eliminate_two(e, p);
     for (int p = e->unknowns - 1; p >= 0; p--) {
         const double *const own = (const double *)e->row[p];
-        const int end = end_of_block(e, p);
         for (int g = 0; g < e->groups; g++) {
             lanes_t left = e->row[p][e->width + g];
-            for (int i = p + 1; i < end; i++)
-                left -= own[i]*e->row[i][e->width + g];
-            for (int i = end > e->apart ? end : e->apart; i < e->unknowns; i++)
+            for (int i = p + 1; i < e->unknowns; i++)
                 left -= own[i]*e->row[i][e->width + g];
             e->row[p][e->width + g] = left*(1/own[p]);
         }
     }
 }
+
+#include "apart.c"
 
 /* The deviations of the core at the nodes, from its rates. */
 static void put_core(variations_t *w, double h, int width)
@@ -446,7 +432,7 @@ static void put_core(variations_t *w, double h, int width)
                 at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
-            memcpy(rate + j*groups, w->row[block_of(w, a)*w->nodes + j] + width, groups*sizeof *rate);
+            memcpy(rate + j*groups, w->row[a*w->nodes + j] + width, groups*sizeof *rate);
         integrate(w, h, rate, at);
     }
 }
@@ -491,7 +477,7 @@ ALWAYS_INLINE const lanes_t *rate_at_node(const variations_t *w, int place, int 
 {
     const int core = place < 3 ? place : place - 3 - w->wheels;
     if (place < 3 || core >= 3)
-        return w->row[block_of(w, core)*w->nodes + node] + width;
+        return w->row[core*w->nodes + node] + width;
     return w->carried_at + ((place - 3)*NODES + node)*w->groups;
 }
 
@@ -505,7 +491,7 @@ static int are_seen(const variations_t *w, double h, int width)
         for (int a = 0; a < 3; a++) {
             lanes_t sum = {0};
             for (int j = 0; j < w->nodes; j++) {
-                const lanes_t rate = w->row[block_of(w, a)*w->nodes + j][width + g];
+                const lanes_t rate = w->row[a*w->nodes + j][width + g];
                 sum += w->run->gauss_last[j]*rate;
                 size += h*h*w->run->gauss_weight[j]*lanes_abs(rate);
             }
@@ -520,21 +506,40 @@ static int are_seen(const variations_t *w, double h, int width)
     return 1;
 }
 
+/* The rates of the core at the nodes, as right sides behind the `width` vectors of a system. Returns the width. */
+static int put_core_rates(variations_t *w, double h)
+{
+    put_still(w);
+    const int apart = w->core > 3 && stand_apart(w), solved = apart ? 3 : w->core;
+    const int unknowns = w->nodes*solved, width = unknowns/LANES;
+    for (int a = 3; apart && a < w->core; a++)
+        put_answer(w, h, a);
+    for (int k = 0; k < w->nodes*w->core; k++)
+        w->row[k] = w->system + k*(width + w->groups);
+    for (int a = 0; a < w->core; a++) {
+        if (a < solved)
+            put_matrix(w, h, a, solved);
+        put_right(w, h, a, width);
+    }
+    for (int a = solved; a < w->core; a++)
+        eliminate(w, h, a, width);
+    solve(&(equations_t){w->row, unknowns, width, w->groups});
+    if (apart)
+        put_answers_of_nu(w, h, width);
+    for (int a = solved; a < w->core; a++)
+        put_rates_apart(w, a, width);
+    return width;
+}
+
 /* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. Returns whether
  * the nodes are enough, where the run asks that; nothing has been done otherwise. */
 static int vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
-    const int groups = w->groups, unknowns = w->nodes*w->core, width = unknowns/LANES;
+    const int groups = w->groups;
     put_slopes(w, step, row);
     put_felt(w, h);
-    for (int k = 0; k < unknowns; k++)
-        w->row[k] = w->system + k*(width + groups);
-    for (int a = 0; a < w->core; a++) {
-        put_matrix(w, h, a);
-        put_right(w, h, a, width);
-    }
-    solve(&(equations_t){w->row, w->nodes, unknowns, w->nodes*blocks_apart(w), width, groups});
+    const int width = put_core_rates(w, h);
     if (w->run->most_last > 0 && !are_seen(w, h, width))
         return 0;
     put_core(w, h, width);

@@ -65,11 +65,12 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     if law != "viscous" or loads == "dynamic":
         numbers["normal_gravity"] = GRAVITY
     rates = tuple(random.normal(size=wheels)) if random.random() < 0.7 else None  # None: they roll
-    acting = ACTING[(place + place // 4) % 4](random, wheels)
+    kind = (place + place // 4) % 4
+    acting = ACTING[kind](random, wheels)
     ground = Contact(law=law, loads=loads, **numbers, wheel_rates=rates)
     effects = (ground, *acting, Slope(float(random.uniform(0, 0.3)), 1.0))
     nu = tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0)
-    if law != "coulomb" and loads == "static":
+    if loads == "static" and ACTING[kind] is not controller:  # whose axles have a named speed
         sliding = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
         effects += (Bearings(wheel_coulomb=sliding, wheel_break_away=1.2 * sliding),)
     task = {

@@ -9,6 +9,7 @@ import pytest
 import omniroll
 from omniroll import (
     Bearings,
+    Contact,
     Controller,
     FunctionController,
     InvalidValueError,
@@ -183,6 +184,9 @@ def test_effects_that_are_not_followed_are_refused():
     own = FunctionController(lambda t, measured: (0.0, 0.0, 0.0), 0.1)
     with pytest.raises(InvalidValueError, match="not followed"):
         Case("free", effects=(own,)).run(sensitivities=("mass",))
+    both = (Contact(law="coulomb", friction=0.3), Bearings(wheel_coulomb=0.002))
+    with pytest.raises(InvalidValueError, match="not followed"):
+        Case("massless", effects=both).run(sensitivities=("mass",))
 
 
 def test_a_trajectory_that_was_not_asked_says_so_and_one_that_was_can_be_pickled():

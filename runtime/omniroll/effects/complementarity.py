@@ -112,16 +112,22 @@ def bounded_fit(columns: np.ndarray, wanted: np.ndarray, bounds: np.ndarray) -> 
 
 def least_torques(force: np.ndarray, rows: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """The torques (m,) of least norm within the bounds (m,) with rows^T torques = force (3,), which some do."""
+    return least_forces(force, rows, -bounds, bounds)
+
+
+def least_forces(force: np.ndarray, rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The x (m,) of least norm from low (m,) to high (m,) with rows^T x = force (3,), which some do."""
     least = np.linalg.lstsq(rows.T, force, rcond=PARALLEL)[0]
-    if (np.abs(least) <= bounds).all():
+    if (least <= high).all() and (least >= low).all():
         return least
+    middle, bounds = (low + high) / 2, np.maximum((high - low) / 2, 0.0)
     size = np.abs(rows).max()
     columns = np.concatenate([HEAVY / size * rows.T, np.eye(len(rows))])
-    torques = bounded_fit(columns, np.concatenate([HEAVY / size * force, np.zeros(len(rows))]), bounds)
-    free = np.abs(torques) < bounds * (1 - CUT_OFF)  # these once more, without the equation's weight in their digits
-    torques[~free] = np.copysign(bounds, torques)[~free]
-    torques[free] = np.linalg.lstsq(rows[free].T, force - rows[~free].T @ torques[~free], rcond=PARALLEL)[0]
-    return np.clip(torques, -bounds, bounds)
+    beside = bounded_fit(columns, np.concatenate([HEAVY / size * (force - rows.T @ middle), -middle]), bounds)
+    free = np.abs(beside) < bounds * (1 - CUT_OFF)  # these once more, without the equation's weight in their digits
+    found = middle + np.copysign(bounds, beside)
+    found[free] = np.linalg.lstsq(rows[free].T, force - rows[~free].T @ found[~free], rcond=PARALLEL)[0]
+    return np.clip(found, low, high)
 
 
 @dataclass(frozen=True)

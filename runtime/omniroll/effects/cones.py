@@ -21,6 +21,7 @@ SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each t
 NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
+DRAWN, ROUNDS = 1e-6, 60  # of the problem's size: how strongly forces that need not be unique are drawn
 EPS = float(np.finfo(float).eps)
 
 
@@ -52,6 +53,27 @@ def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
     place = place.reshape(shape)
     pull = np.maximum(-(place * rate * reach).sum(axis=1), 0.0)
     return Decided(place * reach, pull, rate)
+
+
+def decide_semidefinite(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
+    """The same where D is semidefinite: there is one rate, and forces that need not be unique.
+
+    Rockafellar's proximal point: D with a small part of its size on the diagonal, and the forces drawn to those of the
+    round before. Along what D feels the rounds converge as fast as that part is small; along what it does not feel
+    they stay.
+    """
+    size = given.size
+    scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)
+    part = DRAWN * max(float(np.abs(scaled).max()), float(np.abs(given * reach).max()))
+    shifted = matrix + (part / reach**2)[:, :, None, None] * np.eye(size).reshape(matrix.shape)
+    force = np.zeros(given.shape)
+    for _ in range(ROUNDS):
+        before = force
+        force = decide(shifted, given - part / reach**2 * before, reach).force
+        if (np.abs(force - before) <= SETTLED * reach).all():
+            break
+    rate = np.tensordot(matrix, force, 2) + given
+    return Decided(force, np.maximum(-(force * rate).sum(axis=1), 0.0), rate)
 
 
 def residuals(found: Decided, given: np.ndarray, reach: np.ndarray) -> tuple[float, float, float]:

@@ -36,12 +36,8 @@ OPTIONAL = {
     "regularised": ("load", "normal_gravity"),
 }
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
-# Why axles that stick cannot stand beside them.
-UNDECIDED = {
-    "contacts that stick": "a wheel that is held on the ground and on its axle takes a direction of motion from the "
-    "vehicle, and several of them do not determine their forces",
-    "loads that follow the motion": "these follow from the wheels' accelerations, and whether an axle sticks from them",
-}
+# Why axles that stick cannot stand beside loads that follow the motion.
+UNDECIDED = "these follow from the wheels' accelerations, and whether an axle sticks from them"
 LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
 OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 
@@ -69,8 +65,8 @@ class Contact(Effect):
     {entries}
 
     Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
-    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed, beside contacts that stick and beside
-    loads that follow the motion. The law of a switch has no part in such a run.
+    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed, beside loads that follow the
+    motion. The law of a switch has no part in such a run.
 
     Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
     simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
@@ -150,9 +146,9 @@ class Contact(Effect):
         for name in ("wheel_rates", "contact_spins"):
             self._given(name, vehicle.wheels)
         sticking = any("axle_sticking" in effect.kernel_effects() for effect in others)
-        if sticking and (self.law == "coulomb" or self.is_loaded):
-            what = "contacts that stick" if self.law == "coulomb" else "loads that follow the motion"
-            raise InvalidValueError("wheel_speed", None, f"must be given beside {what}: {UNDECIDED[what]}")
+        if sticking and self.is_loaded:
+            bound = f"must be given beside loads that follow the motion: {UNDECIDED}"
+            raise InvalidValueError("wheel_speed", None, bound)
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)

@@ -16,6 +16,7 @@ from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Table
 from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
+from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
@@ -238,9 +239,17 @@ class EffectRun:
         self.ground = None if grip is None else self._ground(grip)
 
     def _ground(self, grip: Grip) -> Ground | SmoothGround:
+        if self.slipping_axles is not None and grip.sticks:
+            axles, self.slipping_axles = self.slipping_axles, None
+            return GroundWithAxles(self.kernel, grip, axles, self.bound_rates.buffers)
         if grip.balance is None:
             return Ground(self.kernel, grip)
         return (LoadedGround if grip.sticks else SmoothGround)(self.kernel, grip, self.bound_rates)
+
+    @property
+    def own_axles(self) -> SlippingAxles | None:
+        """The axles where wheels may slip and their bearings stick, also beside contacts that do."""
+        return self.ground.axles if isinstance(self.ground, GroundWithAxles) else self.slipping_axles
 
     @cached_property
     def bound_rates(self) -> BoundRates:
@@ -278,6 +287,8 @@ class EffectRun:
         guards = self.begin_phase(elapsed, carry)
         feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
+        if isinstance(self.ground, GroundWithAxles):
+            return self._on_ground_and_axles(self.ground, constants, guards, y)
         if self.ground is not None:
             flow = self._on_the_ground if self.ground.grip.sticks else self._on_smooth_ground
             return flow(constants, y), Guards(guards, self.state_vector.size)
@@ -323,6 +334,31 @@ class EffectRun:
         finally:
             self._keep_modes()
         return kind(ground, rates, rates.flow(constants, self.signals))
+
+    def _on_ground_and_axles(
+        self, ground: GroundWithAxles, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
+    ) -> tuple[GroundFlow, Guards]:
+        """The rates and guards in the modes of contacts and axles, which are decided for the phase that starts now."""
+        rates, layout = self.bound_rates, self.state_vector
+
+        def flow(sticks: np.ndarray, axle_sticks: np.ndarray, torques: np.ndarray) -> Flow:
+            directions = ground.directions_of_nu(sticks & axle_sticks)
+            modes = {"sticks": sticks, "axle_sticks": axle_sticks, "directions": directions.ravel()}
+            self.signals["bearing_torque"] = Signal.constant(torques)
+            return rates.flow({**constants, **modes, "absent": ~directions.any(axis=0)}, self.signals)
+
+        def evaluate(sticks: np.ndarray, axle_sticks: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
+            plain = flow(sticks, axle_sticks, torques)
+            rates.buffers["ground_push"][:] = pushed
+            plain(0.0, y)
+
+        none = np.zeros(self.kernel.wheels, bool)
+        slip = GroundFlow(ground, rates, flow(none, none, ground.axles.torques())).slip(y)
+        ground.begin(slip, evaluate)
+        self._keep_modes()
+        turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        plain = flow(ground.sticks, ground.axles.modes == 0, ground.axles.torques())
+        return GroundFlow(ground, rates, plain), Guards([*guards, *turning], layout.size)
 
     def _on_smooth_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> SmoothFlow:
         """The rates where contacts carry or are off, which is decided for the phase that starts now."""
@@ -443,6 +479,9 @@ class EffectRun:
         if self.slipping_axles is not None:
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axle_holding
+        if isinstance(self.ground, GroundWithAxles):
+            flow(time, y)
+            drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()
         if isinstance(flow, GroundFlow):
             drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
@@ -458,8 +497,8 @@ class EffectRun:
             sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
-        if self.slipping_axles is not None:
-            sizes[self.drives.index("bearing_torque")] = self.slipping_axles.torque_sizes()
+        if self.own_axles is not None:
+            sizes[self.drives.index("bearing_torque")] = self.own_axles.torque_sizes()
         return sizes
 
     def pass_guards(self, passed: np.ndarray) -> None:
@@ -520,6 +559,6 @@ class Plan:
         numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
         for sampler in self.samplers:
             numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
-        sticking = (self.acting.axles, self.acting.slipping_axles, self.acting.bearings)
+        sticking = (self.acting.axles, self.acting.own_axles, self.acting.bearings)
         numbers += [found.holding for found in sticking if found is not None]
         return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

@@ -41,6 +41,7 @@ class SlippingAxles:
         self.resting, self.modes = np.zeros(kernel.wheels, bool), np.zeros(kernel.wheels, int)
         self.released = np.zeros(kernel.wheels, int)  # signs of those that have been let go at this instant
         self.asked = np.zeros(kernel.wheels)
+        self.least = 0.0  # in rad/s, what rates are rounded against at least
 
     # What the state says
 
@@ -53,7 +54,7 @@ class SlippingAxles:
 
     def _sizes(self, nu: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """(N,) what rates are rounded against."""
-        return np.abs(rates) + self.reach * np.linalg.norm(nu)
+        return np.maximum(np.abs(rates) + self.reach * np.linalg.norm(nu), self.least)
 
     # What has happened
 

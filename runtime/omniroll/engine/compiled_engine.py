@@ -39,7 +39,6 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import State
 
 MANY_EVALUATIONS = 1e7  # left, at a third of a microsecond to one each: of seconds a word is said
-FIRST_ROWS = 128  # of the first call, if memory allows; each next one has twice as many
 CALLS = 8  # that fill the memory of a run at least
 LAST = slice(-1, None)  # row
 DONE, FULL, STUCK, NO_STEP, ASK, _, GROUND = range(7)  # engine.h
@@ -133,7 +132,7 @@ class CompiledRun:
         self.outlook = outlook_of(self.task.duration, self.space.bytes_per_row, self.task.memory, self.task.room)
         most = min(workspace.ROWS, max(FIRST, int(self.task.memory / CALLS / self.space.bytes_per_row)))
         largest = int(self.task.memory / self.space.bytes_per_row) + most
-        self.status, room = FULL, min(FIRST_ROWS, most)
+        self.status, room = FULL, min(self.task.first_rows, most)
         while self.status == FULL:
             self.space.make_room(self.run.row_count, self.run.switch_count, room, largest)
             room = min(2 * room, most)

@@ -29,6 +29,9 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:
             raise InvalidValueError("sensitivities", type(effect).__name__, "functions of your own are not followed")
+    if {"axle_sticking", "contact_coulomb"} <= {name for effect in effects for name in effect.kernel_effects()}:
+        what = "axles that stick beside contacts that stick are not followed"
+        raise InvalidValueError("sensitivities", "Bearings", what)
 
 
 class DriveDeviations:

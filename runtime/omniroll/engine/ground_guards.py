@@ -4,6 +4,7 @@ import numpy as np
 
 from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
+from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_ground import LoadedFlow
 from omniroll.effects.smooth_ground import SmoothFlow
@@ -69,6 +70,24 @@ class LoadedGuards(GroundGuards):
         return np.append(ends, probed[count:])
 
 
+class AxleGuards(GroundGuards):
+    """The same as GroundGuards, then those of axles that stick: of dragged wheels, of standing ones, and the facets of
+    what these can take together."""
+
+    def __init__(self, guards: Guards, flow: GroundFlow):
+        super().__init__(guards, flow, len(flow.ground.excess()[0]))
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, rounding = super()._own(time, y)
+        beyond, of_axles = self.ground.excess()
+        return np.append(values, beyond), np.append(rounding, of_axles)
+
+    def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
+        probed, count = MotionGuards._rising(self, time, y, rates, values), len(self.ground.sticks)
+        ends = np.where(self.ground.sticks, probed[:count], self._approach(time, y)[1])
+        return np.append(ends, probed[count:])
+
+
 class LoadGuards(MotionGuards):
     """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
 
@@ -85,4 +104,6 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
     """The guards of a phase, and those of its contacts."""
     if isinstance(flow, SmoothFlow):
         return LoadGuards(guards, flow)
+    if isinstance(flow.ground, GroundWithAxles):
+        return AxleGuards(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)

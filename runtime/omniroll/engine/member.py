@@ -1,5 +1,6 @@
 """One run of a sweep: its arguments, and what is kept of it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from omniroll.results.trajectory import Trajectory
 
 ON_DEMAND = ("contact_spin", "spins", "energy")  # of Samples
 SAMPLED = ("t", "nu", "chi", "contact", "pose", *ON_DEMAND)
+FIRST_ROWS = 512  # after each call a thread waits for its turn, and nobody looks at a run between its calls
 COUNTS = ("switches", "steps", "evaluations")
 
 Run = dict[str, Any]  # the arguments of simulate
@@ -21,7 +23,7 @@ Found = dict[str, Any]  # what is kept of it
 def finding(run: Run, times: np.ndarray | None, control: bool) -> Work[Found]:
     """What is kept of one run: where it ended, or how it failed."""
     try:
-        task = checked_task(**run)
+        task = replace(checked_task(**run), first_rows=FIRST_ROWS)
         if control and task.duration > 0:
             done = yield from controlling(task)
         else:

@@ -68,6 +68,7 @@ class Task:
     room: float | None = None  # bytes for the rows and steps that `keep` puts elsewhere; None: memory must hold them
     keep: Keep | None = None
     interrupted: Interrupted | None = None
+    first_rows: int = 128  # of the engine's first call, if memory allows; each next one has twice as many
     coarse: Progress | None = None  # is told of the coarser run that the error estimate needs
 
 

@@ -33,10 +33,10 @@ class WhatActs:
         """Those of axles, of rollers in contact, of free rollers; these have no row, and neither have axles of wheels
         that may slip."""
         acting = self.plan.acting
-        found = acting.axles or acting.bearings or acting.slipping_axles
+        found = acting.axles or acting.bearings or acting.own_axles
         if found is None:
             return []
-        own = [] if acting.slipping_axles else found.rows.tolist()
+        own = [] if acting.own_axles else found.rows.tolist()
         rows = [*own, *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(own))]
         names = ("row", "sliding", "holding", "nearer")
         numbers = zip(rows, found.sliding, found.holding, np.ones(len(rows)), strict=True)
@@ -48,9 +48,9 @@ class WhatActs:
         run.hold.undecided = int("bearing" in self.patterns)
         if self.plan.acting.axles is not None:
             run.axle_count = self.wheels
-        if self.plan.acting.slipping_axles is not None:
+        if self.plan.acting.own_axles is not None:
             run.axle_count = run.own_count = self.wheels
-            run.rate_of_speed = self.plan.acting.slipping_axles.reach
+            run.rate_of_speed = self.plan.acting.own_axles.reach
         if bearings is not None:
             run.axle_count, run.own_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
             run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale

@@ -99,16 +99,14 @@ def general_sets(registry: Sequence[Mapping], base: str) -> list[tuple[str, ...]
     movers = [e for e in registry if e["neutral"] and (e["states"] or e["constants"])]
     names = [e["name"] for e in movers if not e["excludes"] or e["name"] in sticking]
     may_slip = any(e["name"] == SLIPPING and base not in e["excludes"] for e in registry)
-    cases = [
-        term
-        for effect in registry
-        for state in effect["states"]
-        if state["kind"] == "core" and base in state["models"]
-        for term in state["case"]
-    ]
+    states = [state for effect in registry for state in effect["states"]]
+    core = [state["case"] for state in states if state["kind"] == "core" and base in state["models"]]
+    cases, rolling_cases = (
+        [term for case in of for term in case] for of in (core, [case for case in core if SLIPPING not in case])
+    )
     laws = [e["name"] for e in registry if e["neutral"] and e["needs"] == [SLIPPING] and f"-{e['name']}" not in cases]
     slipping = [SLIPPING, *laws]
-    changing = [name for name in names if f"-{name}" in cases]
+    changing = [name for name in names if f"-{name}" in rolling_cases]
     smaller = [tuple(name for name in names if name not in changing)] if changing else []
     rolling = [*smaller, tuple(names)]
     held = [tuple(name for name in effects if name not in sticking) for effects in rolling]

@@ -6,6 +6,7 @@ import numpy as np
 
 from omniroll.effects.ground import Grip, slip_roundings
 from omniroll.effects.ground_loads import carried
+from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
@@ -73,6 +74,8 @@ class Contacts:
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
         rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
+        if "standing_dynamics" in self.kernel.signatures and rounding.ndim > 1:  # a whole vehicle may come to rest
+            rounding = np.maximum(rounding, LEFT_OF * rounding.max())
         slips = np.linalg.norm(slip, axis=-1) > rounding  # a slip of rounding has no direction
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)

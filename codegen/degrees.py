@@ -1,0 +1,89 @@
+"""What is proportional to a power of a number: found in a program's steps, so that its slope is a multiple of it.
+
+If s grows as the k-th power of p, its slope by p is k s/p, whatever was computed on the way (Euler). The degree is k;
+it is 0 where s does not depend on p at all. A sum in a loop that is all of one degree needs no sum of slopes beside it.
+
+A step that stands still has degree 0. One whose slope Maxima's rules give has the degree that these say, where that can
+be read off them.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from .expressions import ZERO, Call, Canonical, Expression, Power, Product, Sum, Symbol, number
+from .programs import Loop, Step, steps
+
+if TYPE_CHECKING:
+    from .tangents import Rules
+
+MIXED = None  # several degrees, or none
+HIGHEST = 4
+Degrees = dict[str, int | None]
+
+
+@dataclass
+class Degree:
+    """Degrees of expressions, from those of symbols; what is not named has 0."""
+
+    of_symbol: Degrees
+
+    def __call__(self, e: Expression) -> int | None:
+        match e:
+            case Symbol(name):
+                return self.of_symbol.get(name, 0)
+            case Sum(terms):
+                found = {self(term) for term in terms}
+                return found.pop() if len(found) == 1 else MIXED
+            case Product(factors):
+                found = [self(factor) for factor in factors]
+                return MIXED if MIXED in found else bounded(sum(found))
+            case Power(base, exponent):
+                inner = self(base)
+                return MIXED if inner is MIXED else bounded(exponent * inner)
+            case Call(_, argument):
+                return 0 if self(argument) == 0 else MIXED
+        return 0
+
+
+def bounded(degree: int) -> int | None:
+    return degree if abs(degree) <= HIGHEST else MIXED
+
+
+def degrees_of(
+    body: tuple[Step | Loop, ...], seeds: Degrees, rules: "Rules", termwise: frozenset[str], canonical: Canonical
+) -> Degrees:
+    """The degrees of everything that the steps name.
+
+    seeds     those of what is read
+    termwise  sums that are to have none, unless it is 0
+    """
+    degree = Degree(dict(seeds))
+    found, before = degree.of_symbol, None
+    lines = [step for step in steps(body) if step.kind != "put"]
+    changing = {step.name for step in lines if step.kind != "let"}
+    empty = set(changing)  # sums to which nothing but zero has been added so far
+    while found != before:  # a sum in a loop may be mixed by what comes later
+        before = dict(found)
+        for step in lines:
+            own = of_step(step, degree, rules, canonical)
+            if step.name in termwise and own:
+                own = MIXED
+            if step.name not in changing:
+                found[step.name] = own
+            elif step.expression != ZERO:
+                found[step.name] = own if step.name in empty or own == found[step.name] else MIXED
+                empty.discard(step.name)
+    return found
+
+
+def of_step(step: Step, degree: Degree, rules: "Rules", canonical: Canonical) -> int | None:
+    if step.name in rules.still:
+        return 0
+    if step.kind != "let" or step.name not in rules.slopes:
+        return degree(step.expression)
+    known = [(degree(Symbol(by)), by, slope) for by, slope in rules.slopes[step.name].items()]
+    if any(k is MIXED for k, *_ in known):
+        return MIXED
+    whole = canonical.sum([canonical.product([number(k), slope, Symbol(by)]) for k, by, slope in known if k])
+    multiples = {canonical.product([number(k), step.expression]): k for k in range(-HIGHEST, HIGHEST + 1)}
+    return multiples.get(whole, MIXED)

@@ -1,0 +1,394 @@
+"""Axles whose bearings stick beside contacts that stick: every body in every mode, closed forms, both engines, the law
+in every row, and the convex problem."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reactions.newton_euler import Acting
+from reactions.test_newton_euler import call
+from scipy.optimize import minimize
+
+from contact.test_newton_euler import MODELS, slipping_case
+from contact.test_sticking_bodies import RELATIVE, by_bodies
+from contact.test_stuck_axles import CROSS, ENGINES, bearing_torques
+from omniroll import Bearings, Contact, Session, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll.effects import cones
+from omniroll.effects.complementarity import allowed_by, directions_allowed, least_forces
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import distance_at
+
+RADIUS, INERTIA, MASS, ARM = CROSS.wheel_radius, CROSS.wheel_inertia, CROSS.mass, CROSS.platform_radius
+GRAVITY = 9.80665
+INSTANT = 1e-10  # relative, of instants in closed form
+STANDS, ROLLS, DRAGGED, SLIPS = (1, 1), (1, 0), (0, 1), (0, 0)  # whether the contact sticks, and the axle
+
+
+# ---- every body ------------------------------------------------------------------------------------------------------
+
+
+def case_in_modes(rng, model, contacts, axles):
+    """A state in which what sticks is at rest."""
+    case = slipping_case(rng, len(contacts), 5, model, has_layout=True)
+    bound = kernel(case.vehicle, model, "python")
+    case = replace(case, nu=allowed_by(bound.wheel_rows[contacts & axles]) @ case.nu)
+    rolling, turning = bound.wheel_rates(case.nu, case.chi)
+    rates = np.where(axles, 0.0, np.where(contacts, rolling, case.rates))
+    return replace(case, rates=rates, turns=np.where(contacts, turning, case.turns))
+
+
+def by_kernel(case, contacts, axles, push, torque, turning):
+    """What the kernel gives, with the forces on standing wheels and the torques of all bearings put in."""
+    effects = ("contact", "contact_coulomb", "drive", "axle_sticking")
+    bound = kernel(case.vehicle, case.model, "python", effects=effects)
+    stands = contacts & axles
+    directions = directions_allowed(bound.wheel_rows[stands], np.eye(3)) if stands.any() else np.eye(3)
+    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
+    values |= {"torque": torque, "bearing_torque": np.where(axles, 0.0, turning), "axle_sticks": axles.astype(float)}
+    values |= {"sticks": contacts.astype(float), "ground_push": np.where(contacts[:, None], 0.0, push)}
+    values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
+    if case.model == "free":
+        values["contact_omega"] = case.turns + case.nu[2] / case.vehicle.yaw_scale * np.sin(case.chi)
+        values["axial"] = call(bound, "axial_speeds", values)
+        values["momenta"] = call(bound, "momenta", values)
+    nu_rates, _, rates, *_, holding, held, force, slip_dot = call(bound, "standing_dynamics", values)
+    rows, radius = bound.wheel_rows[stands], case.vehicle.wheel_radius
+    along, left, *_ = np.linalg.lstsq(-radius * rows.T, held, rcond=None) if stands.any() else (np.zeros(0), [])
+    assert -radius * rows.T @ along == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))
+    force[stands, 1] += along
+    holding[stands] -= radius * along
+    return nu_rates, rates, force, slip_dot, holding + np.where(axles, 0.0, turning)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "modes",
+    [
+        (STANDS, ROLLS, SLIPS),
+        (STANDS, DRAGGED, STANDS),
+        (DRAGGED, DRAGGED, ROLLS),
+        (DRAGGED, SLIPS, DRAGGED),
+        (STANDS, STANDS, STANDS),
+        (STANDS, ROLLS, DRAGGED, SLIPS),
+        (STANDS, STANDS, ROLLS, DRAGGED, SLIPS, STANDS),
+    ],
+)
+def test_modes_of_contacts_and_axles_agree_with_every_body(model, modes):
+    """The oracle is given forces and torques, and must find the same accelerations, and none of what sticks."""
+    contacts, axles = np.array(modes, bool).T
+    rng = np.random.default_rng([21, MODELS.index(model), *contacts.astype(int), *axles.astype(int)])
+    case = case_in_modes(rng, model, contacts, axles)
+    push, torque, turning = rng.normal(size=(len(modes), 2)), rng.normal(size=len(modes)), rng.normal(size=len(modes))
+    nu_rates, rates, force, slip_dot, bearing = by_kernel(case, contacts, axles, push, torque, turning)
+    loads = dict.fromkeys(range(len(modes)), 0)
+    acting = Acting(guide=True, wheel_torques=list(torque + bearing))
+    wanted_nu, wanted_rates, slips = by_bodies(case, acting, force, loads)
+    given = np.abs(torque).max() / case.vehicle.wheel_inertia  # where all stand nothing else has a size
+    size = np.abs(slips).max() + np.abs(wanted_nu).max() + np.abs(wanted_rates).max() + given
+    for value, wanted in ((nu_rates, wanted_nu), (rates, wanted_rates)):
+        assert value == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE * size)
+    components = slice(0, 2) if model == "free" else slice(1, 2)
+    assert slip_dot[:, components] == pytest.approx(slips[:, components], abs=RELATIVE * size)
+    assert np.abs(slips[contacts][:, components]).max(initial=0.0) <= RELATIVE * size
+    assert np.abs(wanted_rates[axles]).max(initial=0.0) <= RELATIVE * size
+    assert not rates[axles].any()
+
+
+# ---- closed forms ----------------------------------------------------------------------------------------------------
+
+
+def run_of(engine, model, effects, duration, nu=(0, 0, 0), **options):
+    return simulate(CROSS, nu=nu, duration=duration, roller_model=model, effects=effects, engine=engine,
+                    accuracy=1e-11, control=False, **options)  # fmt: skip
+
+
+def changed(modes, t):
+    """When the modes of a wheel (T,) change: of rows on both sides of an instant the time."""
+    return [t[k + 1] for k in np.flatnonzero(modes[1:] != modes[:-1])]
+
+
+def effective(model):
+    """The mass of the vehicle along a wheel's axle: rollers of the two wheels that look that way turn with it."""
+    reach = RADIUS - CROSS.roller_axis_radius
+    return MASS + (2 * CROSS.roller_inertia / reach**2 if model == "free" else 0.0)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.5])
+def test_a_vehicle_stands_on_a_slope_until_its_bearings_give(engine, model, part):
+    """Two wheels hold M g sin b, each by the torque l M g sin b/2: beyond it the vehicle rolls down."""
+    angle, breaks = 0.1, 0.05
+    gravity = part * 2 * breaks / (RADIUS * MASS * np.sin(angle))
+    ground = Contact(law="coulomb", friction=2.0, normal_gravity=gravity)
+    effects = [ground, Bearings(wheel_coulomb=breaks), Slope(angle, 0.0, gravity=gravity)]
+    run = run_of(engine, model, effects, 0.02)
+    if part < 1:
+        assert not run.nu.any() and not run.quantity("rates").any() and run.sticks.all()
+        assert np.abs(bearing_torques(run)[-1]) == pytest.approx([0, part * breaks, 0, part * breaks], abs=1e-13)
+        assert np.abs(run.ground_force[-1, :, 1]) == pytest.approx(np.array([0, 1, 0, 1]) * part * breaks / RADIUS,
+                                                                   abs=1e-12)  # fmt: skip
+        return
+    wanted = (MASS * gravity * np.sin(angle) - 2 * breaks / RADIUS) / (effective(model) + 2 * INERTIA / RADIUS**2)
+    size = gravity * run.t[-1]
+    # the rollers' reach changes a little as the wheels turn
+    assert run.nu[-1, 0] * ARM == pytest.approx(wanted * run.t[-1], rel=1e-3 if model == "free" else 1e-12,
+                                                abs=1e-14 * size)  # fmt: skip
+    assert run.sticks.all() and run.nu[-1, 0] > 0
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_vehicle_with_blocked_wheels_slides_down_a_slippery_slope(engine, model):
+    angle, friction = 0.3, 0.2
+    gravity = GRAVITY * np.cos(angle)
+    effects = [Contact(law="coulomb", friction=friction, normal_gravity=gravity), Bearings(wheel_coulomb=1.0),
+               Slope(angle, 0.0, gravity=GRAVITY)]  # fmt: skip
+    run = run_of(engine, model, effects, 0.02)
+    wanted = (MASS * GRAVITY * np.sin(angle) - friction * MASS * gravity / 2) / effective(model)
+    assert run.nu[-1, 0] * ARM == pytest.approx(wanted * run.t[-1], rel=1e-11)
+    assert not run.quantity("rates").any()
+    assert run.sticks[-1].tolist() == [True, False, True, False]
+    held = RADIUS * friction * MASS * gravity / 4
+    assert np.abs(bearing_torques(run)[-1]) == pytest.approx([0, held, 0, held], rel=1e-11, abs=1e-12)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_skidding_vehicle_with_blocked_wheels_comes_to_rest(engine, model):
+    speed, friction = 4.0, 0.3
+    brake = friction * MASS * GRAVITY / 2 / effective(model)
+    effects = [Contact(law="coulomb", friction=friction, wheel_rates=0), Bearings(wheel_coulomb=1.0)]
+    rest = ARM * speed / brake
+    run = run_of(engine, model, effects, 1.3 * rest, nu=(speed, 0, 0))
+    assert changed(run.sticks[:, 1], run.t) == [pytest.approx(rest, rel=INSTANT)]
+    assert not run.nu[-1].any() and run.sticks[-1].all()
+    assert run.pose[-1, 0] == pytest.approx((ARM * speed) ** 2 / (2 * brake), rel=1e-10)
+    assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_growing_torque_breaks_the_axles_before_the_contacts(engine, model):
+    """The axles at b t = S; the contacts where what is left of the torque asks them for all their friction."""
+    growth, breaks, load, friction = 2.0, 0.05, 7.0, 0.3
+    effects = [Contact(law="coulomb", friction=friction, load=load), Bearings(wheel_coulomb=breaks),
+               TorqueTable((0.0, 0.2), ((0, 0, 0, 0), (0.2 * growth, 0, -0.2 * growth, 0)))]  # fmt: skip
+    run = run_of(engine, model, effects, 0.15)
+    rolls = run.quantity("rates")[:, 0] != 0
+    first = run.t[np.flatnonzero(rolls)[0] - 1]
+    assert first == pytest.approx(breaks / growth, rel=INSTANT)
+    (slips,) = changed(run.sticks[:, 0], run.t)
+    if model == "massless":
+        asks = (1 + 2 * INERTIA / (MASS * RADIUS**2)) * RADIUS
+        assert slips == pytest.approx((breaks + friction * load * asks) / growth, rel=INSTANT)
+    assert changed(run.sticks[:, 2], run.t) == [slips]
+    assert run.sticks[-1].tolist() == [False, True, False, True]
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_one_wheel_spins_on_the_spot_where_bearing_and_ground_are_both_used_up(engine, model):
+    """The others hold the vehicle, so that the torque has to use up S and l mu N; then J w' = b t - S - l mu N."""
+    growth, breaks, load, friction = 2.0, 0.05, 2.0, 0.3
+    loads = (load, 20.0, 20.0, 20.0)
+    effects = [Contact(law="coulomb", friction=friction, load=loads), Bearings(wheel_coulomb=(breaks, 9, 9, 9)),
+               TorqueTable((0.0, 0.2), ((0, 0, 0, 0), (0.2 * growth, 0, 0, 0)))]  # fmt: skip
+    run = run_of(engine, model, effects, 0.08)
+    both = (breaks + RADIUS * friction * load) / growth
+    assert both < 0.06
+    assert changed(run.sticks[:, 0], run.t) == [pytest.approx(both, rel=INSTANT)]
+    assert not run.nu.any() and run.sticks[:, 1:].all()
+    wanted = growth * (run.t[-1] - both) ** 2 / (2 * INERTIA)
+    assert abs(run.quantity("rates")[-1, 0]) == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("blocked", [True, False])
+def test_a_turn_begins_where_contacts_or_axles_of_the_other_wheels_give(engine, model, blocked):
+    """Equal torques on two opposite wheels want to turn the vehicle.  Their axles give with S each, and the other two
+    wheels by their ground or their bearings, whichever is less: 2 (b t - S)/l = 2 min(mu N, S'/l)."""
+    growth, breaks, friction = 2.0, 0.05, 0.3
+    others, load = (1.0, 3.0) if blocked else (0.04, 20.0)
+    effects = [Contact(law="coulomb", friction=friction, load=(20.0, load, 20.0, load)),
+               Bearings(wheel_coulomb=(breaks, others, breaks, others)),
+               TorqueTable((0.0, 0.2), ((0, 0, 0, 0), (0.2 * growth, 0, 0.2 * growth, 0)))]  # fmt: skip
+    run = run_of(engine, model, effects, 0.08)
+    least = min(RADIUS * friction * load, others)
+    begins = (breaks + least) / growth
+    moving = np.flatnonzero(np.abs(run.nu[:, 2]) > 0)
+    assert run.t[moving[0] - 1] == pytest.approx(begins, rel=INSTANT)
+    assert np.abs(run.nu[-1, :2]).max() <= 1e-12 * abs(run.nu[-1, 2])
+    rates = run.quantity("rates")[-1]
+    assert (rates[[1, 3]] == 0).all() == blocked and rates[[0, 2]].all()
+    assert run.sticks[-1].tolist() == [True, not blocked, True, not blocked]
+    if model == "massless":
+        turning = 2 if blocked else 4
+        inertia = CROSS.yaw_inertia + turning * INERTIA * (ARM / RADIUS) ** 2
+        yaw = ARM * growth / RADIUS * (run.t[-1] - begins) ** 2 / inertia
+        assert abs(run.nu[-1, 2] / CROSS.yaw_scale) == pytest.approx(yaw, rel=1e-9)
+
+
+# ---- random scenes ---------------------------------------------------------------------------------------------------
+
+
+def scene(number):
+    """A vehicle whose contacts and axles may all stick, and the arguments of its run."""
+    rng = np.random.default_rng([9, number])
+    wheels = int(rng.choice((3, 4, 4, 6)))
+    friction = 10 ** rng.uniform(-1.3, 0.0)
+    sliding = np.array([friction, friction * (rng.uniform(0.5, 2) if rng.random() < 0.4 else 1.0)])
+    static = sliding * rng.choice((1.0, 1.0, 1.5))
+    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
+    size = friction * vehicle.mass * GRAVITY / wheels * vehicle.wheel_radius
+    torques = size * 10 ** rng.uniform(-0.8, 0.6) * rng.uniform(0.7, 1.3, wheels)
+    if rng.random() < 0.4:
+        torques[:] = torques[0]
+    bearings = Bearings(wheel_coulomb=torques, wheel_break_away=torques * rng.choice((1.0, 1.0, 1.4)))
+    rates = tuple(8 * rng.normal(size=wheels) * (rng.random(wheels) < 0.5)) if rng.random() < 0.6 else None
+    driven = size * 10 ** rng.uniform(-0.3, 0.7) * rng.normal(size=(4, wheels)) * (rng.random() < 0.8)
+    nu = tuple(3 * rng.normal(size=3)) if rng.random() < 0.6 else (0.0, 0.0, 0.0)
+    ground = Contact(law="coulomb", friction=sliding, static_friction=static, wheel_rates=rates, normal_gravity=9.8)
+    slope = Slope(rng.uniform(0, 0.25), rng.uniform(0, 6))
+    effects = [ground, bearings, TorqueTable((0.0, 0.04, 0.1, 0.2), driven), slope]
+    options = {"nu": nu, "roller_model": MODELS[number % 2], "effects": effects, "duration": 0.12}
+    return vehicle, options | {"accuracy": 1e-10, "control": False}
+
+
+def assert_obeys_the_laws(vehicle, run, options):
+    """In each row: forces in their ellipses, torques within their bounds, each against the motion where something
+    moves; what sticks neither slips nor turns."""
+    ground, bearings, *_ = options["effects"]
+    own = slice(0, 2) if options["roller_model"] == "free" else slice(1, 2)
+    load = vehicle.mass * 9.8 / vehicle.wheels
+    static, sliding = (load * np.array(friction)[own] for friction in (ground.static_friction, ground.friction))
+    force, slip = run.ground_force[..., own], run.slip[..., own]
+    torque, rates = bearing_torques(run), run.quantity("rates")
+    assert (np.linalg.norm(force / static, axis=-1) <= 1 + 1e-11).all()
+    assert (np.abs(torque) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
+    assert not slip[run.sticks].any()
+    fast = np.linalg.norm(slip, axis=-1)
+    moves = fast > 1e-9 * max(fast.max(), 1e-300)
+    assert not (moves & run.sticks).any()
+    power, most = (force * slip).sum(axis=-1), np.linalg.norm(sliding * slip, axis=-1)  # the ellipse's most power
+    assert np.abs(power + most)[moves].max(initial=0.0) <= 1e-11 * most.max()
+    turns = np.abs(rates) > 1e-9 * max(np.abs(rates).max(), 1e-300)
+    assert (torque == -np.sign(rates) * np.array(bearings.wheel_coulomb))[turns].all()
+    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-8 * scale
+
+
+@pytest.mark.parametrize("number", [0, 5, 9])
+def test_both_engines_make_the_same_motion(number):
+    compare(number)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [1, 3, 4, 7, 8, 10, 11, 13, 14, 15, 18, 20, 21, 23, 26, 33])
+def test_both_engines_make_the_same_motion_in_more_scenes(number):
+    compare(number)
+
+
+def compare(number):
+    vehicle, options = scene(number)
+    one, other = (simulate(vehicle, engine=engine, **options) for engine in ENGINES)
+    assert distance_at(one, other, np.linspace(0, one.t[-1], 40)) <= 1e-8
+    assert (one.sticks[-1] == other.sticks[-1]).all()
+    rates, wanted = one.quantity("rates")[-1], other.quantity("rates")[-1]
+    assert rates == pytest.approx(wanted, rel=1e-7, abs=1e-7 * np.abs(other.quantity("rates")).max())
+    assert ((rates == 0) == (wanted == 0)).all()
+    largest = np.abs(bearing_torques(other)).max()
+    assert bearing_torques(one)[-1] == pytest.approx(bearing_torques(other)[-1], abs=1e-7 * largest)
+    for run in (one, other):
+        assert_obeys_the_laws(vehicle, run, options)
+
+
+@pytest.mark.long
+def test_modes_of_all_kinds_are_among_the_scenes():
+    """Else the comparison above would say less than it seems to."""
+    found = set()
+    for number in (0, 1, 4, 5, 7, 23):
+        vehicle, options = scene(number)
+        run = simulate(vehicle, **options)
+        at_rest = run.quantity("rates") == 0
+        found |= set(zip(run.sticks.ravel().tolist(), at_rest.ravel().tolist(), strict=True))
+    assert found == {(True, True), (True, False), (False, True), (False, False)}
+
+
+@pytest.mark.long
+def test_a_session_is_the_run():
+    vehicle, options = scene(5)
+    whole = simulate(vehicle, **options)
+    options.pop("control")
+    duration = options.pop("duration")
+    session = Session(vehicle, driven=False, **options)
+    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * duration:
+        session.step(step)
+    assert session.wheel_speeds == pytest.approx(whole.quantity("rates")[-1], rel=1e-8, abs=1e-9)
+    assert session.nu == pytest.approx(whole.nu[-1], rel=1e-8, abs=1e-9)
+
+
+# ---- the convex problem ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_the_semidefinite_problem_is_solved_to_rounding(number):
+    """D = G M^-1 G^T of rank three for up to eight forces: one rate, whatever the forces."""
+    rng = np.random.default_rng([31, number])
+    count, width = int(rng.integers(2, 9)), 1 + number % 2
+    rows = rng.normal(size=(count * width, 3))
+    matrix = (rows @ rows.T).reshape(count, width, count, width)
+    given = (rows @ rng.normal(size=3)).reshape(count, width)
+    reach = 10 ** rng.uniform(-1, 0.7, (count, width))
+    found = cones.decide_semidefinite(matrix, given, reach)
+    assert max(cones.residuals(found, given, reach)) <= 1e-12
+    turned = rng.permutation(count)
+    other = cones.decide_semidefinite(matrix[turned][:, :, turned], given[turned], reach[turned])
+    assert other.rate == pytest.approx(found.rate[turned], abs=1e-9)
+
+
+def test_forces_of_least_norm_are_within_their_bounds():
+    """SciPy's general minimiser finds the same, from other forces that give the same."""
+    rng = np.random.default_rng(5)
+    cut = 0
+    for _ in range(20):
+        rows, shift = rng.normal(size=(6, 3)), rng.uniform(-0.4, 0.4)
+        low, high = shift - rng.uniform(0, 1, 6), 0.5 + rng.uniform(0, 1, 6)
+        inside = rng.uniform(low, high)
+        found = least_forces(rows.T @ inside, rows, low, high)
+        wanted = minimize(
+            lambda x: x @ x / 2,
+            inside,
+            jac=lambda x: x,
+            bounds=list(zip(low, high, strict=True)),
+            constraints={
+                "type": "eq",
+                "fun": lambda x, r=rows, x_0=inside: r.T @ (x - x_0),
+                "jac": lambda _, r=rows: r.T,
+            },
+            options={"ftol": 1e-15, "maxiter": 500},
+        )
+        assert rows.T @ found == pytest.approx(rows.T @ inside, abs=1e-12)
+        assert found == pytest.approx(wanted.x, abs=1e-7)
+        cut += bool((np.minimum(found - low, high - found) < 1e-12).any())
+    assert cut > 5
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_indeterminate_forces_are_those_of_least_norm(engine):
+    """Six wheels that stand on a slope: three equations. A torque asks the bearing of one wheel for more than it takes,
+    so that a bound cuts its force off."""
+    vehicle, angle = Vehicle.paper(6, 5), 0.02
+    breaks = 0.06
+    torque = np.array([0.075, 0, 0, 0, 0, 0.01])
+    effects = [Contact(law="coulomb", friction=1.0, normal_gravity=GRAVITY), Bearings(wheel_coulomb=breaks),
+               Torque(torque), Slope(angle, 0.4, gravity=GRAVITY)]  # fmt: skip
+    run = simulate(vehicle, nu=(0, 0, 0), duration=0.01, roller_model="massless", effects=effects, engine=engine)
+    assert run.sticks.all() and not run.nu.any()
+    force, rows = run.ground_force[-1, :, 1], kernel(vehicle, "massless", "python").wheel_rows
+    low, high = (-torque - breaks) / vehicle.wheel_radius, (-torque + breaks) / vehicle.wheel_radius
+    free = (force > low * (1 - 1e-9)) & (force < high - 1e-9 * np.abs(high))
+    z = np.linalg.lstsq(rows[free], force[free], rcond=None)[0]
+    assert np.clip(rows @ z, low, high) == pytest.approx(force, abs=1e-9) and (~free).any()
+    assert bearing_torques(run)[-1] == pytest.approx(-torque - vehicle.wheel_radius * force, abs=1e-12)
