@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, InvalidValueError, Motor, TorqueTable, Vehicle
 from tests.sensitivities.differences import SPINS, START, Case, derivative, names_of
 from tests.sensitivities.test_runs import check
 
@@ -113,3 +113,11 @@ def test_without_height_they_are_those_of_loads_at_rest():
     for name in names:
         expected = derivative(still, name)
         assert np.abs(derivative(flat, name) - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+def test_a_gear_whose_rotor_turns_under_such_loads_is_refused():
+    motor = Motor(voltage=2, torque_constant=0.02, resistance=1, gear_ratio=5, rotor_inertia=1e-6)
+    case = Case("massless", effects=(Contact(**COULOMB, **LOW), motor))
+    with pytest.raises(InvalidValueError, match="gear_ratio.*rotor"):
+        case.run(sensitivities=("gear_ratio",))
+    assert np.isfinite(derivative(case.run(sensitivities=("resistance",)), "resistance")).all()

@@ -103,6 +103,15 @@ def test_backwards_they_are_the_same():
         assert found[name] == pytest.approx(forwards, rel=1e-11)
 
 
+@pytest.mark.parametrize("bearings", [Bearings(wheel_coulomb=0.01), HELD_LONGER], ids=["at the torque", "above it"])
+def test_backwards_they_are_the_same_through_break_aways(bearings):
+    case, names = Case("locked", effects=(RAMP, bearings), start=AT_REST, duration=3.5), ("mass", "torque[1][0]")
+    run, weights = case.run(sensitivities=names), np.array([[1.0, 2.0, 3.0]])
+    found = omniroll.gradient(run, names, [3.3], nu=weights)
+    for name in names:
+        assert found[name] == pytest.approx((weights * run.sensitivity(name, 3.3).nu).sum(), rel=1e-11)
+
+
 @pytest.mark.long
 def test_a_speed_that_friction_takes_at_once_does_nothing():
     """At rest under friction a little speed is gone before the vehicle has moved by more than its square."""

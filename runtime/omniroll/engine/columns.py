@@ -58,9 +58,19 @@ def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
     found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, effects)
     for k, effect in enumerate(effects):
         found = found or _of_effect(name, number, place, plain, k, effect)
+    if found is not None and number == "gear_ratio" and "wheel_inertia" in found.constants:
+        _refuse_beside_loads(name, plain, effects)
     if found is None:
         raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
     return found
+
+
+def _refuse_beside_loads(name: str, plain: Kernel, effects: Sequence[Effect]) -> None:
+    """Raises InvalidValueError where loads follow the motion: what a gear does to its rotor's spin is not followed."""
+    grips = (effect.grip(plain.vehicle, effects) for effect in effects)
+    if any(grip is not None and grip.balance is not None for grip in grips):
+        bound = "is not followed where a rotor turns under loads that follow the motion; take loads='static'"
+        raise InvalidValueError("sensitivities", name, bound)
 
 
 def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:

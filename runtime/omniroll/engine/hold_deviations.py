@@ -294,7 +294,7 @@ class HoldDeviations:
 
     def _times_of_release(self, event: "Event", moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(k, P) the same of what is reached: facets, and the torques of free rollers."""
-        columns = Columns(self.trajectory, self.columns.names, others=1)  # the first is that of the time
+        columns = self.columns.behind_another(self.trajectory)  # the first is that of the time
         rates = np.concatenate([event.rates[0][:, None], moved], axis=1)
         found = self._held(event, columns.kernel, rates, inputs)
         parts = [self._slopes_of_facets(event, columns.kernel, found)]

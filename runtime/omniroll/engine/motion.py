@@ -150,6 +150,11 @@ class Columns:
     def __len__(self) -> int:
         return len(self.columns)
 
+    def behind_another(self, trajectory: Trajectory) -> "Columns":
+        """The same of this run behind one more column in which no number deviates."""
+        names = tuple(name for name in self.names if name)
+        return Columns(trajectory, names, others=1 + len(self) - len(names))
+
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(column.name for column in self.columns)
