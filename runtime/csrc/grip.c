@@ -478,6 +478,14 @@ static double part_of_way(const omniroll_run_t *run, const step_t *s)
     return part;
 }
 
+/* The length of the next try after a step towards a rest that missed times^NODES as much as it may. */
+static double farther_from_rest(const step_t *s, double times)
+{
+    const double ellipse = ellipse_of(s->h/s->rest_in)*times*pow(SURE, -1.0/NODES);
+    const double part = 2/((ellipse + 1/ellipse)/2 + 1);
+    return fmin(fmax(part*s->rest_in, LEAST_PART*s->h), PART_OF_WAY*s->h);
+}
+
 /* What a try towards rest tells of the way. */
 static void learn_of_way(omniroll_run_t *run, const step_t *s, double error)
 {

@@ -329,7 +329,7 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
 {
 #if SET_GRIPS
     if (s->turning && s->rest_in < INFINITY)
-        return fmin(part_of_way(run, s)*s->rest_in, PART_OF_WAY*s->h);
+        return farther_from_rest(s, 0.9/factor);
 #endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
