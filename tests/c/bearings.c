@@ -9,6 +9,7 @@
 
 #define MOST_WHEELS 64
 #define SET_BEARINGS 1
+#define SET_HOLDS 1
 #define EPS 2.220446049250313e-16
 #define PASSED 16
 
