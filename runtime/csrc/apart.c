@@ -6,9 +6,9 @@
  *     r_a = f_aa h T r_a + y,  y = f_a,nu h T r_nu + f_ag h^2 W T^2 r_nu + (what else there is):
  *     h T r_a = P y,  P = (1 - h T f_aa)^-1 h T.
  *
- * nu feels h T r_a at each node by itself, f_nu,a P y, so that P's product with the rows of y is made once, and each row
- * of nu takes one multiple of one of its rows. Numbers with the same f_aa, as all have under viscous friction of like
- * rollers, have one P. */
+ * nu feels h T r_a at each node by itself, f_nu,a P y, so that P's product with the rows of y is made once, and each
+ * row of nu takes one multiple of one of its rows. Numbers with the same f_aa, as all have under viscous friction of
+ * like rollers, have one P. */
 
 /* P of a number, by rows. */
 ALWAYS_INLINE nodes_t *answer_of(const variations_t *w, int a) { return w->answer + w->answer_at[a - 3]*NODES; }
@@ -66,7 +66,7 @@ static void put_answered(const variations_t *w, const nodes_t *answer, const nod
         }
 }
 
-/* Take what nu does through a number from a block of the matrix: the number's slopes in the rows of nu times a table. */
+/* Take what nu does through a number from a block of the matrix: the slopes by it in the rows of nu, times a table. */
 static void take_from_block(variations_t *w, int a, int block, double factor, const nodes_t *table)
 {
     for (int c = 0; c < 3; c++)

@@ -179,7 +179,7 @@ static void try_all(const omniroll_run_t *run, const work_t *work, const int *ho
             const int carries = sets[count].carries[i] = !(choice >> (wheels - 1 - i) & 1);
             allowed &= carries ? !run->grips[i].dropped : !run->grips[i].regained;
         }
-        count += allowed && (!last || stands(run, sets[count].carries));    /* a vehicle stands on all its wheels */
+        count += allowed && (!last || stands(run, sets[count].carries));    /* on three, if all carry */
         if (count == LANES || (choice == last && count)) {
             try_sets(run, work, holds, sets, count);
             for (int k = 0; k < count; k++)

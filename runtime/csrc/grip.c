@@ -459,15 +459,16 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
-/* Polynomials converge like those of what has a singularity at the rest: by 1/ellipse with each node, where the rest lies
- * on this ellipse around the step (Bernstein). A step of a part of the way has the error `away` h/ellipse^NODES. */
+/* How large the ellipse around a step is, its half axes summed, on which the rest lies behind this part of the way to
+ * it. Polynomials converge like those of what has a singularity at the rest: their error falls by 1/ellipse with each node
+ * (Bernstein), and is run->ground.away h/ellipse^NODES. */
 static double ellipse_of(double part)
 {
     const double place = fmax(2/part - 1, 1);       /* of the rest, where the step is from -1 to 1           */
     return place + sqrt(place*place - 1);
 }
 
-/* The part of the way that has the error SURE. */
+/* The part of the way to rest that one step makes with the error SURE. */
 static double part_of_way(const omniroll_run_t *run, const step_t *s)
 {
     double part = FIRST_PART;
@@ -486,7 +487,7 @@ static double farther_from_rest(const step_t *s, double times)
     return fmin(fmax(part*s->rest_in, LEAST_PART*s->h), PART_OF_WAY*s->h);
 }
 
-/* What a try towards rest tells of the way. */
+/* The factor `away` of that error, from the error of a try. */
 static void learn_of_way(omniroll_run_t *run, const step_t *s, double error)
 {
     const double part = s->h/s->rest_in;

@@ -2,8 +2,8 @@
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
 #if SET_STANDS
-/* What the ground takes at most of a wheel along the rolling direction, beside a force along the axle; `rate` is that of
- * this force, and becomes that of what is taken. */
+/* What the ground takes at most of a wheel along the rolling direction, beside a force along the axle; `rate` is that
+ * of this force, and becomes that of what is taken. */
 ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, double along, double *rate)
 {
     const double *const reach = standing->of_ground + 2*wheel;
@@ -64,7 +64,7 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
 }
 
 /* How far a bearing is beyond the end of its mode at the step's end, and what is beyond rounding. */
-static double own_at_end(const step_t *s, int k, double *beyond)
+ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
     const double start = s->start_core[own_rates_at(s->wheels) + k];
@@ -73,8 +73,9 @@ static double own_at_end(const step_t *s, int k, double *beyond)
         return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
     }
     const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
+    const double most = most_held(s, k);
     *beyond = 0;
-    return fabs(torque) - most_held(s, k) - OWN_LANDS*rounding_of_holding(torque, most_held(s, k));
+    return fabs(torque) - most - OWN_LANDS*rounding_of_holding(torque, most);
 }
 
 /* The rate of that at the step's end. */
@@ -130,7 +131,7 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-    const double bound = most_held(s, k) + FACET_NOISE*rounding_of_holding(held_at_start(s, k), most_held(s, k));
+    const double most = most_held(s, k), bound = most + FACET_NOISE*rounding_of_holding(held_at_start(s, k), most);
     if (LEBESGUE*largest_of(s->own->held + k) <= bound)
         return 1;
     const nodes_t rate = times(gauss_slope, s->own->held + k);

@@ -308,7 +308,8 @@ static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, 
         const omniroll_grip_t *const grip = run->grips + i;
         const omniroll_bearing_t *const axle = own_bearings(run) + i;
         if (part < rest->contacts)
-            problem->reach[j] = grip->load*(broken[part] ? grip->sliding : grip->staying)[SET_FIRST_DIRECTION + j%width];
+            problem->reach[j] = grip->load
+                *(broken[part] ? grip->sliding : grip->staying)[SET_FIRST_DIRECTION + j%width];
         else
             problem->reach[j] = j%width ? 1 : broken[part] ? axle->sliding : axle->holding;
         most = fmax(most, problem->reach[j]);

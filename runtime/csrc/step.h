@@ -67,8 +67,8 @@ typedef struct {
     facet_t *facets;
 } standing_t;
 
-/* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the rolling
- * direction, and the ground's forces along the axles. */
+/* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the
+ * rolling direction, and the ground's forces along the axles. */
 typedef struct {
     double force[3], asked[MOST_WHEELS], along[MOST_WHEELS];
 } asked_t;
@@ -119,7 +119,8 @@ typedef struct {
     int blind;                                  /* all stick, and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
-    double rest_in, before_rest;                /* the time until the first other slip comes to rest; the longest step */
+    double rest_in, before_rest;                /* the time until the first other slip comes to rest, and the
+                                                 * longest step on the way                       */
     const lanes_t *load, *friction;
     const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */

@@ -286,8 +286,8 @@ static void put_still(variations_t *w)
         w->is_still[k] = is_zero(w, &w->slope[k]);
 }
 
-/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in blocks,
- * one number's rates at the nodes each: those of the first `solved` numbers. */
+/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
+ * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
 static void put_matrix(variations_t *w, double h, int a, int solved)
 {
     const nodes_t *const slope = w->slope + a*w->directions;

@@ -19,7 +19,7 @@ MOST_WHEELS = 64  # set_in_lanes.h
 ROWS = 4096  # of a call; the first calls of a run are shorter
 GROWTH = 8  # times its rows has a buffer that grows: a page costs nothing before it is written to, and a copy much
 ALIGNMENT = 128  # bytes
-MOST_GUARDS = 4 * MOST_WHEELS  # run.c
+MOST_GUARDS = 256  # run.c
 GUARD = 6  # numbers of a guard, before those of the wheels' rates; events.c
 
 
