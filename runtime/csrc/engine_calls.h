@@ -87,7 +87,6 @@ typedef struct {
     int passed;                 /* contacts whose mode has ended at this instant                        */
     int knows_rates;            /* whether the rates at this instant have been found, where all stick   */
     double typical, friction;   /* the largest force of friction, and what it makes of nu'              */
-    double rest_in, away;       /* the time until the next slip comes to rest; how fast steps on the way err: grip.c */
     double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
 

@@ -4,11 +4,7 @@
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
-#define PART_OF_WAY 0.98            /* to rest, at most, in one step whose direction turns                  */
-#define FIRST_PART 0.75             /* the same where nothing is known of the way                           */
-#define LEAST_PART 0.2
-#define ROUNDS_TO_PART 4            /* of finding that                                                      */
-#define SURE 0.3                    /* of the error that is allowed: what steps towards rest are made for   */
+#define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
@@ -459,46 +455,10 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
-/* How large the ellipse around a step is, its half axes summed, on which the rest lies behind this part of the way to
- * it. Polynomials converge like those of what has a singularity at the rest: their error falls by 1/ellipse with each node
- * (Bernstein), and is run->ground.away h/ellipse^NODES. */
-static double ellipse_of(double part)
-{
-    const double place = fmax(2/part - 1, 1);       /* of the rest, where the step is from -1 to 1           */
-    return place + sqrt(place*place - 1);
-}
-
-/* The part of the way to rest that one step makes with the error SURE. */
-static double part_of_way(const omniroll_run_t *run, const step_t *s)
-{
-    double part = FIRST_PART;
-    for (int k = 0; k < ROUNDS_TO_PART && run->ground.away > 0; k++) {
-        const double ellipse = fmax(pow(run->ground.away*part*s->rest_in/SURE, 1.0/NODES), 1);
-        part = fmin(fmax(2/((ellipse + 1/ellipse)/2 + 1), LEAST_PART), PART_OF_WAY);
-    }
-    return part;
-}
-
-/* The length of the next try after a step towards a rest that missed times^NODES as much as it may. */
-static double farther_from_rest(const step_t *s, double times)
-{
-    const double ellipse = ellipse_of(s->h/s->rest_in)*times*pow(SURE, -1.0/NODES);
-    const double part = 2/((ellipse + 1/ellipse)/2 + 1);
-    return fmin(fmax(part*s->rest_in, LEAST_PART*s->h), PART_OF_WAY*s->h);
-}
-
-/* The factor `away` of that error, from the error of a try. */
-static void learn_of_way(omniroll_run_t *run, const step_t *s, double error)
-{
-    const double part = s->h/s->rest_in;
-    if (s->turning && part > LEAST_PART && part < 1)
-        run->ground.away = error*pow(ellipse_of(part), NODES)/s->h;
-}
-
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
  * nothing left to turn, the slip keeps it up to rest. */
-static double longest_before_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
+static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
     s->rest_in = INFINITY;
@@ -517,10 +477,16 @@ static double longest_before_rest(omniroll_run_t *run, const work_t *work, step_
         if (!s->keeps[i] && left > s->slip_noise[i])
             s->rest_in = fmin(s->rest_in, left/falls);
     }
-    if (!(s->rest_in <= run->ground.rest_in))       /* another way than that of the last step                */
-        run->ground.away = 0;
-    run->ground.rest_in = s->rest_in;
-    return s->before_rest = s->rest_in < INFINITY ? part_of_way(run, s)*s->rest_in : INFINITY;
+    return PART_OF_WAY*s->rest_in;
+}
+
+/* The length of the next try after a step towards a rest that missed times^NODES too much. The polynomials converge like
+ * those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
+static double farther_from_rest(const step_t *s, double times)
+{
+    const double place = fmax(2*s->rest_in/s->h - 1, 1);     /* of the rest, where the step is from -1 to 1          */
+    const double ellipse = (place + sqrt(place*place - 1))*times;
+    return s->h*fmin(fmax(2*s->rest_in/s->h/((ellipse + 1/ellipse)/2 + 1), 0.2), 0.9);
 }
 
 /* The length of steps is kept while slips come near rest, and stands again behind it. */
@@ -529,7 +495,7 @@ static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm)
     if (s->landing >= s->wheels + s->guards) {
         run->step = fmax(run->step, run->calm_step);
         run->calm_step = 0;
-    } else if (s->before_rest < calm)
+    } else if (PART_OF_WAY*s->rest_in < calm)
         run->calm_step = fmax(run->calm_step, calm);
 }
 

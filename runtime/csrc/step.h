@@ -119,8 +119,7 @@ typedef struct {
     int blind;                                  /* all stick, and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
-    double rest_in, before_rest;                /* the time until the first other slip comes to rest, and the
-                                                 * longest step on the way                       */
+    double rest_in;                             /* the time until the first other slip comes to rest         */
     const lanes_t *load, *friction;
     const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */

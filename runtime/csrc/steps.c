@@ -162,7 +162,7 @@ ALWAYS_INLINE void rates_at_start(const omniroll_run_t *run, const work_t *work,
 
 /* The first guess of a step: the rates at its start, rising as in the last step; and the length to the first joint
  * at constant rates, at most `longest`, which may become less. Returns the size of nu. */
-ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, omniroll_run_t *run, const work_t *work)
+ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const omniroll_run_t *run, const work_t *work)
 {
     const lanes_t nu[3] = {lanes_of(run->nu[0]), lanes_of(run->nu[1]), lanes_of(run->nu[2])};
     lanes_t nu_dot[3], chi_dot[MOST_WHEELS];
@@ -399,9 +399,6 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         }
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
-#if SET_GRIPS
-        learn_of_way(run, s, error);
-#endif
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
 #if SET_IS_ACTED_ON
         /* A shorter step is no better: what decays is far shorter yet. */
@@ -425,7 +422,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             continue;
         }
         if (rests_early(s, wheels)) {
-            most = part_of_way(run, s)*s->h;
+            most = PART_OF_WAY*s->h;
             continue;
         }
 #endif
