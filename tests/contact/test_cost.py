@@ -5,7 +5,7 @@ import pytest
 from costs.contacts import measured
 from costs.counting import missing
 
-from omniroll import Contact, Vehicle, simulate
+from omniroll import Contact, Motor, Vehicle, simulate
 
 PAPER = Vehicle.paper()
 MOTION = {"nu": (2.0, 1.0, 0.0), "duration": 1.0, "control": False}
@@ -51,6 +51,18 @@ def test_contacts_that_stick_against_the_instructions_of_rolling():
         for ground, times in (("static loads", 2), ("dynamic loads", {"massless": 2, "free": 2.2}[model])):
             assert rolling.switches == counts[ground].switches == 0
             assert 1e5 < rolling.instructions <= counts[ground].instructions <= times * rolling.instructions, model
+
+
+def test_rates_that_a_decision_finds_serve_the_step_behind_it_alone():
+    """The next step of a phase in which all stick begins with its own rates: a guess from older ones costs sweeps."""
+    drive = Motor((3.0, -2.0, 1.0), torque_constant=0.02, resistance=0.5, gear_ratio=12)
+    taken = [
+        simulate(PAPER, nu=(0, 0, 0), duration=0.3, roller_model="massless", control=False, effects=effects,
+                 accuracy=1e-13).stats
+        for effects in ((drive,), (Contact(law="coulomb", friction=50.0), drive))
+    ]  # fmt: skip
+    assert taken[1]["steps"] > taken[1]["phases"]
+    assert taken[1]["evaluations"] <= 1.4 * taken[0]["evaluations"]
 
 
 def test_slips_come_to_rest_whatever_the_accuracy():
