@@ -53,10 +53,15 @@ static double speeds_of_slip(const omniroll_run_t *run, int contact)
 }
 
 /* What slips are rounded against now, in m/s: those within it are zero. Where wheels stand, the speeds that make a slip
- * are what is left of larger ones. */
+ * are what is left of larger ones, and what the iteration at the nodes leaves of those is in them. */
 static double slip_rounding(const omniroll_run_t *run, int contact)
 {
-    return SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), SET_STANDS ? LEFT_OF*run->hold.speed : 0);
+#if SET_STANDS
+    const double left = run->sweep_tolerance*fmax(run->speed, run->fastest)*run->ground.arms[0];
+    return fmax(left, SLIP_AT_REST*EPS*fmax(speeds_of_slip(run, contact), LEFT_OF*run->hold.speed));
+#else
+    return SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
+#endif
 }
 
 /* The slip velocities at this instant. */
