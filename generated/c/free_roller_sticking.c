@@ -1535,3 +1535,89 @@ void omniroll_stuck_accelerations_sharp(const omniroll_model *model, const omnir
         }
     }
 }
+
+/* Mass matrix M* with the free rollers that stick, and what their spins bring it. Equations: (3.4), (7.1).
+ * Steps: platform_matrix, inertia, row_matrix, free_yaw_inertia (maxima/forms/system.mac); angle,
+ * inverse_rho, row (maxima/forms/rolling.mac); no_stuck_momenta, stuck_momenta, stuck_momentum,
+ * stuck_inertia (maxima/effects/roller_sticking.mac); free_angle (maxima/forms/free_rollers.mac). */
+void omniroll_stuck_momenta(const omniroll_model *model, const omniroll_real *chi, const omniroll_real *spins,
+                            const omniroll_real *free_sticks, omniroll_real *matrix,
+                            omniroll_real *stuck_momentum)
+{
+    const int wheels = model->wheels;
+    const int slots = model->rollers_per_wheel - 1;
+    const omniroll_real B = model->B;
+    const omniroll_real inverse_yaw_scale = model->inverse_yaw_scale;
+    const omniroll_real R = model->R;
+    const omniroll_real l = model->l;
+    const omniroll_real tip = model->tip;
+    const omniroll_real joint_sine = model->joint_sine;
+    const omniroll_real m0_11 = model->m0_11;
+    const omniroll_real m0_12 = model->m0_12;
+    const omniroll_real m0_13 = model->m0_13;
+    const omniroll_real m0_22 = model->m0_22;
+    const omniroll_real m0_23 = model->m0_23;
+    const omniroll_real m0_33 = model->m0_33;
+    omniroll_real m11 = m0_11;
+    omniroll_real m12 = m0_12;
+    omniroll_real m13 = m0_13;
+    omniroll_real m22 = m0_22;
+    omniroll_real m23 = m0_23;
+    omniroll_real m33 = m0_33;
+    omniroll_real stuck_momentum_ = OMNIROLL_NUMBER(0);
+    const omniroll_real t2 = 2*l;
+    const omniroll_real t3 = B*inverse_yaw_scale*inverse_yaw_scale;
+    const omniroll_real B_inverse_yaw_scale = B*inverse_yaw_scale;
+    for (int i = 0; i < wheels; i++) {
+        const omniroll_real cos_alpha = model->wheel[i].cos_alpha;
+        const omniroll_real sin_alpha = model->wheel[i].sin_alpha;
+        const omniroll_real chi_i = chi[i];
+        const omniroll_real t1 = chi_i/2;
+        const omniroll_real half_sine = omniroll_sin(t1);
+        const omniroll_real half_cosine = omniroll_cos(t1);
+        const omniroll_real sine = 2*half_sine*half_cosine;
+        const omniroll_real cosine = 1 - 2*half_sine*half_sine;
+        const omniroll_real below = joint_sine - half_sine;
+        const omniroll_real above = joint_sine + half_sine;
+        const omniroll_real width = below*above;
+        const omniroll_real rho = tip + t2*width;
+        const omniroll_real inverse_rho = 1/rho;
+        const omniroll_real R_inverse_rho = R*inverse_rho;
+        const omniroll_real row_1 = R_inverse_rho*cos_alpha;
+        const omniroll_real row_2 = R_inverse_rho*sin_alpha;
+        const omniroll_real sine_3 = inverse_yaw_scale*sine;
+        const omniroll_real inertia_1 = B*row_1;
+        const omniroll_real inertia_2 = B*row_2;
+        const omniroll_real inertia_3 = B*sine_3;
+        m11 += row_1*inertia_1;
+        m12 += row_2*inertia_1;
+        m13 += sine_3*inertia_1;
+        m22 += row_2*inertia_2;
+        m23 += sine_3*inertia_2;
+        m33 += sine_3*inertia_3;
+        omniroll_real stuck_sines = OMNIROLL_NUMBER(0);
+        omniroll_real stuck_spins = OMNIROLL_NUMBER(0);
+        for (int j = 0; j < slots; j++) {
+            const omniroll_real cos_kappa = model->roller[j].cos_kappa;
+            const omniroll_real sin_kappa = model->roller[j].sin_kappa;
+            const omniroll_real free_spin = spins[slots*i + j];
+            const omniroll_real free_sticks_ij = free_sticks[slots*i + j];
+            const omniroll_real free_sine = sine*cos_kappa + cosine*sin_kappa;
+            stuck_sines += free_sticks_ij*free_sine*free_sine;
+            stuck_spins += free_spin*free_sticks_ij*free_sine;
+        }
+        const omniroll_real locked_yaw = t3*stuck_sines;
+        stuck_momentum_ += B_inverse_yaw_scale*stuck_spins;
+        m33 += locked_yaw;
+    }
+    matrix[0] = m11;
+    matrix[1] = m12;
+    matrix[2] = m13;
+    matrix[3] = m12;
+    matrix[4] = m22;
+    matrix[5] = m23;
+    matrix[6] = m13;
+    matrix[7] = m23;
+    matrix[8] = m33;
+    *stuck_momentum = stuck_momentum_;
+}

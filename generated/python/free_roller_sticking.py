@@ -1675,3 +1675,95 @@ def stuck_accelerations_sharp(model, nu, chi, spins, contact_bearing, free_beari
             spins_dot[i][j] = turns_alone*(spin_response*free_bearing_ij + free_spin_dot)
             free_holding[i][j] = B*free_sticks_ij*holding_rate
     return nu_dot, spins_dot, held_force, free_holding
+
+
+def stuck_momenta(model, chi, spins, free_sticks):
+    """Mass matrix M* with the free rollers that stick, and what their spins bring it.
+
+    Equations: (3.4), (7.1). Steps: platform_matrix, inertia, row_matrix, free_yaw_inertia
+    (maxima/forms/system.mac); angle, inverse_rho, row (maxima/forms/rolling.mac); no_stuck_momenta,
+    stuck_momenta, stuck_momentum, stuck_inertia (maxima/effects/roller_sticking.mac); free_angle
+    (maxima/forms/free_rollers.mac).
+    chi[N] [rad]: wheel angles from the middle of the roller in contact.
+    spins[N][n-1] [rad/s]: spins of the free rollers relative to their disks.
+    free_sticks[N][n-1] [1]: 1 for a free roller that sticks, whose free_bearing is 0, else 0.
+    Returns these, as a tuple:
+      matrix[3][3] [kg m^2]: mass matrix.
+      stuck_momentum [kg m^2/s]: momentum of nu_3 from the spins of the free rollers that are to stick.
+    Operations: once 5 mul; per wheel 12 add, 23 mul, 1 div, 2 sincos; per free roller 3 add, 7 mul.
+    Intermediates: 31.
+    """
+    matrix = [[None] * 3 for _ in range(3)]
+    B = model.B
+    inverse_yaw_scale = model.inverse_yaw_scale
+    R = model.R
+    l = model.l
+    tip = model.tip
+    joint_sine = model.joint_sine
+    m0_11 = model.m0_11
+    m0_12 = model.m0_12
+    m0_13 = model.m0_13
+    m0_22 = model.m0_22
+    m0_23 = model.m0_23
+    m0_33 = model.m0_33
+    m11 = m0_11
+    m12 = m0_12
+    m13 = m0_13
+    m22 = m0_22
+    m23 = m0_23
+    m33 = m0_33
+    stuck_momentum_ = 0
+    t2 = 2*l
+    t3 = B*inverse_yaw_scale*inverse_yaw_scale
+    B_inverse_yaw_scale = B*inverse_yaw_scale
+    for i in range(model.wheels):
+        cos_alpha = model.cos_alpha[i]
+        sin_alpha = model.sin_alpha[i]
+        chi_i = chi[i]
+        t1 = chi_i/2
+        half_sine = sin(t1)
+        half_cosine = cos(t1)
+        sine = 2*half_sine*half_cosine
+        cosine = 1 - 2*half_sine*half_sine
+        below = joint_sine - half_sine
+        above = joint_sine + half_sine
+        width = below*above
+        rho = tip + t2*width
+        inverse_rho = 1/rho
+        R_inverse_rho = R*inverse_rho
+        row_1 = R_inverse_rho*cos_alpha
+        row_2 = R_inverse_rho*sin_alpha
+        sine_3 = inverse_yaw_scale*sine
+        inertia_1 = B*row_1
+        inertia_2 = B*row_2
+        inertia_3 = B*sine_3
+        m11 = m11 + row_1*inertia_1
+        m12 = m12 + row_2*inertia_1
+        m13 = m13 + sine_3*inertia_1
+        m22 = m22 + row_2*inertia_2
+        m23 = m23 + sine_3*inertia_2
+        m33 = m33 + sine_3*inertia_3
+        stuck_sines = 0
+        stuck_spins = 0
+        for j in range(model.rollers_per_wheel - 1):
+            cos_kappa = model.cos_kappa[j]
+            sin_kappa = model.sin_kappa[j]
+            free_spin = spins[i][j]
+            free_sticks_ij = free_sticks[i][j]
+            free_sine = sine*cos_kappa + cosine*sin_kappa
+            stuck_sines = stuck_sines + free_sticks_ij*free_sine*free_sine
+            stuck_spins = stuck_spins + free_spin*free_sticks_ij*free_sine
+        locked_yaw = t3*stuck_sines
+        stuck_momentum_ = stuck_momentum_ + B_inverse_yaw_scale*stuck_spins
+        m33 = m33 + locked_yaw
+    matrix[0][0] = m11
+    matrix[0][1] = m12
+    matrix[0][2] = m13
+    matrix[1][0] = m12
+    matrix[1][1] = m22
+    matrix[1][2] = m23
+    matrix[2][0] = m13
+    matrix[2][1] = m23
+    matrix[2][2] = m33
+    stuck_momentum = stuck_momentum_
+    return matrix, stuck_momentum

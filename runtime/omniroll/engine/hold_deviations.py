@@ -7,11 +7,11 @@ to rest, with the mass matrix M* and the directions A that are left,
     d+ = A (A^T M* A)^-1 A^T M* (d - q) + q,   G q = -dG nu:
 
 the projection in the kinetic metric, of nu's deviation. The free rollers' axial speeds do not jump, but for those of
-rollers that stick: each is one more row G, its spin, on nu and the axial speeds, whose metric is B. Where a bearing
-passes zero and goes on turning, or where one breaks away, rates jump at a time that deviates, d+ = d- + (f- - f+) dt,
-with dt from the function whose zero that is: a rate, the facet of what can be held (complementarity.py), or what
-holds a free roller. Where sliding and break-away torques are the same, rates do not jump at a break-away, and neither
-does the derivative.
+rollers that stick: each is one more row G, its spin, and its inertia and its momentum go to nu (`stuck_momenta`, from
+maxima/effects/roller_sticking.mac). Where a bearing passes zero and goes on turning, or where one breaks away, rates
+jump at a time that deviates, d+ = d- + (f- - f+) dt, with dt from the function whose zero that is: a rate, the facet
+of what can be held (complementarity.py), or what holds a free roller. Where sliding and break-away torques are the
+same, rates do not jump at a break-away, and neither does the derivative.
 
 Where a rate comes to zero without any acceleration, or what holds comes to its bound and goes back, the motions on one
 side of the run stick, or break away, and those on the other side do not: there is no derivative.
@@ -153,12 +153,12 @@ class HoldDeviations:
         holds, motion = self.holds, self.motion
         k, nu = holds.which[row], motion.y[row, :3]
         chi = motion.vector.view(motion.y[row], "chi")
-        mass = self.plain.mass_matrix(chi)
-        pull = mass @ moved[:3]
-        if holds.spins is not None:
-            carried, inertia, stuck = self._stuck_spins(row, chi)
-            mass = mass + inertia * carried.T @ carried
-            pull = mass @ moved[:3] + inertia * carried.T @ moved[self._places_of_spins()[stuck]]
+        if holds.spins is None:
+            mass = self.plain.mass_matrix(chi)
+            pull = mass @ moved[:3]
+        else:
+            stuck = (holds.spins.modes[row] == 0).ravel()
+            mass, pull = self._with_stuck_spins(chi, moved, stuck)
         A = holds.allowed[k]
         beside = (self.turning[k] @ (A.T @ nu)).T
         found = np.array(moved)
@@ -176,11 +176,13 @@ class HoldDeviations:
     def _places_of_spins(self) -> np.ndarray:
         return self.motion.deviations.places["spins"].ravel()
 
-    def _stuck_spins(self, row: int, chi: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-        """(F', 3) the axial speeds, for each of nu, of the free rollers that stick; their inertia; (F,) which stick."""
-        stuck = (self.holds.spins.modes[row] == 0).ravel()
-        on_disks = self.plain.axial_speeds(np.eye(3), chi, np.zeros(self.motion.vector.shapes["spins"]))
-        return on_disks.reshape(3, -1).T[stuck], self.plain.vehicle.roller_inertia, stuck
+    def _with_stuck_spins(self, chi: np.ndarray, moved: np.ndarray, stuck: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(3, 3) the mass matrix with the free rollers that stick, stuck (F,); (3, P) the momenta of the deviations."""
+        spins = moved[self._places_of_spins()].T.reshape(len(self.columns), *self.motion.vector.shapes["spins"])
+        mass, own = self.plain.call("stuck_momenta", chi, spins, stuck.reshape(spins.shape[1:]).astype(float))
+        pull = mass[0] @ moved[:3]
+        pull[2] += own
+        return mass[0], pull
 
     def entered(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the same where the step from this row begins."""
