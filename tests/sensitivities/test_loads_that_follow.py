@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import omniroll
-from omniroll import Bearings, Contact, InvalidValueError, Motor, TorqueTable, Vehicle
+from omniroll import Bearings, Contact, Motor, TorqueTable, Vehicle
 from tests.sensitivities.differences import SPINS, START, Case, derivative, names_of
 from tests.sensitivities.test_runs import check
 
@@ -115,9 +115,10 @@ def test_without_height_they_are_those_of_loads_at_rest():
         assert np.abs(derivative(flat, name) - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
-def test_a_gear_whose_rotor_turns_under_such_loads_is_refused():
-    motor = Motor(voltage=2, torque_constant=0.02, resistance=1, gear_ratio=5, rotor_inertia=1e-6)
-    case = Case("massless", effects=(Contact(**COULOMB, **LOW), motor))
-    with pytest.raises(InvalidValueError, match="gear_ratio.*rotor"):
-        case.run(sensitivities=("gear_ratio",))
-    assert np.isfinite(derivative(case.run(sensitivities=("resistance",)), "resistance")).all()
+@pytest.mark.long
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_a_gear_and_its_rotor_turn_under_such_loads(roller_model):
+    """The rotor turns with the gear's ratio, so that it has an angular momentum of its own about the axle."""
+    motor = Motor(voltage=2, torque_constant=0.02, resistance=1, gear_ratio=5, rotor_inertia=1e-5)
+    case = Case(roller_model, effects=(Contact(**COULOMB, **LOW), motor), duration=0.5)
+    check(case, {"gear_ratio": 1e-3, "rotor_inertia": 1e-7}, switches=0, **EXACT)

@@ -49,6 +49,7 @@ WITH_EFFECTS = [
     (Case("free", effects=(replace(MOTOR, voltage=0), FOLLOWING)), {"times[1]": 1e-4, "target[1][0]": 1e-3}),
     (Case("free", effects=(Torque((0.01, 0.02, -0.01)),)), {"torque[1]": 1e-5}),
     (Case("free", effects=(MOTOR,)), {"voltage[1]": 1e-4, "gear_ratio": 1e-4, "back_emf": 1e-6, "resistance": 1e-4}),
+    (Case("massless", effects=(MOTOR,)), {"rotor_inertia": 1e-8, "gear_ratio": 1e-4}),
     (Case("free", effects=(LIMITED,)), {"torque_constant": 1e-6, "current_limit": 1e-4, "nu[0]": 1e-4}),
     (Case("free", effects=(replace(MOTOR, voltage=0), CONTROLLER)),
      {"target[0]": 1e-3, "proportional": 1e-3, "integral[1]": 1e-3, "voltage": 1e-3, "mass": 1e-3}),

@@ -141,9 +141,11 @@ class EffectSet:
         return Plan(EffectRun(self, bound, start_time))
 
     @kept
-    def grip(self, vehicle: Vehicle) -> Grip | None:
-        """The friction of contacts that may stick; None where there is no such law."""
-        equipped = self.equipped(vehicle)
+    def grip(self, equipped: Vehicle) -> Grip | None:
+        """The friction of contacts that may stick, and loads that follow the motion; None where there is neither.
+
+        equipped  the vehicle with what the effects bring, as a kernel with these effects has it
+        """
         grips = (effect.grip(equipped, self.effects) for effect in self.effects)
         return next((grip for grip in grips if grip is not None), None)
 

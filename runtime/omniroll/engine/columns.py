@@ -23,6 +23,7 @@ from omniroll.kernels.kernel import OF_THE_VEHICLE, VEHICLE_SCALARS, Kernel
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
 NAME = re.compile(r"(\w+?)((?:\[\d+\])*)")
+ROTOR = "rotor_inertia"  # a motor's number that the kernel knows as a part of the wheels' inertia
 
 
 @dataclass(frozen=True)
@@ -57,20 +58,10 @@ def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
     number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
     found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, effects)
     for k, effect in enumerate(effects):
-        found = found or _of_effect(name, number, place, plain, k, effect)
-    if found is not None and number == "gear_ratio" and "wheel_inertia" in found.constants:
-        _refuse_beside_loads(name, plain, effects)
+        found = found or _of_effect(name, number, place, plain, k, effects)
     if found is None:
         raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
     return found
-
-
-def _refuse_beside_loads(name: str, plain: Kernel, effects: Sequence[Effect]) -> None:
-    """Raises InvalidValueError where loads follow the motion: what a gear does to its rotor's spin is not followed."""
-    grips = (effect.grip(plain.vehicle, effects) for effect in effects)
-    if any(grip is not None and grip.balance is not None for grip in grips):
-        bound = "is not followed where a rotor turns under loads that follow the motion; take loads='static'"
-        raise InvalidValueError("sensitivities", name, bound)
 
 
 def start_shapes(plain: Kernel) -> dict[str, tuple[int, ...]]:
@@ -84,6 +75,7 @@ def _known(plain: Kernel, effects: Sequence[Effect]) -> str:
     values = values_of(plain, effects)
     for effect in effects:
         names += [n for n, argument in effect.numbers.items() if argument in values]
+        names += [ROTOR] if hasattr(effect, ROTOR) else []
         names += [n for n in effect.signals if getattr(effect, n) is not None]
     return ", ".join(names)
 
@@ -109,13 +101,19 @@ def _of_vehicle(
     return Column(name, _size(values[number]), constants=constants)
 
 
-def _of_effect(name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effect: Effect) -> Column | None:
+def _of_effect(
+    name: str, number: str, place: tuple[int, ...], plain: Kernel, k: int, effects: Sequence[Effect]
+) -> Column | None:
+    effect = effects[k]
     values, argument = values_of(plain, (effect,)), effect.numbers.get(number)
     if argument in values:
         shape = values[argument].shape
         moved = np.broadcast_to(_moved(name, effect.number_shape(number, shape), place), shape)
-        constants = {argument: moved} | _rotor(number, moved, plain, effect) | _static(number, moved, values, effect)
+        constants = {argument: moved} | _rotor(number, plain, k, effects) | _static(number, moved, values, effect)
         return Column(name, _size(values[argument]), constants=constants)
+    if number == ROTOR and hasattr(effect, ROTOR):
+        _moved(name, (), place)
+        return Column(name, _size(effect.rotor_inertia), constants=_rotor(number, plain, k, effects))
     if number in effect.signals and getattr(effect, number) is not None:
         moved = _moved(name, effect.shape_of(number, plain.wheels), place)
         return Column(name, _size(getattr(effect, number)), signals={(k, number): moved})
@@ -139,14 +137,19 @@ def _size(value: ArrayLike) -> float:
     return float(np.abs(value).max()) or 1.0
 
 
-def _rotor(number: str, moved: np.ndarray, plain: Kernel, effect: Effect) -> dict[str, np.ndarray]:
-    """What a gear does to the inertia of a wheel, where the motor brings that of its rotor."""
-    inertia = getattr(effect, "rotor_inertia", 0.0)
-    if number != "gear_ratio" or not inertia:
+def _rotor(number: str, plain: Kernel, k: int, effects: Sequence[Effect]) -> dict[str, np.ndarray]:
+    """What a gear or its rotor does to the inertia of a wheel, where the motor brings that of its rotor, and where loads
+    follow the motion to the angular momentum about the axles."""
+    motor = effects[k]
+    if number not in ("gear_ratio", ROTOR) or not hasattr(motor, ROTOR) or not (motor.rotor_inertia or number == ROTOR):
         return {}
-    ratio = complex(with_tangent(effect.gear_ratio, 1.0))
-    geared = parts.geared_inertia(plain.wheels, plain.rollers_per_wheel, 0.0, ratio, inertia)
-    return {"wheel_inertia": tangent_of(geared)}
+    counts = plain.wheels, plain.rollers_per_wheel
+    rotor = [complex(with_tangent(getattr(motor, name), float(name == number))) for name in ("gear_ratio", ROTOR)]
+    geared = parts.geared_inertia(*counts, 0.0, *rotor)
+    found = {"wheel_inertia": tangent_of(geared)}
+    if any(effect.constants_along(plain.vehicle, found).keys() >= {"spin_inertia"} for effect in effects):
+        found["spin_inertia"] = np.full(plain.wheels, tangent_of(parts.spin_inertia(*counts, geared, *rotor)))
+    return found
 
 
 def _static(number: str, moved: np.ndarray, values: Mapping, effect: Effect) -> dict[str, np.ndarray]:

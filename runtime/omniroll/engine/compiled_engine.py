@@ -423,7 +423,7 @@ class CompiledRun:
 
     def _why_the_ground_fails(self) -> tuple[str, int]:
         """In words why loads and motion do not go on together, and a wheel that has to do with it."""
-        ground, grip = self.run.ground, self.task.effects.grip(self.task.vehicle)
+        ground, grip = self.run.ground, self.task.effects.grip(self.kernel.vehicle)
         compression = np.array([self.run.grips[k].load for k in range(self.wheels)])
         found = Carried(compression, np.array(list(ground.failed_sums)), compression, ground.failed_determinant)
         try:

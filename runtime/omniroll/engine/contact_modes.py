@@ -75,7 +75,7 @@ class ContactModes:
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, deviations):
         self.plain, self.deviations = plain, deviations
-        self.grip = trajectory.effects.grip(trajectory.vehicle)
+        self.grip = trajectory.effects.grip(plain.vehicle)
         self.grips, self.loaded = self.grip.sticks, self.grip.balance is not None
         names, shape = trajectory.effects.drives(), (len(trajectory), plain.wheels)
 

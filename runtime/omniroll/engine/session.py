@@ -325,7 +325,7 @@ class Session:
             return None
         task = self._task
         states = self._run.integrated(self._run.space.core)
-        return Contacts(task.kernel, states, task.effects.grip(self.vehicle), self._beside)
+        return Contacts(task.kernel, states, task.effects.grip(task.kernel.vehicle), self._beside)
 
     def _beside(self) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state."""

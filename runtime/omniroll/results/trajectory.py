@@ -406,7 +406,8 @@ class Trajectory(MadeOnDemand):
         """Those in states y (..., 6 + N + E), where wheels may slip; beside: see omniroll.results.slipping."""
         if not self.effects.slips:
             return None
-        return Contacts(self._effect_kernel, self._state_vector.views(y), self.effects.grip(self.vehicle), beside)
+        kernel = self._effect_kernel
+        return Contacts(kernel, self._state_vector.views(y), self.effects.grip(kernel.vehicle), beside)
 
     @cached_property
     def contacts(self) -> "Contacts | None":
