@@ -15,10 +15,10 @@ OF_INSTRUMENTS = ("gyro_bias", "wheel_rate_scale", "gyro_delay", "wheel_rate_del
 CORRECTIONS = {"gyro_bias": 0.1, "gyro_delay": 0.01, "wheel_rate_scale": 1.1, "wheel_rate_delay": 0.003}
 
 
-def prediction(effects, roller_model="free", **others):
+def prediction(effects, roller_model="free", torque=False):
     options = {"nu": (0.2, 0.1, 0.3), "roller_model": roller_model, "effects": tuple(effects)}
     empty = {"t": TIMES, "wheel_rate": np.zeros((len(TIMES), 3)), "gyro": np.zeros(len(TIMES))}
-    log = omniroll.Log(empty, **others)
+    log = omniroll.Log(empty | ({"net_torque": np.zeros((len(TIMES), 3))} if torque else {}))
     return Prediction(Model(ROBOT, options, omniroll.Instruments(), CORRECTIONS), [log])
 
 
@@ -43,18 +43,37 @@ def test_they_are_those_of_differences(roller_model):
             assert np.abs(own[0][reading] - values).max() < allowed, (name, reading)
 
 
+SLIPS = omniroll.Contact(law="regularised", friction=0.3, speed=0.02, wheel_rates=0)
+STICKS = omniroll.Bearings(wheel_coulomb=1e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("effect, known", [(SLIPS, ("mass", "friction")), (STICKS, ("mass", "wheel_coulomb"))])
+def test_they_are_exact_where_wheels_slip_and_where_axles_stick(effect, known):
+    """Between the readings that an event parts in one of the runs that are compared."""
+    found = prediction([DRIVE, effect])
+    names = (*known, "nu[1]", "gyro_delay")
+    sizes = [max(found.model.size(name), 0.1) for name in names]
+    slopes = found.slopes(names, sizes)
+    assert slopes.differenced == () and len(found.runs[0].switches) > 5
+    for name, own, expected in zip(names, slopes.by_number, by_differences(found, names, sizes), strict=True):
+        for reading, values in expected[0].items():
+            allowed = 1e-4 * np.abs(values).max() + 1e-10 / (STEP * sizes[names.index(name)])
+            apart = np.abs(own[0][reading] - values).reshape(len(TIMES), -1).max(axis=1)
+            assert np.sort(apart)[-5] < allowed, (name, reading)
+
+
 @pytest.mark.long
 def test_a_fit_says_where_it_differences():
-    """Where axles stick or wheels slip; scales and biases of instruments need no run."""
-    slipping = prediction([DRIVE, omniroll.Contact(40.0)])
-    assert slipping.slopes(("mass", "gyro_bias"), (1.0, 1.0)).differenced == ("mass",)
-    found = prediction([DRIVE, omniroll.Bearings(wheel_coulomb=1e-3)])
-    assert found.slopes(("mass", "gyro_bias", "gyro_delay"), (1.0, 1.0, 1.0)).differenced == ("mass", "gyro_delay")
+    """Where instruments feel the torques that hold axles; scales and biases of instruments need no run."""
+    found = prediction([DRIVE, STICKS], torque=True)
+    slopes = found.slopes(("mass", "gyro_bias", "gyro_delay"), (1.0, 1.0, 1.0))
+    assert slopes.differenced == ("mass", "gyro_delay")
     known = prediction([DRIVE, omniroll.Bearings(wheel_viscous=1e-3)])
     assert known.slopes(("gyro_delay",), (1.0,)).differenced == ()
-    noise = np.random.default_rng(0).normal(scale=0.05, size=(len(TIMES), 3))
-    rate = found.runs[0].measure(TIMES, names=["wheel_rate"])["wheel_rate"]
-    log = omniroll.Log({"t": TIMES, "wheel_rate": rate + noise}, noise={"wheel_rate": 0.05})
+    noise = np.random.default_rng(0).normal(scale=0.01, size=(len(TIMES), 3))
+    torque = found.runs[0].measure(TIMES, names=["net_torque"])["net_torque"]
+    log = omniroll.Log({"t": TIMES, "net_torque": torque + noise}, noise={"net_torque": 0.01})
     options = {key: found.model.options[key] for key in ("nu", "effects", "roller_model")}
     fit = omniroll.fit(ROBOT.replace(mass=2.4), log, ["mass"], **options)
     low, high = fit.interval("mass", 0.999)
@@ -63,15 +82,27 @@ def test_a_fit_says_where_it_differences():
 
 
 @pytest.mark.long
-def test_a_number_that_the_run_does_not_know_has_differences():
-    """A rotor's inertia; the others stay exact."""
+def test_a_robot_that_slips_is_fitted_by_exact_derivatives():
+    """From a guess of its friction that is a third too large."""
+    effects = [DRIVE, omniroll.Contact(law="coulomb", friction=0.3, wheel_rates=0)]
+    found = prediction(effects)
+    noise = np.random.default_rng(1).normal(scale=0.005, size=(len(TIMES), 3))
+    rate = found.runs[0].measure(TIMES, names=["wheel_rate"])["wheel_rate"]
+    log = omniroll.Log({"t": TIMES, "wheel_rate": rate + noise}, noise={"wheel_rate": 0.005})
+    guess = [DRIVE, omniroll.Contact(law="coulomb", friction=0.4, wheel_rates=0)]
+    fit = omniroll.fit(ROBOT, log, ["friction"], **found.model.options | {"effects": guess})
+    low, high = fit.interval("friction", 0.999)
+    assert fit.differenced == () and low < 0.3 < high and high - low < 0.01
+
+
+@pytest.mark.long
+def test_a_rotor_is_known_by_what_it_adds_to_the_wheels():
     motor = omniroll.Motor(voltage=(2, -1, 1), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
-    names = ("mass", "rotor_inertia", "wheel_inertia")
-    slopes = prediction([motor]).slopes(names, (1.0, 1e-6, 1e-3))
-    assert slopes.differenced == ("rotor_inertia",)
-    _, (rotor,), (wheel,) = slopes.by_number
+    slopes = prediction([motor]).slopes(("rotor_inertia", "wheel_inertia"), (1e-6, 1e-3))
+    assert slopes.differenced == ()
+    (rotor,), (wheel,) = slopes.by_number
     per_wheel = motor.gear_ratio**2 * wheel["wheel_rate"]
-    assert np.abs(rotor["wheel_rate"] - per_wheel).max() < 1e-4 * np.abs(per_wheel).max()
+    assert np.abs(rotor["wheel_rate"] - per_wheel).max() < 1e-9 * np.abs(per_wheel).max()
 
 
 def test_where_wheels_switch_together_and_part_there_are_differences():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Instruments, Motor, Slope, Torque
+from omniroll import Bearings, Contact, Instruments, Motor, Slope, Torque
 from omniroll.engine.reading_slopes import reading_slopes
 from tests.sensitivities.differences import Case
 
@@ -17,6 +17,13 @@ CHANGES = {
     "gravity": 1e-3,
 }  # fmt: skip
 TIMES = np.linspace(0.03, 0.97, 25)
+GRIPS = {"friction": 0.3, "wheel_rates": 0}
+GROUNDS = {
+    "viscous": (Contact(30.0, wheel_rates=0), Bearings(wheel_viscous=1e-3, roller_viscous=1e-6)),
+    "regularised": (Contact(law="regularised", speed=0.05, normal_gravity=9.79, **GRIPS), Slope(0.05, 0.4)),
+    "coulomb": (Contact(law="coulomb", **GRIPS),),
+    "dynamic": (Contact(law="coulomb", loads="dynamic", height=0.04, **GRIPS),),
+}
 
 
 def measured(run, times=TIMES):
@@ -36,6 +43,28 @@ def test_readings_by_numbers(roller_model):
             expected = (ahead[reading] - behind[reading]) / (2 * change)
             size = np.abs(expected).max() + 1e-9 / change
             assert np.abs(slopes[column] - expected).max() < 1e-5 * size, (name, reading)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("roller_model", ["massless", "free"])
+def test_readings_of_wheels_that_slip(roller_model, ground):
+    """Times at which an event comes between the runs that are compared say nothing: at most two of them."""
+    case = Case(roller_model, effects=(MOTOR, *GROUNDS[ground]), duration=0.6)
+    changes = {name: CHANGES[name] for name in ("mass", "wheel_radius", "nu[0]", "voltage[1][2]", "torque_constant")}
+    changes |= {} if ground == "viscous" else {"friction": 1e-5}
+    times, step = np.linspace(0.03, 0.57, 25), 1e-6
+    run = case.run(sensitivities=tuple(changes))
+    found = reading_slopes(run, times, INSTRUMENTS, (*READINGS, "pose"))
+    beside = [[measured(run, times + sign * step) for sign in (1, -1)]]
+    beside += [[measured(case.changed(n, sign * by).run(), times) for sign in (1, -1)] for n, by in changes.items()]
+    assert len(run.switches) > 3 and np.abs(run.slip).max() > 0.01
+    for column, (by, (ahead, behind)) in enumerate(zip((step, *changes.values()), beside, strict=True)):
+        for reading, slopes in found.items():
+            expected = (ahead[reading] - behind[reading]) / (2 * by)
+            size = np.abs(expected).max() + 1e-9 / by
+            apart = np.abs(slopes[column] - expected).reshape(len(times), -1).max(axis=1)
+            assert np.sort(apart)[-3] < 1e-5 * size, (column, reading)
 
 
 @pytest.mark.long

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import Columns
 from omniroll.engine.sensitivities import Followed
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -33,9 +34,10 @@ class _Slopes:
         look = self.followed.look_at(run, times)
         self.motion, self.y, self.row = look.motion, look.y, look.row
         self.columns = Columns(run, self.followed.names, others=1)  # the first is that of the time
-        self.drives = run.drives_at(times)
+        self.drives = {name: value for name, value in run.drives_at(times).items() if name not in MODES}
         self.drive_slopes = self._drive_slopes()
-        rates = self.motion.rates_in(self.y, self._inputs(), self.row)
+        self.inputs = self._inputs()
+        rates = self.motion.rates_in(self.y, self.inputs, self.row)
         self.carrying = with_tangent(
             self.y, self.motion.whole(np.concatenate([rates[None], np.moveaxis(look.moved, -1, 0)]))
         )
@@ -48,7 +50,8 @@ class _Slopes:
         drives = {
             name: with_tangent(value, self._moved(k, name)) for k, (name, value) in enumerate(self.drives.items())
         }
-        moments = Moments(nu, chi, pose, passes, spins, drives, passes)
+        slipping = (view(self.carrying, "rates"), lambda: self._nu_dot(spins)) if self.motion.plain.slips else ()
+        moments = Moments(nu, chi, pose, passes, spins, drives, passes, *slipping)
         asked = {"wheel_angle" if name == "encoder_count" else name for name in names} - {"pose"}
         plain = measuring_kernel(run.vehicle, run.roller_model, run.effects, tuple(asked))
         found = true_values(
@@ -65,16 +68,42 @@ class _Slopes:
 
     def _inputs(self) -> np.ndarray:
         """(T, U) what the phases are given at the times."""
-        deviations = self.motion.deviations
+        deviations, contacts = self.motion.deviations, self.motion.contacts
         if not deviations.inputs:
             return np.zeros((len(self.times), 0))
-        return deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives)
+        found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives)
+        return found if contacts is None else contacts.headed(self.y, found, self.row)
+
+    def _nu_dot(self, spins: np.ndarray | None) -> np.ndarray:
+        """(1 + P, T, 3) nu' of wheels that may slip, carrying its deviations as the free rollers' spins do."""
+        motion, bound = self.motion, self._bound(self.motion.plain)
+        deviations, contacts = motion.deviations, motion.contacts
+        given, nu, chi = deviations.views(self.inputs), *(motion.vector.view(self.carrying, n) for n in ("nu", "chi"))
+        for k, name in enumerate(self.drives):
+            if name in given:
+                given[name] = with_tangent(given[name], self._moved(k, name))
+        if "momenta" in given:
+            given["momenta"] = bound.momenta(bound.axial_speeds(nu, chi, spins))
+        held = {}
+        if contacts is not None:
+            held = contacts.moved(contacts.at(self.row), self.columns.constants, 1)
+        if contacts is not None and contacts.turns:
+            given["slip_heading"] = self._headings(bound, given["slip_heading"])
+        inputs = deviations.joined(given) if given else self.inputs
+        return deviations.rates_of(bound, self.carrying, inputs, held)[..., deviations.places["nu"]]
+
+    def _headings(self, bound: TangentKernel, headings: np.ndarray) -> np.ndarray:
+        """(1 + P, T, N) the directions of slips (T, N), carrying how the slips turn them."""
+        known = self.motion.deviations.known_in(self.carrying, self.inputs)
+        along, across = self.motion.contacts.along_and_across(bound, known, headings)
+        slides = self.motion.contacts.slides[self.row]
+        return with_tangent(headings, np.where(slides, tangent_of(across) / np.where(slides, along.real, 1.0), 0.0))
 
     def _drive_slopes(self) -> dict[str, np.ndarray]:
         """(T, N) how fast the inputs of the drives change, by name."""
-        run, after = self.run, np.minimum(self.row + 1, len(self.run) - 1)
+        run, after, place = self.run, np.minimum(self.row + 1, len(self.run) - 1), self.run.effects.drives().index
         length = (run.elapsed[after] - run.elapsed[self.row])[:, None]
-        steps = {name: run.drive[after, k] - run.drive[self.row, k] for k, name in enumerate(self.drives)}
+        steps = {name: run.drive[after, place(name)] - run.drive[self.row, place(name)] for name in self.drives}
         return {name: np.divide(s, length, out=np.zeros_like(s), where=length > 0) for name, s in steps.items()}
 
     def _moved(self, drive: int, name: str) -> np.ndarray:

@@ -17,6 +17,7 @@ from omniroll.results.trajectory import Trajectory
 
 NODES = 8  # inside each step of a run: beside 16 they change the derivatives by some 1e-5, in half the time
 UNUSED = ("pose[0]",)  # stands for no number where only delays are asked for
+OF_HELD = {"net_torque", "accelerometer"}  # readings that feel the torques which hold bearings at rest
 Readings = dict[str, np.ndarray]
 
 
@@ -29,7 +30,7 @@ def exact_slopes(model: Model, log: Log, run: Trajectory, true: Readings, names:
     corrected = [name for name in names if OF_INSTRUMENT.fullmatch(name) and not name.endswith("_delay")]
     found = {name: _by_correction(name, true) for name in corrected}
     moving = {name: model.sensitivities(name) for name in names if name not in found}
-    known = _known(run, {own for of_number in moving.values() for own in of_number})
+    known = _known(run, log, {own for of_number in moving.values() for own in of_number})
     if known is None:
         return found
     moving = {name: of_number for name, of_number in moving.items() if known.issuperset(of_number)}
@@ -47,12 +48,12 @@ def _by_correction(number: str, true: Readings) -> Readings:
     return found
 
 
-def _known(run: Trajectory, wanted: set[str]) -> set[str] | None:
+def _known(run: Trajectory, log: Log, wanted: set[str]) -> set[str] | None:
     """The names, of those that are wanted, by which the run has sensitivities; None where it has none at all, and where
-    what instruments read is not followed: bearings may stick, and between rows the torques that hold them are known,
-    not their derivatives; or wheels may slip, whose rates are states of their own."""
+    the log has readings that feel the torques of bearings at rest: between rows these are known, not their derivatives.
+    """
     plain, effects = run.effects.kernel(run.vehicle, run.roller_model, "python"), run.effects.effects
-    if bearings_that_stick(run.effects) or plain.slips:
+    if bearings_that_stick(run.effects) and OF_HELD.intersection(log.fitted):
         return None
     try:
         refuse_what_is_not_followed(effects, plain)
