@@ -57,7 +57,7 @@ def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
     match = NAME.fullmatch(name)
     number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
     found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, effects)
-    for k, effect in enumerate(effects):
+    for k in range(len(effects)):
         found = found or _of_effect(name, number, place, plain, k, effects)
     if found is None:
         raise InvalidValueError("sensitivities", name, f"is no number of this run; there are {_known(plain, effects)}")
@@ -138,8 +138,8 @@ def _size(value: ArrayLike) -> float:
 
 
 def _rotor(number: str, plain: Kernel, k: int, effects: Sequence[Effect]) -> dict[str, np.ndarray]:
-    """What a gear or its rotor does to the inertia of a wheel, where the motor brings that of its rotor, and where loads
-    follow the motion to the angular momentum about the axles."""
+    """What a gear or its rotor does to the inertia of a wheel, where the motor brings that of its rotor; where
+    loads follow the motion, also to the angular momentum about the axles."""
     motor = effects[k]
     if number not in ("gear_ratio", ROTOR) or not hasattr(motor, ROTOR) or not (motor.rotor_inertia or number == ROTOR):
         return {}
