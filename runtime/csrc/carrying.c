@@ -79,8 +79,8 @@ static int stands(const omniroll_run_t *run, const int *carries)
     return sqrt(width) > STANDING*sqrt(length);
 }
 
-/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of axles those that each set
- * has. */
+/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of axles those that each
+ * set has. */
 static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
 {
     const int wheels = run->wheels;
@@ -250,8 +250,8 @@ static void try_present_set(const omniroll_run_t *run, const work_t *work, carry
 }
 
 #if SET_LOADED_AXLES && SET_FRICTION
-/* In the set that fits with the fewest changes the coupled matrix must have a positive determinant whichever of the axles
- * at rest turn (rule 3 of loaded_axles.py). */
+/* In the set that fits with the fewest changes the coupled matrix must have a positive determinant whichever of the
+ * axles at rest turn (rule 3 of loaded_axles.py). */
 static void look_at_axles(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
 {
     int resting[MOST_WHEELS], count = 0, tried = 0;

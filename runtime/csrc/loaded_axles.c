@@ -28,8 +28,8 @@ ALWAYS_INLINE double bound_of_axle(const omniroll_run_t *run, const axles_of_set
 }
 
 /* The modes of the axles in one lane of an evaluation at this instant. */
-ALWAYS_INLINE void put_axles_of_set(const omniroll_run_t *run, const work_t *work, const axles_of_set_t *axles, int lane,
-                                    lanes_t *input)
+ALWAYS_INLINE void put_axles_of_set(const omniroll_run_t *run, const work_t *work, const axles_of_set_t *axles,
+                                    int lane, lanes_t *input)
 {
     for (int i = 0; i < run->wheels; i++) {
         work->own.sticks[i][lane] = axles->mode[i] == 0;
@@ -102,8 +102,8 @@ static int turn_axles_of_set(const omniroll_run_t *run, axles_of_set_t *axles)
     return changed && !axles->unsettled;
 }
 
-/* The modes of the axles at rest are those of the set that carries; one that has come to its bound goes where it has been
- * let go. */
+/* The modes of the axles at rest are those of the set that carries; one that has come to its bound goes where it has
+ * been let go. */
 static void take_axles_of_set(const omniroll_run_t *run, const axles_of_set_t *axles)
 {
     for (int i = 0; i < run->wheels; i++) {

@@ -20,6 +20,7 @@ from omniroll import (
     Controller,
     InvalidValueError,
     Motor,
+    Session,
     SimulationStopped,
     Slope,
     Torque,
@@ -79,8 +80,8 @@ def test_the_front_axles_of_a_vehicle_that_slides_downhill_break_away_first(engi
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_wheels_held_by_their_bearings_load_the_front_as_the_platform_stops(engine):
-    """On a viscous ground M v' = -4 c v with M v' h = -4 L (change of a load): the axles let go never, since l c v only
-    falls; loads follow in closed form."""
+    """On a viscous ground M v' = -4 c v, and each load changes by 4 c v h/(4 L). The axles never let go, since l c v
+    only falls."""
     c, speed = 3.0, 1.2
     ground = Contact(c, loads="dynamic", height=HEIGHT, wheel_rates=0)
     bearings = Bearings(wheel_coulomb=1.01 * CART.wheel_radius * c * speed)
@@ -97,9 +98,8 @@ def test_wheels_held_by_their_bearings_load_the_front_as_the_platform_stops(engi
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_axle_that_turns_loads_the_other_wheels(engine):
-    """A torque that grows as b t turns a wheel of the platform at rest where it is its break-away torque; what turns
-    the wheel the other way, the platform, is carried by the others: I w' = b t - T changes the loads along x by
-    I w'/(4 L) each, and those of the stuck wheels do not turn theirs."""
+    """A torque that grows as b t turns a wheel of a platform at rest where it comes to the break-away torque. From there
+    on I w' = b t - T, a moment that the loads must give: each changes by I w'/(4 L)."""
     grows, breaks, sliding = 0.5, 0.06, 0.04
     table = TorqueTable((0.0, 0.4), ((0, 0, 0, 0), (0.4 * grows, 0, 0, 0)))
     ground = Contact(0.0, loads="dynamic", height=HEIGHT)
@@ -117,11 +117,12 @@ def test_an_axle_that_turns_loads_the_other_wheels(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_stuck_axles_tip_a_vehicle_at_an_exact_speed_of_the_ground_force(engine):
-    """Brakes on all wheels on a strong ground: the rear load of a tricycle is gone where h F = W (LONG/2 of the rear)."""
+    """Brakes on all wheels of a tricycle that slides forwards, its two wheels in front: the load of the one behind is
+    gone where h F = W LONG/2."""
     mass = TRICYCLE.mass
     backwards = TRICYCLE.replace(wheel_places=tuple((-x, y) for x, y in TRICYCLE.wheel_places))
     c, height = 8.0, 0.3
-    needed = mass * GRAVITY * LONG / 2 / height  # forwards its two braked wheels are in front, LONG/2 ahead
+    needed = mass * GRAVITY * LONG / 2 / height
     ramp = Slope(0.9, 0.0, gravity=GRAVITY)
     ground = Contact(c, loads="dynamic", height=height, normal_gravity=GRAVITY)
     with pytest.raises(SimulationStopped, match="tips over the edge of its wheels 1 and 2") as caught:
@@ -138,7 +139,8 @@ def test_stuck_axles_tip_a_vehicle_at_an_exact_speed_of_the_ground_force(engine)
 
 
 def standing_case(law, wheels, model):
-    """A machine that stands on all its wheels as it moves, its run over an instant, its torques, and which wheels turn."""
+    """A machine that stands on all its wheels as it moves, its run over an instant, its torques, and which wheels
+    turn."""
     turns = np.arange(wheels) % 3 == 1
     bearings = Bearings(wheel_coulomb=np.where(np.arange(wheels) == 2, 0.02, 2.0))
     for attempt in range(100):
@@ -240,6 +242,14 @@ def test_axles_that_feed_themselves_are_refused():
         assert caught.value.t == 0
 
 
+@pytest.mark.parametrize("law", [*LAWS.values(), {"law": "coulomb", "friction": 0.3}])
+@pytest.mark.parametrize("loads", [{}, {"loads": "dynamic", "height": 0.1}])
+def test_sensitivities_are_refused_with_the_speed_that_is_missing(law, loads):
+    effects = [Contact(**law, **loads), Bearings(wheel_coulomb=0.05)]
+    with pytest.raises(InvalidValueError, match="wheel_speed"):
+        simulate(CART, nu=(1, 0, 0), duration=0.01, roller_model="massless", effects=effects, sensitivities=("nu",))
+
+
 # ---- both engines ----------------------------------------------------------------------------------------------------
 
 
@@ -308,3 +318,16 @@ def test_the_law_holds_in_every_row(engine, number):
     assert run.ground_load.min() >= -1e-9 * vehicle.mass * GRAVITY
     scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-8 * scale
+
+
+@pytest.mark.long
+def test_a_session_is_the_run():
+    vehicle, options = scene(6)
+    options.pop("control")
+    session = Session(vehicle, driven=False, **options)
+    for step in np.random.default_rng(1).dirichlet(np.ones(20)) * 0.15:
+        session.step(step)
+    run = simulate(vehicle, duration=0.15, control=False, **options)
+    assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
+    assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
+    assert len({tuple(row) for row in run.quantity("rates") == 0}) > 1, "axles that stop or break away"

@@ -139,7 +139,8 @@ class GroundBesideAxles(SmoothGround):
             if not (turns & ~broken).any():
                 return found, Settled(modes, broken, self.holding.copy())
             broken |= turns
-        return replace(found, compression=np.full(len(modes), np.nan), determinant=np.nan), Settled(modes, broken, bounds)
+        nowhere = replace(found, compression=np.full(len(modes), np.nan), determinant=np.nan)
+        return nowhere, Settled(modes, broken, bounds)
 
     def _wrong(self, modes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """(N,) bool, axles at rest whose mode is not theirs in the rates that were computed last."""
