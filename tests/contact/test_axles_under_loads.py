@@ -98,8 +98,8 @@ def test_wheels_held_by_their_bearings_load_the_front_as_the_platform_stops(engi
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_axle_that_turns_loads_the_other_wheels(engine):
-    """A torque that grows as b t turns a wheel of a platform at rest where it comes to the break-away torque. From there
-    on I w' = b t - T, a moment that the loads must give: each changes by I w'/(4 L)."""
+    """A torque that grows as b t turns a wheel of a platform at rest where it comes to the break-away torque. Then
+    I w' = b t - T, a moment that the loads must give: each changes by I w'/(4 L)."""
     grows, breaks, sliding = 0.5, 0.06, 0.04
     table = TorqueTable((0.0, 0.4), ((0, 0, 0, 0), (0.4 * grows, 0, 0, 0)))
     ground = Contact(0.0, loads="dynamic", height=HEIGHT)
