@@ -45,16 +45,19 @@ class Settled:
     asked: np.ndarray
 
 
+Settle = Callable[[Callable[[], Carried]], tuple[Carried, Settled]]
+
+
 class LoadsBesideAxles(Loads):
     """The loads in one run, each set of contacts with its own modes of the axles.
 
-    settle  from a set (N,) bool and what finds its loads in the modes that the rates have: the loads, and the axles
-    axles   (N,) of each set that has been tried at this instant
+    settle  finds the loads of a set with its axles, from what finds them in the modes that the rates have
+    axles   of each set that has been tried at this instant, by the bytes of its (N,) bool
     """
 
-    def __init__(self, places: np.ndarray, at_rest: np.ndarray):
+    def __init__(self, places: np.ndarray, at_rest: np.ndarray, settle: Settle):
         super().__init__(places, at_rest)
-        self.settle: Callable[[Callable[[], Carried]], tuple[Carried, Settled]]
+        self.settle = settle
         self.axles: dict[bytes, Settled] = {}
 
     def in_set(self, shares: np.ndarray, carries: np.ndarray, sums_of: SumsOf) -> Carried:
@@ -77,8 +80,7 @@ class GroundBesideAxles(SmoothGround):
     def __init__(self, kernel: Kernel, grip: Grip, axles: SlippingAxles, rates: BoundRates):
         super().__init__(kernel, grip, rates)
         self.axles, self.buffers = axles, rates.buffers
-        self.loads = LoadsBesideAxles(kernel.vehicle.places(), grip.loads)
-        self.loads.settle = self._settle
+        self.loads = LoadsBesideAxles(kernel.vehicle.places(), grip.loads, self._settle)
 
     def at_rest(self, state: State) -> State:
         """The state with the rates of resting axles at zero."""
