@@ -39,6 +39,9 @@ static void put_carrying(omniroll_run_t *run)
 typedef struct {
     int carries[MOST_WHEELS];
     double compression[MOST_WHEELS], sums[3], determinant;
+#if SET_LOADED_AXLES
+    axles_of_set_t axles;
+#endif
 #if SET_GRIPS
     double ground_force[2*MOST_WHEELS];
 #endif
@@ -76,8 +79,9 @@ static int stands(const omniroll_run_t *run, const int *carries)
     return sqrt(width) > STANDING*sqrt(length);
 }
 
-/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says. */
-static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
+/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of axles those that each
+ * set has. */
+static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
 {
     const int wheels = run->wheels;
     instant_t now;
@@ -91,6 +95,10 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
     lanes_t unit[2*MOST_WHEELS];
     int responds = 0;
     forces_along(run, work, unit);
+#endif
+#if SET_LOADED_AXLES
+    for (int lane = 0; lane < LANES; lane++)
+        put_axles_of_set(run, work, &sets[lane < count ? lane : 0].axles, lane, now.arrays.input);
 #endif
     for (int lane = 0; lane < LANES; lane++)
         for (int i = 0; i < wheels; i++) {
@@ -113,12 +121,33 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
         for (int k = 0; k < 3; k++)
             sets[lane].sums[k] = now.point.loads->sums[k][lane];
         sets[lane].determinant = now.point.loads->determinant[lane];
+#if SET_LOADED_AXLES
+        get_axles_of_set(run, work, &sets[lane].axles, lane);
+#endif
 #if SET_GRIPS
         for (int k = 0; k < 2*wheels; k++)
             sets[lane].ground_force[k] = work->ground_force[k][lane];
 #endif
     }
     (void)holds;
+}
+
+/* The same, with the axles at rest of each set in their modes. */
+static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
+{
+    int turned = 0;
+#if SET_LOADED_AXLES
+    for (int k = 0; k < count; k++)
+        begin_axles_of_set(run, &sets[k].axles);
+#endif
+    do {
+        evaluate_sets(run, work, holds, sets, count);
+#if SET_LOADED_AXLES
+        turned = 0;
+        for (int k = 0; k < count; k++)
+            turned |= turn_axles_of_set(run, &sets[k].axles);
+#endif
+    } while (turned);
 }
 
 /* Whether the mode of a contact is not its own in this set. What comes back begins with no load: if its friction takes the
@@ -152,6 +181,11 @@ static void consider(const omniroll_run_t *run, search_t *search, const carrying
     if (!search->tried++)
         search->first = *set, search->regular = 1;
     search->regular &= set->determinant > DETERMINED;
+#if SET_LOADED_AXLES
+    search->regular &= !set->axles.unsettled;
+    if (set->axles.unsettled)
+        return;
+#endif
     for (int i = 0; i < run->wheels; i++)
         if (is_wrong(run, set, i))
             return;
@@ -215,6 +249,31 @@ static void try_present_set(const omniroll_run_t *run, const work_t *work, carry
     try_sets(run, work, holds, set, 1);
 }
 
+#if SET_LOADED_AXLES && SET_FRICTION
+/* In the set that fits with the fewest changes the coupled matrix must have a positive determinant whichever of the
+ * axles at rest turn (rule 3 of loaded_axles.py). */
+static void look_at_axles(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+{
+    int resting[MOST_WHEELS], count = 0, tried = 0;
+    carrying_t sets[LANES];
+    for (int i = 0; i < run->wheels; i++)
+        if (own_bearings(run)[i].resting)
+            resting[count++] = i;
+    for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
+        carrying_t *const set = sets + tried++;
+        *set = search->nearest;
+        for (int k = 0; k < count; k++)
+            set->axles.mode[resting[k]] = choice >> k & 1;
+        if (tried < LANES && choice + 1 < 1 << count)
+            continue;
+        evaluate_sets(run, work, holds, sets, tried);
+        for (; tried > 0; tried--)
+            if (sets[tried - 1].determinant < search->least_determinant)
+                search->fit = sets[tried - 1], search->least_determinant = search->fit.determinant;
+    }
+}
+#endif
+
 /* Loads and motion do not go on together. */
 static void fail(omniroll_run_t *run, int failure, const carrying_t *found)
 {
@@ -251,6 +310,10 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     else
         try_leading_on(run, work, holds, &search);
     run->ground.failure_is_regular = search.regular;
+#if SET_LOADED_AXLES && SET_FRICTION
+    if (search.fits)
+        look_at_axles(run, work, holds, &search);
+#endif
     if (!search.tried)                          /* the vehicle does not stand on those that are left       */
         try_present_set(run, work, &search.first);
     if (!search.fits)
@@ -266,6 +329,9 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     }
     if (!run->ground.failure) {
         memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
+#if SET_LOADED_AXLES
+        take_axles_of_set(run, &search.nearest.axles);
+#endif
         leave_forces(run, work, &search.nearest);
 #if SET_GRIPS
         run->ground.knows_rates = search.tried == 1;
@@ -281,7 +347,13 @@ static void decide_carrying(omniroll_run_t *run, const work_t *work)
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
+#if SET_LOADED_AXLES
+    rest_loaded_axles(run);
+#endif
     decide_loads(run, work, 0);
+#if SET_LOADED_AXLES
+    begin_loaded_axles(run, work);
+#endif
     run->ground.undecided = run->ground.failure != 0;
 }
 #endif
@@ -352,7 +424,7 @@ ALWAYS_INLINE double load_at_end(const step_t *s, int k, double *rate)
 /* The number by which a landing says that a load has ended the step: that of the first one. */
 ALWAYS_INLINE int first_load(const step_t *s)
 {
-    return s->wheels + s->guards + (SET_GRIPS ? s->wheels : 0);
+    return s->wheels + s->guards + (SET_GRIPS || SET_LOADED_AXLES ? s->wheels : 0);
 }
 
 /* The length at which the first load changes its mode, if that is before `length`. */

@@ -163,6 +163,15 @@ ALWAYS_INLINE int respond_anew(step_t *s, int slow)
         s->loads_at[b].knows_response = 0;
     return s->loads_at[0].responds && !s->loads_at[0].knows_response ? LOADS_RESPOND - 1 : 0;
 }
+
+/* The loads at the end of a step are sought near those of its last node. */
+ALWAYS_INLINE void seek_loads_at_end(step_t *s, point_t *point)
+{
+    const loads_t *const near = s->loads_at + BLOCKS - 1;
+    const double sums[3] = {near->sums[0][LANES - 1], near->sums[1][LANES - 1], near->sums[2][LANES - 1]};
+    seek_loads(s->loads_at_end, sums);
+    point->loads = s->loads_at_end;
+}
 #endif
 
 #if SET_STANDS

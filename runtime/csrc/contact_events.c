@@ -26,11 +26,8 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     for (int k = 0; k < 2*wheels; k++)
         at->ground_push[k] = lanes_of(weighted(&s->push[k], &gauss_end));
 #if SET_LOADS
-    const loads_t *const near = s->loads_at + BLOCKS - 1;
-    const double sums[3] = {near->sums[0][LANES - 1], near->sums[1][LANES - 1], near->sums[2][LANES - 1]};
-    seek_loads(s->loads_at_end, sums);
+    seek_loads_at_end(s, &point);
     s->loads_at_end->responds = s->sliding;
-    point.loads = s->loads_at_end;
 #endif
     lanes_t speeds[MOST_WHEELS];
     set_wheel_speeds(wheels, s->vehicle, at->nu, speeds);

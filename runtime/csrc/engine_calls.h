@@ -94,6 +94,7 @@ typedef struct {
      * of them. Sums are those of N, of N xi and of N eta. */
     double weight, normal_gravity, height, wheel_mass, platform_products[2];
     const double *spin_inertia, *places;    /* N; N x 2: xi, eta in m                                   */
+    double wheel_inertia;       /* of a wheel about its axle                                            */
     double sums[3];             /* last                                                                 */
     int failure;                /* why loads and motion do not go on together, else 0                   */
     int failure_is_regular;     /* whether the coupled matrix is as it must be, whichever contacts carry */

@@ -144,6 +144,9 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
         s->core_here[c] = lanes_of(s->end_core[c]);
     point.core = s->core_here;
 #endif
+#if SET_LOADS
+    seek_loads_at_end(s, &point);
+#endif
     core_rates(wheels, &point, nu_dot);
 #if SET_HOLDS
     for (int k = 0; k < 3; k++)

@@ -43,6 +43,10 @@ ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_
         all[count++] = nu_dot[k];
     for (int c = 0; c < coupled_size(wheels); c++)
         all[count++] = at->core_dot[c];
+#if SET_AXLES_STICK
+    for (int i = 0; i < wheels; i++)
+        all[count++] = at->axle_holding[i];
+#endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
         all[count++] = at->ground_force[k];
@@ -59,6 +63,10 @@ ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes
         nu_dot[k] = all[count++];
     for (int c = 0; c < coupled_size(wheels); c++)
         at->core_dot[c] = all[count++];
+#if SET_AXLES_STICK
+    for (int i = 0; i < wheels; i++)
+        at->axle_holding[i] = all[count++];
+#endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
         at->ground_force[k] = all[count++];

@@ -25,6 +25,7 @@
  * cones.c        the small problem of which contacts can
  * linear.c       vectors of three numbers, and linear equations
  * loads.c        rates with loads that follow the motion
+ * loaded_axles.c  which axles stick then, where contacts do not
  * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
@@ -39,6 +40,7 @@
 #define PASSED 16                   /* roundings above zero is beyond                                       */
 #define MOST_GUARDS 256
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
+#define SET_LOADED_AXLES (SET_LOADS && SET_AXLES_STICK && !SET_STANDS)
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
 #define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
 
@@ -68,6 +70,7 @@
 #if SET_GRIPS
 #include "cones.c"
 #endif
+#include "loaded_axles.c"
 #include "carrying.c"
 #include "grip.c"
 #include "standing.c"

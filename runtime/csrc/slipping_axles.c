@@ -19,6 +19,7 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
     find_own_torques(run, work);
 }
 
+#if !SET_LOADS
 /* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
 static void let_axle_go(omniroll_bearing_t *axle)
 {
@@ -57,10 +58,17 @@ static void decide(omniroll_run_t *run, const work_t *work)
     run->hold.undecided = 0;
 }
 
+#endif
+
 ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 {
+#if SET_LOADS                       /* decided with the loads, in carrying.c                               */
+    run->ground.undecided |= run->hold.undecided;
+    (void)work;
+#else
     if (run->bearing_count && run->hold.undecided)
         decide(run, work);
+#endif
 }
 
 #endif

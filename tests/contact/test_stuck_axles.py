@@ -263,6 +263,5 @@ def test_a_session_is_the_run():
 def test_what_is_not_solved_is_refused():
     bearings = Bearings(wheel_coulomb=0.1)
     loaded = {"loads": "dynamic", "height": 0.05}
-    for law in ({"law": "coulomb", "friction": 0.3, **loaded}, {"coefficient": 3.0, **loaded}):
-        with pytest.raises(InvalidValueError, match="wheel_speed"):
-            simulate(CROSS, nu=(1, 0, 0), duration=0.1, effects=[Contact(**law), bearings])
+    with pytest.raises(InvalidValueError, match="wheel_speed"):
+        simulate(CROSS, nu=(1, 0, 0), duration=0.1, effects=[Contact(law="coulomb", friction=0.3, **loaded), bearings])

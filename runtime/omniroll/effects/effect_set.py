@@ -19,6 +19,7 @@ from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
+from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
@@ -241,8 +242,10 @@ class EffectRun:
         self.ground = None if grip is None else self._ground(grip)
 
     def _ground(self, grip: Grip) -> Ground | SmoothGround:
-        if self.slipping_axles is not None and grip.sticks:
+        if self.slipping_axles is not None:  # the ground has them then
             axles, self.slipping_axles = self.slipping_axles, None
+            if not grip.sticks:
+                return GroundBesideAxles(self.kernel, grip, axles, self.bound_rates)
             return GroundWithAxles(self.kernel, grip, axles, self.bound_rates.buffers)
         if grip.balance is None:
             return Ground(self.kernel, grip)
@@ -250,8 +253,9 @@ class EffectRun:
 
     @property
     def own_axles(self) -> SlippingAxles | None:
-        """The axles where wheels may slip and their bearings stick, also beside contacts that do."""
-        return self.ground.axles if isinstance(self.ground, GroundWithAxles) else self.slipping_axles
+        """The axles where wheels may slip and their bearings stick, also those that the ground has."""
+        beside = isinstance(self.ground, GroundWithAxles | GroundBesideAxles)
+        return self.ground.axles if beside else self.slipping_axles
 
     @cached_property
     def bound_rates(self) -> BoundRates:
@@ -291,6 +295,8 @@ class EffectRun:
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if isinstance(self.ground, GroundWithAxles):
             return self._on_ground_and_axles(self.ground, constants, guards, y)
+        if isinstance(self.ground, GroundBesideAxles):
+            return self._on_ground_beside_axles(self.ground, constants, guards, y)
         if self.ground is not None:
             flow = self._on_the_ground if self.ground.grip.sticks else self._on_smooth_ground
             return flow(constants, y), Guards(guards, self.state_vector.size)
@@ -370,6 +376,22 @@ class EffectRun:
         finally:
             self._keep_modes()
         return SmoothFlow(self.ground, plain)
+
+    def _on_ground_beside_axles(
+        self, ground: GroundBesideAxles, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
+    ) -> tuple[SmoothFlow, Guards]:
+        """The rates and guards where contacts carry or are off and axles stick or turn, which is decided for the phase
+        that starts now."""
+        rates, layout, axles = self.bound_rates, self.state_vector, ground.axles
+        plain = rates.flow(constants, self.signals)
+        try:
+            ground.decide(lambda: plain(0.0, y))
+        finally:
+            self._keep_modes()
+            self.signals["bearing_torque"] = Signal.constant(axles.torques())
+        turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        plain = rates.flow({**constants, "axle_sticks": axles.modes == 0}, self.signals)
+        return SmoothFlow(ground, plain), Guards([*guards, *turning], layout.size)
 
     def _keep_modes(self) -> None:
         """The modes of the contacts among the signals."""
@@ -481,6 +503,9 @@ class EffectRun:
         if self.slipping_axles is not None:
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axle_holding
+        if isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow):
+            flow(time, y)
+            drive[self.drives.index("bearing_torque")] += self.ground.holding
         if isinstance(self.ground, GroundWithAxles):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()

@@ -124,6 +124,10 @@ class Loads:
             self.start = found.sums
         return found
 
+    def in_set(self, shares: np.ndarray, carries: np.ndarray, sums_of: SumsOf) -> Carried:
+        """The loads at an instant of a set (N,) that may carry."""
+        return carried(shares, carries, sums_of, self.start, self.arm)
+
     def beyond(self, found: Carried) -> tuple[np.ndarray, np.ndarray]:
         """(N + 1,) what ends the phase where it is positive, and its rounding: loads below zero, springs of contacts
         that are off above it, and the coupled matrix, whose determinant may not come to zero."""
@@ -146,7 +150,7 @@ class Loads:
             shares = self.springs.shares(carries)
             if shares is None:
                 continue
-            tried.append((carries, carried(shares, carries, sums_for(carries), self.start, self.arm)))
+            tried.append((carries, self.in_set(shares, carries, sums_for(carries))))
             if not self._wrong(*tried[-1]).any():
                 fits.append(tried[-1])
         self._refuse(tried, fits, friction)

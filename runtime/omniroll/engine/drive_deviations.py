@@ -25,8 +25,9 @@ FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process wh
 
 def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
-    if "standing_dynamics" in plain.signatures:
-        bound = "is not followed beside Contact(law='coulomb') where axles stick; give it a wheel_speed"
+    slipping = plain.signatures.get("slip_dynamics")
+    if slipping is not None and any(argument.name == "axle_sticks" for argument in slipping.inputs):
+        bound = "is not followed where wheels may slip and axles stick; give it a wheel_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process

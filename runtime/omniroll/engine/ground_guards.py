@@ -6,6 +6,7 @@ from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
 from omniroll.effects.guards import PASSED, Guards
+from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow
 from omniroll.effects.smooth_ground import SmoothFlow
 from omniroll.engine.holding import MotionGuards
@@ -91,8 +92,8 @@ class AxleGuards(GroundGuards):
 class LoadGuards(MotionGuards):
     """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
 
-    def __init__(self, guards: Guards, flow: SmoothFlow):
-        super().__init__(guards, len(flow.ground.off) + 1)
+    def __init__(self, guards: Guards, flow: SmoothFlow, further: int = 0):
+        super().__init__(guards, len(flow.ground.off) + 1 + further)
         self.flow = flow
 
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,10 +101,23 @@ class LoadGuards(MotionGuards):
         return self.flow.ground.loads.beyond(self.flow.carried)
 
 
+class LoadedAxleGuards(LoadGuards):
+    """The same, then what the axles (S,) that stick are asked for beyond what they take."""
+
+    def __init__(self, guards: Guards, flow: SmoothFlow):
+        super().__init__(guards, flow, int((flow.ground.axles.modes == 0).sum()))
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, rounding = super()._own(time, y)
+        beyond, of_axles = self.flow.ground.axles.excess(self.flow.ground.holding)
+        return np.append(values, beyond), np.append(rounding, of_axles)
+
+
 def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards:
     """The guards of a phase, and those of its contacts."""
     if isinstance(flow, SmoothFlow):
-        return LoadGuards(guards, flow)
+        beside = isinstance(flow.ground, GroundBesideAxles)
+        return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):
         return AxleGuards(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)

@@ -424,6 +424,9 @@ class Trajectory(MadeOnDemand):
             times = self.t
         else:
             found |= self.drives_at(times)
+            if "axle_sticking" in self.effects.names() and "sticks" not in found:  # what holds is not linear in time
+                rests = self.quantity("rates") == 0
+                found["axle_sticks"] = rests[row] & rests[np.minimum(row + 1, len(rests) - 1)]
         if self.roller_model == "free":
             found["axial"] = self._axial(times, y, row)
         return found
