@@ -9,7 +9,7 @@ A set is asked for a number by the effect "derivatives_by_" and the number's nam
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 from .degrees import Degree, Degrees, degrees_of
@@ -53,20 +53,20 @@ class Derivatives:
 
     rules       of slopes
     by_numbers  the functions that are differentiated by numbers
-    residuals   {function: (the program that is differentiated in its stead, first and last step of the solution there)}
+    residuals   the programs that are differentiated in a function's stead; of several the first that a set has
     held        steps of these programs that stand still besides
     positive    numbers that are positive
     """
 
     rules: Rules
     by_numbers: Sequence[str]
-    residuals: Mapping[str, tuple[str, str, str]]
+    residuals: Sequence["Residual"]
     held: Sequence[str]
     positive: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
-        residuals = {name: tuple(of) for name, of in data.get("residuals", {}).items()}
+        residuals = tuple(Residual(*of) for of in data.get("residuals", ()))
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
         return cls(rules, named, residuals, tuple(data.get("held", ())), tuple(data.get("positive", ())))
 
@@ -75,7 +75,8 @@ class Derivatives:
     ) -> tuple[list[Function], tuple[Array, ...]]:
         """The functions of a set and the fields of its model, with the derivatives that these effects ask for."""
         named = {f.name: f for f in functions}
-        found = [f for f in functions if f.name not in {name for name, *_ in self.residuals.values()}]
+        programs = {name for of in self.residuals for name in (of.program, of.of_wheel)}
+        found = [f for f in functions if f.name not in programs]
         found = [settled(f) if all("derivatives" in case for case in f.cases) else f for f in found]
         asked = [effect.removeprefix(REQUEST) for effect in effects if effect.startswith(REQUEST)]
         if not asked:
@@ -89,14 +90,45 @@ class Derivatives:
     def _program(self, named: Mapping[str, Function], name: str) -> "Differentiable":
         """What is differentiated for a function's derivatives: its own steps, or those of its residual."""
         own = named[name]
-        if name not in self.residuals:
+        residual = next((of for of in self.residuals if of.function == name and of.program in named), None)
+        if residual is None:
             return Differentiable(own, own.arguments, self.rules)
-        other, start, last = self.residuals[name]
-        program = named[other]
+        of_wheel = named.get(residual.of_wheel)
+        return Differentiable(
+            replace(named[residual.program], name=name, summary=own.summary), own.arguments,
+            self.rules.holding(self.held), residual.still(named[residual.program]),
+            residual.moved(of_wheel) if of_wheel else (), of_wheel.elements if of_wheel else {},
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What is differentiated in a function's stead.
+
+    program   its name
+    start     the first step of the solution there, and
+    last      the last one: none where nothing is solved for
+    of_wheel  the program for numbers of each wheel, if that is another one
+    """
+
+    function: str
+    program: str
+    start: str
+    last: str
+    of_wheel: str
+
+    def still(self, program: Function) -> tuple[int, int]:
+        """The places of the first step that stands still, the sums that are solved with among them, and of the first
+        behind these."""
+        if not self.last:
+            return 0, 0
         names = ["" if isinstance(node, Loop) else node.name for node in program.body]
-        still = min(k for k, step in enumerate(names) if step in ("", start)), names.index(last) + 1
-        function = replace(program, name=name, summary=own.summary)
-        return Differentiable(function, own.arguments, self.rules.holding(self.held), still)
+        return min(k for k, step in enumerate(names) if step in ("", self.start)), names.index(self.last) + 1
+
+    def moved(self, program: Function) -> Body:
+        """The steps that do not stand still."""
+        first, behind = self.still(program)
+        return (*program.body[:first], *program.body[behind:])
 
 
 @dataclass(frozen=True)
@@ -106,12 +138,16 @@ class Differentiable:
     arguments  those that a user knows: outputs among them are differentiated, others are storage
     rules      of slopes
     still      the places of the first step that stands still and of the first behind these
+    own        the steps that are differentiated by numbers of each wheel, where these are others
+    own_elements  what those read from arrays
     """
 
     function: Function
     arguments: Sequence[Array]
     rules: Rules
     still: tuple[int, int] = (0, 0)
+    own: Body = ()
+    own_elements: Mapping[str, Element] = field(default_factory=dict)
 
     @property
     def before(self) -> Body:
@@ -121,6 +157,20 @@ class Differentiable:
     def body(self) -> Body:
         """The steps that are differentiated."""
         return (*self.before, *self.function.body[self.still[1] :])
+
+    @property
+    def of_wheel(self) -> Body:
+        """The steps that are differentiated by numbers of each wheel."""
+        return self.own or self.body
+
+    def read_by_wheels(self, known: Body) -> list[Step]:
+        """What these know from before their loops, and other steps do not give."""
+        names = {step.name for step in steps(known)}
+        return [node for node in self.own if isinstance(node, Step) and node.kind == "let" and node.name not in names]
+
+    @property
+    def elements(self) -> dict[str, Element]:
+        return {**self.function.elements, **self.own_elements}
 
     def around_still(self, slopes: Body) -> Body:
         """The steps of `body` with slopes, and those that stand still in their place."""
@@ -151,7 +201,7 @@ class Numbers:
     ):  # fmt: skip
         self.rules, self.positive = rules, positive
         self.directions = list(self._directions(prepare, asked))
-        read = set().union(*(symbols(step.expression) for of in wanted for step in steps(of.body)))
+        read = set().union(*(symbols(step.expression) for of in wanted for step in steps((*of.body, *of.own))))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
         self.degrees: dict[str, Degrees] = {}
@@ -208,9 +258,9 @@ class Numbers:
         rates = []
         for direction, column in columns:
             degrees = {} if direction.for_each_wheel else self._degrees(direction, column, prepare, tangents)
-            for field in self.sources:
-                name = f"{field.name}_by_{direction.name}"
-                self.slopes[direction.name][field.name] = known.get(name) or Symbol(name)
+            for source in self.sources:
+                name = f"{source.name}_by_{direction.name}"
+                self.slopes[direction.name][source.name] = known.get(name) or Symbol(name)
             if degrees:
                 rates.append(self._rate(direction, next(iter(column.seeds))))
                 self.degrees[direction.name] = degrees
@@ -220,11 +270,12 @@ class Numbers:
         return replace(prepare, body=putting(body, kept), fields=fields)
 
     def _degrees(self, direction: Direction, column: Column, prepare: Function, tangents: Tangents) -> Degrees:
-        """Of the fields, in a number that is positive; none for another one."""
+        """Of the fields, in a number that is positive; none for another one. Nothing stands still in `prepare`: what it
+        computes has the degree of its own expression, and no rule is asked."""
         if direction.name not in self.positive:
             return {}
         seeds = dict.fromkeys(column.seeds, 1)
-        found = Degree(degrees_of(prepare.body, seeds, self.rules, frozenset(), tangents.canonical))
+        found = Degree(degrees_of(prepare.body, seeds, Rules(), frozenset(), tangents.canonical))
         put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
         return {field.name: put[field.name] for field in self.sources}
 
@@ -241,7 +292,7 @@ class Numbers:
         function = program.function
         name = function.name.removesuffix(SHARP) + BY_NUMBERS + (SHARP if function.name.endswith(SHARP) else "")
         outputs: dict[str, Array] = {}
-        columns = [(d, self._moved(function, d, outputs)) for d in self.directions]
+        columns = [(d, self._moved(program, d, outputs)) for d in self.directions]
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]
         tangents = tangents_of(function, program.rules)
@@ -252,17 +303,17 @@ class Numbers:
             loop, further = tangents.through_all(function, each)
             body, elements = (*body, loop), elements | further
         elif each:
-            body = (*body, tangents.own(program.body, each))
+            body = (*body, *program.read_by_wheels(body), tangents.own(program.of_wheel, each))
         summary = f"Derivatives by numbers of the vehicle: {function.summary[0].lower()}{function.summary[1:]}"
         found = replace(
-            function, name=name, summary=summary, body=body, elements=function.elements | elements,
+            function, name=name, summary=summary, body=body, elements=program.elements | elements,
             fields=function.fields + self.fields, arguments=(*function.inputs, *outputs.values()),
         )  # fmt: skip
         return tightened(without_unread_storage(found, program.storage))
 
-    def _moved(self, function: Function, direction: Direction, outputs: dict[str, Array]) -> Column:
+    def _moved(self, program: Differentiable, direction: Direction, outputs: dict[str, Array]) -> Column:
         slopes = self.slopes[direction.name]
-        seeds = {name: d for name, d in slopes.items() if name in function.elements and d != ZERO}
+        seeds = {name: d for name, d in slopes.items() if name in program.elements and d != ZERO}
         shape = direction.array.shape
 
         def target(element: Element) -> Element:
