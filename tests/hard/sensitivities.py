@@ -54,7 +54,7 @@ TRUE_RUNS = (  # roller model, law, effects, number, switches in full
     (LOCKED, "smooth", (), "wheel_radius", 100),
     (FREE, "impact", (), "chi[1]", 100),
     (FREE, "impact", (), "roller_inertia", 100),
-    (FREE, "impact", (VISCOUS,), "wheel_viscous", 20),  # then the differences drown: see true_sensitivities
+    (FREE, "impact", (VISCOUS,), "wheel_viscous", 100),
     (LOCKED, "impact", (REGULARISED,), "mass", 100),
     (FREE, "smooth", (MOTORS,), "mass", 100),
     (MASSLESS, "smooth", (omniroll.Slope(0.01),), "wheel_angles[1]", 100),
