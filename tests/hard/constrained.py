@@ -163,14 +163,20 @@ def first_zero(margins: Sequence[Row], length: Any, least: float) -> tuple[Any, 
 
     least  below which a margin counts as zero
     """
+
+    def beyond(time: Any) -> list[int]:
+        return [i for i, margin in enumerate(margins) if float(horner(margin, time)) > least]
+
     for probe in range(1, PROBES + 1):
-        late = length * probe / PROBES
-        beyond = [i for i, margin in enumerate(margins) if float(horner(margin, late)) > least]
-        if beyond:
-            early = length * (probe - 1) / PROBES
-            times = {i: zero_of(lambda t, c=margins[i]: horner(c, t), early, late) for i in beyond}
-            first = min(times.values(), key=float)
-            return first, [i for i, time in times.items() if abs(float(time - first)) < least]
+        early, late = length * (probe - 1) / PROBES, length * probe / PROBES
+        times: dict[int, Any] = {}
+        while found := [
+            i for i in beyond(late) if i not in times
+        ]:  # also those that are positive for a short time only
+            times |= {i: zero_of(lambda t, c=margins[i]: horner(c, t), early, late) for i in found}
+            late = min(times.values(), key=float)
+        if times:
+            return late, [i for i, time in times.items() if abs(float(time - late)) < least]
     return None
 
 

@@ -2,6 +2,9 @@
 
 from typing import Any
 
+# Numbers of effects that the arguments of `prepare` call otherwise.
+CONSTANTS = {"wheel_viscous": "axle_damping", "roller_viscous": "roller_damping"}
+
 
 def split(name: str) -> tuple[str, tuple[int, ...]]:
     """The number and its place in it."""

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series
 
+from hard.constrained import Row, Series, coefficient, coefficients, first_zero
+from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
 from omniroll.kernels import sets
 from omniroll.studies.accuracy.acting import Acting
 from omniroll.studies.accuracy.mechanics import elementary, flat, nested_numbers
-from hard.constrained import Row, Series, coefficient, coefficients, first_zero
-from hard.moving import larger, split
 
 ORDER, ERROR = 36, 1e-30  # of the series, and of a step, relative
 STILL = 1e-25  # rad/s, of a rate that is not there
@@ -41,8 +41,9 @@ class Bearings:
         bound, self.task = task.kernel, task
         self.kernel, self.module = bound, sets.python_module(bound.base, bound.effects)
         self.wheels, self.rollers = bound.wheels, bound.rollers_per_wheel
-        constants = dict(zip(bound.constant_names, (nested_numbers(c.tolist(), arb) for c in bound.constants), strict=True))
-        kernel_name = {"wheel_viscous": "axle_damping", "roller_viscous": "roller_damping"}.get(number, number)
+        values = (nested_numbers(value.tolist(), arb) for value in bound.constants)
+        constants = dict(zip(bound.constant_names, values, strict=True))
+        kernel_name = CONSTANTS.get(number, number)
         if kernel_name in constants:
             constants[kernel_name] = larger(constants[kernel_name], place, change)
         elif number not in (*START, *TORQUES):

@@ -16,18 +16,19 @@ import numpy as np
 from flint import arb, arb_series
 
 import omniroll
+from hard.constrained import Row, Series, coefficients, first_zero, solved
+from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
 from omniroll.kernels.kernel import kernel
 from omniroll.studies.accuracy.acting import Acting
 from omniroll.studies.accuracy.mechanics import elementary, flat, nested_numbers
-from hard.constrained import Row, Series, coefficients, first_zero, solved
-from hard.moving import larger, split
 
 ORDER, ERROR = 36, 1e-30  # of the series, and of a step, relative
 RESTS = 1e-14  # m/s
 STILL = 1e-25  # m/s, of a slip that a start does not have
 ZERO = 1e-28  # of a margin
-EDGE = 1e-20  # of static friction: all of it, where it has just been used up
+EDGE = 1e-20  # N^2: static friction has been used up where it has just been found so
+AT_ONCE = 1e-20  # m/s^2, of an acceleration that is not there
 LONGEST = 10_000  # steps
 OWN = ("drive", "axle_viscous")  # effects that may be beside the ground
 STICKS, SLIPS, BEGINS, OFF = "sticks", "slips", "begins", "off"
@@ -79,10 +80,10 @@ class Friction:
         return [-(first**2) * axle / size, -(second**2) * rolling / size]
 
     def used_up(self, force: Row, load: Any, along_axle: bool) -> Any:
-        """How much of its static friction a force takes, squared, less 1."""
+        """How much more than the load, in squares of N, a force asks for at this static friction."""
         first, second = self.numbers.get("static_friction", self.numbers.get("friction"))
-        along, across = force[0] / (first * load), force[1] / (second * load)
-        return across * across - 1 + (along * along if along_axle else 0)
+        along, across = force[0] / first, force[1] / second
+        return across * across - load * load + (along * along if along_axle else 0)
 
 
 class Vehicle:
@@ -104,7 +105,7 @@ class Vehicle:
         constants = dict(zip(own.constant_names, (nested_numbers(c.tolist(), arb) for c in own.constants), strict=True))
         self.ground, self.is_loaded = Friction.of(contact, task), contact.is_loaded
         self.start_number, moved = (number, place, change), self.ground.move(number, place, change)
-        kernel_name = {"wheel_viscous": "axle_damping"}.get(number, number)
+        kernel_name = CONSTANTS.get(number, number)
         self.without = self.module.prepare(self.wheels, self.rollers, *constants.values())
         if kernel_name in constants:
             constants[kernel_name], moved = larger(constants[kernel_name], place, change), True
@@ -346,13 +347,13 @@ class Run:
         return guess
 
     def _check_directions(self, series: Series) -> None:
-        """A contact that begins to slip goes where its slip grows."""
+        """A contact that begins to slip goes where its slip grows; with one friction it has no acceleration yet."""
         if self.v.heavy or BEGINS not in self.modes:
             return
         grown = [arb_series([c[0], r], 2) for c, r in zip(series.y, series.motion.rates(arb(0), self.y, [
             c[0] for c in series.z]), strict=True)]  # fmt: skip
         for i, slip in enumerate(self.v.slip(grown)):
-            if self.modes[i] == BEGINS and not float(slip[1][1]) * self.towards[i] > 0:
+            if self.modes[i] == BEGINS and float(slip[1][1]) * self.towards[i] < -AT_ONCE:
                 raise ValueError(f"contact {i} neither sticks nor slips")
 
     def _step(self) -> None:

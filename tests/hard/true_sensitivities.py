@@ -1,9 +1,9 @@
 """The true derivatives of a run by one of its numbers: central differences of two runs in 40 digits.
 
 The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13 of itself. What a difference
-loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step. The error
-of a step counts by the size of each number: under viscous friction spins are computed from the momenta's changes over a
-phase, divided by the rollers' inertia, which would make errors of 1e-27 in the momenta 1e-21 in the spins.
+loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step. The
+error of a step counts by the size of each number: under viscous friction spins are computed from what momenta have
+changed by, over the rollers' inertia.
 
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
 rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
@@ -20,7 +20,7 @@ from flint import arb
 
 import omniroll
 from hard import true_bearings, true_ground
-from hard.moving import larger, split
+from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.mechanics import Mechanics, flat, nested_numbers
 from omniroll.studies.accuracy.reference import Taylor, digits, end_of
@@ -35,7 +35,6 @@ FEW = 4  # columns for these: the steps are short
 CHANGE = "1e-13"
 ORDER, TAYLOR_ERROR = 36, 1e-30  # of the series, and of a step by them, relative
 State = list[Any]
-CONSTANTS = {"wheel_viscous": "axle_damping", "roller_viscous": "roller_damping"}  # numbers of effects that the kernels call otherwise
 
 
 class Moved(Mechanics):
@@ -203,8 +202,8 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]
         found = difference([run.to_the_end() for run in runs], change)
-    one, other = ([what for _, *what in run.log] for run in runs)
-    if one != other:
+    one, other = (sorted((what for _, *what in run.log), key=lambda what: what[0]) for run in runs)
+    if one != other:  # of each wheel by itself: what happens at one instant has no order
         raise ValueError(f"a change of {CHANGE} of {name} makes other events")
     return found, runs[0].log
 
