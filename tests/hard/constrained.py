@@ -170,9 +170,7 @@ def first_zero(margins: Sequence[Row], length: Any, least: float) -> tuple[Any, 
     for probe in range(1, PROBES + 1):
         early, late = length * (probe - 1) / PROBES, length * probe / PROBES
         times: dict[int, Any] = {}
-        while found := [
-            i for i in beyond(late) if i not in times
-        ]:  # also those that are positive for a short time only
+        while found := [i for i in beyond(late) if i not in times]:  # some are positive for a short time only
             times |= {i: zero_of(lambda t, c=margins[i]: horner(c, t), early, late) for i in found}
             late = min(times.values(), key=float)
         if times:
