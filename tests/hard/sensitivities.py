@@ -198,10 +198,11 @@ def grazing(scale: Scale) -> list[Measurement]:
             chi[wheel] = JOINT
             for share in (1e-10, 1e-8, 0.9e-6, 1.1e-6, 1e-4, 1e-2):
                 start = {"nu": nu + share * outwards, "chi": chi, "duration": 1e-6}
-                passes = len(setting.run(**start).switches) > 0  # else the wheel turns back before it has passed
-                grazes = passes and share < 1e-6
-                wrong += refusal(setting, "mass", start) != (((wheel,), 0.0) if grazes else None)
-        found.append(setting.measurement(f"starts judged wrongly, of {6 * count}", wrong, 0))
+                passes = len(setting.run(**start).switches)  # none where the wheel turns back before it has passed
+                grazes = passes > 0 and share < 1e-6
+                if passes <= 1:  # else impacts send the wheel to and fro, ever more slowly
+                    wrong += refusal(setting, "mass", start) != (((wheel,), 0.0) if grazes else None)
+        found.append(setting.measurement(f"starts judged wrongly, of up to {6 * count}", wrong, 0))
     return found
 
 
