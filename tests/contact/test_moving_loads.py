@@ -316,3 +316,21 @@ def test_forces_where_a_slip_comes_to_rest_are_those_of_the_way_there(engine):
         for row in rests:
             before = run.sample(run.t[row] - 1e-9).ground_load
             assert np.abs(run.ground_load[row] - before).max() < 1e-3 * weight
+
+
+@pytest.mark.parametrize("engine", ["compiled", "python"])
+def test_a_contact_lets_go_before_its_load_vanishes(engine):
+    """A wheel that rolls asks the ground for what turns it; 66 microseconds before nothing presses on it any more, that
+    is all of its friction."""
+    pushed = TorqueTable((0.0, 0.2, 0.4), ((0, 0, 0, 0), (0, 0.5, 0, -0.5), (0, 0, 0, 0)))
+    ground = Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.25)
+    start = {"nu": (0.3, 0.1, 0.05), "chi": (0.1, -0.2, 0.15, 0.05), "roller_model": "massless"}
+    for accuracy in (1e-11, 1e-12, 1e-13):
+        run = simulate(
+            Vehicle.paper(4, 5), **start, duration=0.2, effects=[ground, pushed], engine=engine, accuracy=accuracy,
+            control=False,
+        )  # fmt: skip
+        vanishes = int(np.argmax(run.ground_load[:, 0] < 1e-12))
+        lets_go = int(np.argmin(run.sticks[:, 0]))
+        assert run.t[[lets_go, vanishes]] == pytest.approx([0.15382437577, 0.15389083104], abs=1e-10)
+        assert run.ground_force[lets_go, 0, 1] == pytest.approx(0.5 * run.ground_load[lets_go, 0], rel=1e-9)

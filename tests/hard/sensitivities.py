@@ -15,10 +15,15 @@ from omniroll.kernels.kernel import SHARP, VEHICLE_SCALARS
 
 SECTION = "Switches"
 SPEEDS = ("nu[0]", "nu[1]", "nu[2]")
+ACCURACY = 1e-12
+LONGEST = {  # s, for 10^5 switches
+    "massless, smooth": 30e3, "massless, impact": 30e3, "locked, smooth": 30e3, "locked, impact": 90e3,
+    "free, smooth": 19e3, "free, impact": 130e3,
+}  # fmt: skip
 
 
 def followed(setting: Setting, names: tuple[str, ...], **task) -> Trajectory:
-    return omniroll.simulate(PAPER, **setting.options(**task), accuracy=1e-12, control=False, sensitivities=names)
+    return omniroll.simulate(PAPER, **setting.options(**task), accuracy=ACCURACY, control=False, sensitivities=names)
 
 
 def faster(scale: Scale) -> list[Measurement]:
@@ -28,16 +33,32 @@ def faster(scale: Scale) -> list[Measurement]:
     """
     found = []
     for setting in settings(engines=("compiled",)):
-        duration = scale.of(20.0, 600.0)
-        run = followed(setting, SPEEDS, nu=(1.0, 0.3, 0.8), chi=(0.1, -0.2, 0.15), duration=duration)
-        nu, end = run.nu[0], {name: run.sensitivity(name, duration) for name in SPEEDS}
-        rates = {"pose": run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2]), "chi": run.kernel.wheel_speeds(run.nu[-1])}
-        growth = max(np.abs(getattr(end[name], part)).max() for name in SPEEDS for part in ("nu", "chi", "pose"))
-        error = 0.0
-        for part, rate in rates.items():
-            along = sum(nu[k] * getattr(end[name], part) for k, name in enumerate(SPEEDS))
-            error = max(error, float(np.abs(along - duration * rate).max()))
-        found.append(setting.measurement("error over the largest derivative", error / growth, 1e-9))
+        error, _, _ = of_faster_start(setting, scale.of(20.0, 600.0))
+        found.append(setting.measurement("error over the largest derivative", error, 1e-9))
+    return found
+
+
+def of_faster_start(setting: Setting, duration: float) -> tuple[float, float, int]:
+    """The error over the growth, the growth, and how many switches there are."""
+    run = followed(setting, SPEEDS, nu=(1.0, 0.3, 0.8), chi=(0.1, -0.2, 0.15), duration=duration)
+    nu, end = run.nu[0], {name: run.sensitivity(name, duration) for name in SPEEDS}
+    rates = {"pose": run.kernel.pose_rates(run.nu[-1], run.pose[-1, 2]), "chi": run.kernel.wheel_speeds(run.nu[-1])}
+    growth = max(np.abs(getattr(end[name], part)).max() for name in SPEEDS for part in ("nu", "chi", "pose"))
+    error = 0.0
+    for part, rate in rates.items():
+        along = sum(nu[k] * getattr(end[name], part) for k, name in enumerate(SPEEDS))
+        error = max(error, float(np.abs(along - duration * rate).max()))
+    return error / growth, float(growth), len(run.switches)
+
+
+def very_many_switches(scale: Scale) -> list[Measurement]:
+    """The same over 10^5 switches. The run misses by its accuracy times the growth, and the derivatives by as much."""
+    found = []
+    for setting in settings(engines=("compiled",)):
+        error, growth, switches = of_faster_start(setting, scale.of(300.0, LONGEST[setting.name]))
+        allowed = max(1e-9, 10 * ACCURACY * growth)
+        by = f"{setting.name}, {switches} switches, growth {growth:.1e}"
+        found.append(Measurement("error over the largest derivative", "compiled", DOUBLE, by, error, allowed))
     return found
 
 
@@ -54,7 +75,7 @@ TRUE_RUNS = (  # roller model, law, effects, number, switches in full
     (LOCKED, "smooth", (), "wheel_radius", 100),
     (FREE, "impact", (), "chi[1]", 100),
     (FREE, "impact", (), "roller_inertia", 100),
-    (FREE, "impact", (VISCOUS,), "wheel_viscous", 20),  # then the differences drown: see true_sensitivities
+    (FREE, "impact", (VISCOUS,), "wheel_viscous", 100),
     (LOCKED, "impact", (REGULARISED,), "mass", 100),
     (FREE, "smooth", (MOTORS,), "mass", 100),
     (MASSLESS, "smooth", (omniroll.Slope(0.01),), "wheel_angles[1]", 100),
@@ -144,6 +165,47 @@ def at_the_joint(scale: Scale) -> list[Measurement]:
     return found
 
 
+def at_rest(scale: Scale) -> list[Measurement]:
+    """Runs that end with all axles at rest, beside 40 digits: nu depends on nothing any more, the place on all."""
+    found, sticking = [], (omniroll.Bearings(wheel_coulomb=0.01),)
+    for model in scale.of((MASSLESS,), (MASSLESS, LOCKED)):
+        setting = Setting(model, "impact", "compiled")
+        start = {"nu": (1.0, 0.3, 0.8), "chi": (0.1, -0.2, 0.15), "effects": sticking, "duration": 4.0}
+        for name in ("wheel_coulomb", "nu[0]", "mass"):
+            run = followed(setting, (name,), **start)
+            own, true = run.sensitivity(name, 4.0), true_sensitivities.derivative(setting.task(**start), run, name)
+            error = np.abs(np.concatenate([own.nu, own.chi, own.pose]) - true).max() / np.abs(true).max()
+            by = f"{setting.name}, by {name}, {len(run.switches)} switches"
+            found += [
+                Measurement("error over the largest derivative", "compiled", DOUBLE, by, float(error), 1e-9),
+                Measurement("derivative of nu at rest", "compiled", DOUBLE, by, float(np.abs(own.nu).max()), 0),
+            ]
+    return found
+
+
+def grazing(scale: Scale) -> list[Measurement]:
+    """A wheel that passes its joint at so small a part of the fastest wheel's rate."""
+    found = []
+    for setting in settings(laws=("impact",), engines=("compiled",)):
+        random, wrong, count = np.random.default_rng(3), 0, scale.of(3, 30)
+        rows = speeds_of_wheels(setting.task(nu=(1, 0, 0), duration=0).kernel).T
+        for _ in range(count):
+            wheel = int(random.integers(3))
+            still = np.linalg.svd(rows[[wheel]])[2][1:]  # in which the wheel rests
+            nu = random.normal(size=2) @ still
+            outwards = rows[wheel] / (rows[wheel] @ rows[wheel]) * np.abs(rows @ nu).max()
+            chi = random.uniform(-0.5, 0.5, size=3)
+            chi[wheel] = JOINT
+            for share in (1e-10, 1e-8, 0.9e-6, 1.1e-6, 1e-4, 1e-2):
+                start = {"nu": nu + share * outwards, "chi": chi, "duration": 1e-6}
+                passes = len(setting.run(**start).switches)  # none where the wheel turns back before it has passed
+                grazes = passes > 0 and share < 1e-6
+                if passes <= 1:  # else impacts send the wheel to and fro, ever more slowly
+                    wrong += refusal(setting, "mass", start) != (((wheel,), 0.0) if grazes else None)
+        found.append(setting.measurement(f"starts judged wrongly, of up to {6 * count}", wrong, 0))
+    return found
+
+
 def of_nothing(scale: Scale) -> list[Measurement]:
     """Columns of numbers that do nothing, over a run with switches."""
     found = []
@@ -194,6 +256,30 @@ CASES = [
         naive="differentiates each phase and each impact, and leaves out that the switch comes at another time",
         promise="a start k times as fast gives the derivatives of the same motion, k times as fast",
         run=faster,
+    ),
+    Case(
+        name="derivatives-over-very-many-switches",
+        section=SECTION,
+        title="Derivatives of a run by its start, over 10^5 switches",
+        naive="loses them to what the motion beside the run grows by, and does not say how much that is",
+        promise="1e-9 of the largest derivative, or ten times the accuracy times that, the growth",
+        run=very_many_switches,
+    ),
+    Case(
+        name="derivatives-at-rest",
+        section=SECTION,
+        title="Derivatives of a run that sticks at its end",
+        naive="differentiates friction that is smoothed: what stands creeps on",
+        promise="zero for nu; 1e-9 of the largest derivative for the place, against runs in 40 digits",
+        run=at_rest,
+    ),
+    Case(
+        name="derivatives-at-grazing",
+        section=SECTION,
+        title="Derivatives where a wheel grazes its joint",
+        naive="divides by the wheel's rate, and gives what comes of that",
+        promise="refused below a millionth of the fastest wheel's rate, by wheel and time; given above",
+        run=grazing,
     ),
     Case(
         name="derivatives-beside-40-digits",

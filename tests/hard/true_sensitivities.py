@@ -1,15 +1,15 @@
 """The true derivatives of a run by one of its numbers: central differences of two runs in 40 digits.
 
 The numbers of the run in doubles are taken as exact, and one of them is moved by 1e-13 of itself. What a difference
-loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step. Under
-viscous friction of free rollers it is more: differences of the spins grow as 1/change there, and from some 80 switches
-on they are the larger part, probably since the spins are computed from the momenta's changes over a phase.
+loses is the square of that times the motion's growth, and what the steps lose is 1e-14 of that growth a step. The
+error of a step counts by the size of each number: under viscous friction spins are computed from what momenta have
+changed by, over the rollers' inertia.
 
 A run is followed over the generated Python formulas in python-flint's balls, whose midpoints are taken, by Gragg's
-rule extrapolated to a part length of zero. Runs in which axles stick are followed by Taylor series
-(omniroll.studies.accuracy.reference), which finds all events by itself. Elsewhere, which wheel is the next to switch is
-read from the run in doubles and then proved: the time at which it is there is solved for in 40 digits, and no other
-wheel may be beyond its joint.
+rule extrapolated to a part length of zero. Which wheel is the next to switch is read from the run in doubles and then
+proved: the time at which it is there is solved for in 40 digits, and no other wheel may be beyond its joint. Runs with
+other events are followed by Taylor series, which find all events by themselves: where axles stick by those of
+omniroll.studies.accuracy.reference, where rollers do by hard.true_bearings, where wheels may slip by hard.true_ground.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,6 +19,8 @@ import numpy as np
 from flint import arb
 
 import omniroll
+from hard import true_bearings, true_ground
+from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
 from omniroll.studies.accuracy.mechanics import Mechanics, flat, nested_numbers
 from omniroll.studies.accuracy.reference import Taylor, digits, end_of
@@ -33,7 +35,6 @@ FEW = 4  # columns for these: the steps are short
 CHANGE = "1e-13"
 ORDER, TAYLOR_ERROR = 36, 1e-30  # of the series, and of a step by them, relative
 State = list[Any]
-CONSTANTS = {"wheel_viscous": "axle_damping"}  # numbers of effects that the kernels call otherwise
 
 
 class Moved(Mechanics):
@@ -41,9 +42,9 @@ class Moved(Mechanics):
 
     def __init__(self, task: Task, name: str, change: Any):
         super().__init__(task, arb)
-        number, *places = name.replace("]", "").split("[")
+        number, place = split(name)
         number = CONSTANTS.get(number, number)
-        self.moved, self.place, self.change = number, tuple(map(int, places)), change
+        self.moved, self.place, self.change = number, place, change
         kernel = task.kernel
         if number in kernel.constant_names:
             constants = [nested_numbers(value.tolist(), arb) for value in kernel.constants]
@@ -70,15 +71,8 @@ class Moved(Mechanics):
         return self.with_rollers(y, axial), axial
 
 
-def larger(values: Any, place: tuple[int, ...], change: Any) -> Any:
-    """Nested lists with the number at `place`, or without a place all of them, larger by `change`."""
-    if not isinstance(values, list):
-        return values + change
-    return [larger(value, place[1:], change) if not place or place[0] == k else value for k, value in enumerate(values)]
-
-
-def step(rates: Callable[[State], State], y: State, h: Any, columns: int) -> tuple[State, float]:
-    """y after h by Gragg's rule in 2, 4, 6 ... parts, and how far the last two columns are apart."""
+def step(rates: Callable[[State], State], y: State, h: Any, columns: int, sizes: list[float]) -> tuple[State, float]:
+    """y after h by Gragg's rule in 2, 4, 6 ... parts, and how far the last two columns are apart, per size."""
     slope, table = rates(y), []
     for column in range(1, columns + 1):
         part = h / (2 * column)
@@ -91,7 +85,8 @@ def step(rates: Callable[[State], State], y: State, h: Any, columns: int) -> tup
             gain = 1 / (ratio * ratio - 1)
             row.append([(a + (a - b) * gain).mid() for a, b in zip(row[-1], other, strict=True)])
         table = row
-    return table[-1], max(abs(float(a - b)) for a, b in zip(table[-1], table[-2], strict=True))
+    gaps = zip(table[-1], table[-2], sizes, strict=True)
+    return table[-1], max(abs(float(a - b)) / size for a, b, size in gaps)
 
 
 def moved(y: State, by: Any, slope: State) -> State:
@@ -105,6 +100,11 @@ class Flow:
         self.m = mechanics
         self.y, self.axial = mechanics.start()
         self.now, self.part = arb(0), 1.0
+        self.sizes = [1.0] * len(self.y)
+        for quantity in mechanics.vector.quantities:  # momenta and energies of rollers, from which spins are computed
+            if quantity.size in ("momentum", "energy"):
+                place = mechanics.vector.slices[quantity.name]
+                self.sizes[place] = [mechanics.task.vehicle.roller_inertia] * (place.stop - place.start)
 
     def to(self, goal: Any) -> None:
         """Within a phase, as far as elapsed time `goal`."""
@@ -112,7 +112,7 @@ class Flow:
         while (left := goal - self.now) > 0:
             speed = max(abs(float(v)) for v in m.wheel_speeds(self.y[:3]))
             h = min(left, arb(self.part * WAY * float(m.joint) / max(speed, 1e-3)), key=float)
-            end, apart = step(m.rates, self.y, h, COLUMNS)
+            end, apart = step(m.rates, self.y, h, COLUMNS, self.sizes)
             if apart > ERROR * max(1.0, *(abs(float(v)) for v in end)):
                 self.part /= 2
                 continue
@@ -127,7 +127,7 @@ class Flow:
             if abs(float(way)) <= LANDED:
                 return
             short = (way / (direction * m.wheel_speeds(self.y[:3])[wheel])).mid()
-            self.y, _ = step(m.rates, self.y, short, FEW)
+            self.y, _ = step(m.rates, self.y, short, FEW, self.sizes)
             self.now = (self.now + short).mid()
         raise ValueError(f"wheel {wheel} is not at its joint")
 
@@ -177,18 +177,37 @@ def switches(run: omniroll.Trajectory) -> Sequence[tuple[float, int, int]]:
 
 def size(task: Task, name: str) -> float:
     """The magnitude of a number, 1 where it is 0."""
-    number, *places = name.replace("]", "").split("[")
-    number = CONSTANTS.get(number, number)
-    kernel = task.kernel
-    if number == "wheel_coulomb":
-        return float(max(np.ravel(effect.wheel_coulomb)[0] for effect in task.effects.effects if effect.axles(kernel)))
-    value = kernel.constant(number) if number in kernel.constant_names else getattr(task.state, number)
-    return abs(float(np.asarray(value)[tuple(map(int, places))].max())) or 1.0
+    number, place = split(name)
+    constant, kernel = CONSTANTS.get(number, number), task.kernel
+    holders = [task.state, *task.effects.effects]
+    value = next((v for v in (getattr(holder, number, None) for holder in holders) if v is not None), 0.0)
+    value = kernel.constant(constant) if constant in kernel.constant_names else value
+    return float(np.abs(np.asarray(value)[place if np.ndim(value) else ()]).max()) or 1.0
 
 
 def derivative(task: Task, run: omniroll.Trajectory, name: str) -> np.ndarray:
     """The derivative of nu, chi, pose and spins at the end by a number."""
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
-        above, below = (end(task, run, name, side * change) for side in (1, -1))
-        return np.array([float((a - b) / (2 * change)) for a, b in zip(above, below, strict=True)])
+        return difference([end(task, run, name, side * change) for side in (1, -1)], change)
+
+
+def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tuple]]:
+    """The same where rollers stick on their disks or wheels may slip; and what happens in these runs, as (time, ...).
+
+    Raises ValueError where other things happen in the run beside.
+    """
+    reference = true_ground if task.kernel.slips else true_bearings
+    with digits(DIGITS, ORDER):
+        change = arb(CHANGE) * size(task, name)
+        runs = [reference.Run(task, name, side * change) for side in (1, -1)]
+        found = difference([run.to_the_end() for run in runs], change)
+    one, other = (sorted((what for _, *what in run.log), key=lambda what: what[0]) for run in runs)
+    if one != other:  # of each wheel by itself: what happens at one instant has no order
+        raise ValueError(f"a change of {CHANGE} of {name} makes other events")
+    return found, runs[0].log
+
+
+def difference(ends: list[State], change: Any) -> np.ndarray:
+    """Of the ends of runs with a number larger and smaller by a change."""
+    return np.array([float((a - b) / (2 * change)) for a, b in zip(*ends, strict=True)])

@@ -8,10 +8,10 @@ laws that are smooth have no contacts that stick; theirs carry or are off (smoot
 import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
-from omniroll.effects.ground import Dynamics, Grip, Ground
+from omniroll.effects.ground import HELD_ROUNDINGS, Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import MOVED, GroundFlow
 from omniroll.effects.ground_loads import UNSETTLED, Carried, GroundFailsError, Loads
-from omniroll.effects.guards import PASSED
+from omniroll.effects.guards import EPS, PASSED
 from omniroll.kernels.kernel import Flow, Kernel
 
 TURNS = 200  # of friction and loads, one for the other
@@ -42,7 +42,10 @@ class LoadBalance:
 
 
 class LoadedGround(Ground):
-    """The contacts in one run whose loads follow the motion; `load` (N,) are those of the last state."""
+    """The contacts in one run whose loads follow the motion; `load` (N,) are those of the last state.
+
+    pressing  (N,) in N, the same where a load that has vanished goes on below zero
+    """
 
     def __init__(self, kernel: Kernel, grip: Grip, rates: BoundRates):
         super().__init__(kernel, grip)
@@ -50,6 +53,7 @@ class LoadedGround(Ground):
         self.balance = LoadBalance(kernel, grip.balance, rates.buffers)
         self.factor = rates.buffers["load_factor"]
         self.factor[:] = 1.0
+        self.pressing = grip.loads
 
     def moved(self) -> None:
         super().moved()
@@ -59,6 +63,15 @@ class LoadedGround(Ground):
         count = len(self.sticks)
         super().pass_guards(passed[:count])
         self.loads.pass_guards(passed[count : 2 * count])
+
+    def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N,) how much more than its load a force (N, 2) asks for, per the largest load at rest; and the rounding of
+        that. Just before a load vanishes a contact that sticks is asked for more than friction, and lets go: a quotient
+        of the two, or a load that is cut off at zero, would hide so short a time from the polynomial of a step."""
+        asked = np.linalg.norm((force / self.grip.static)[:, self.directions], axis=1)
+        size = self.grip.loads.max()
+        excess = np.where(self.off, -1.0, (asked - self.pressing) / size)
+        return excess, HELD_ROUNDINGS * EPS * (asked + np.abs(self.pressing)) / size
 
     def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on
@@ -118,8 +131,12 @@ class LoadedGround(Ground):
         found = self.loads.decide(sums_for, friction=True)
         self.off = ~self.loads.carries
         self.sticks = holds & ~self.off
-        self.load = np.maximum(found.loads, 0.0)
+        self.press(found)
         return found
+
+    def press(self, found: Carried) -> None:
+        """These are the loads."""
+        self.pressing, self.load = found.loads, np.maximum(found.loads, 0.0)
 
 
 class LoadedFlow(GroundFlow):
@@ -138,7 +155,7 @@ class LoadedFlow(GroundFlow):
             return ground.balance()
 
         self.carried = ground.loads.solve(sums_of)
-        ground.load = np.maximum(self.carried.loads, 0.0)
+        ground.press(self.carried)
         factor[:] = self.carried.loads
         found = self.plain(time, y)
         factor[:] = 1.0

@@ -104,7 +104,7 @@ class Mechanics:
             return self.view(y, "axial")
         if "momenta" in self.rate_of:
             momenta = (self.view(state, "momenta") for state in (self.before, y))
-            return self.module.axial_after(self.model, axial, *momenta, y[-1])
+            return middle(self.module.axial_after(self.model, axial, *momenta, y[-1]))
         return axial
 
     def view(self, y: list, name: str) -> Any:
@@ -173,7 +173,8 @@ class Mechanics:
             entering[i] = spin - demanded[i]
         if self.task.switching == "impact" and hasattr(self.module, "impact"):
             nu = self.form("impact")(self.model, nu, after, entering, leaving)
-        return self.with_rollers([*nu, *after, *y[3 + self.wheels :]], axial), axial
+        axial = middle(axial)
+        return self.with_rollers([*middle(nu), *after, *y[3 + self.wheels :]], axial), axial
 
 
 def elementary() -> Any:
@@ -183,6 +184,14 @@ def elementary() -> Any:
 def nested_numbers(value: Any, number: Callable[[float], Any]) -> Any:
     """Nested lists of floats as such lists of numbers."""
     return [nested_numbers(inner, number) for inner in value] if isinstance(value, list) else number(value)
+
+
+def middle(value: Any) -> Any:
+    """A number, or nested lists of them, without the bounds that flint's have: kept from phase to phase they would
+    grow until they swallow the digits."""
+    if isinstance(value, (list, tuple)):
+        return [middle(inner) for inner in value]
+    return value.mid() if hasattr(value, "mid") else value
 
 
 def flat(value: Any) -> Iterator[Any]:

@@ -22,7 +22,7 @@ from omniroll.engine.switching import tau
 from omniroll.errors import SimulationStopped
 from omniroll.studies.accuracy.acting import is_beyond
 from omniroll.studies.accuracy.deviation import deviation
-from omniroll.studies.accuracy.mechanics import Mechanics
+from omniroll.studies.accuracy.mechanics import Mechanics, middle
 from omniroll.vehicles.state import State
 
 DIGITS, ORDER = 28, 26
@@ -391,8 +391,3 @@ def _enclosed(value: Callable[[Any], Any], low: Any, high: Any) -> Any:
         following = middle(high - after * (high - low) / (after - before))
         low, before, high, after = high, after, following, value(following)
     return low
-
-
-def middle(value: Any) -> Any:
-    """A number without the bounds that flint's have."""
-    return value.mid() if hasattr(value, "mid") else value

@@ -1,0 +1,452 @@
+"""Wheels that may slip, in 40 digits: the motion under each law of the ground, with events and rules of its own.
+
+Of the generated formulas it takes the accelerations that given forces of the ground make, the slip velocities and the
+balance of the loads. The laws of friction, which contacts stick, what holds them, and loads that follow the motion are
+solved for here: unknown forces that keep a slip zero (hard.constrained). Effects beside the ground are torques and
+viscous friction of the wheels' axles.
+
+A slip on its way to rest has a direction that turns ever faster, so that the steps of the series shrink with it. What
+is left of it at RESTS, a force of this contact takes away at once: the square of that is left out.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from flint import arb, arb_series
+
+import omniroll
+from hard.constrained import Row, Series, coefficients, first_zero, solved
+from hard.moving import CONSTANTS, larger, split
+from omniroll.engine.runs import Task
+from omniroll.kernels.kernel import kernel
+from omniroll.studies.accuracy.acting import Acting
+from omniroll.studies.accuracy.mechanics import elementary, flat, nested_numbers
+
+ORDER, ERROR = 36, 1e-30  # of the series, and of a step, relative
+RESTS = 1e-14  # m/s
+STILL = 1e-25  # m/s, of a slip that a start does not have
+ZERO = 1e-28  # of a margin
+EDGE = 1e-20  # N^2: static friction has been used up where it has just been found so
+AT_ONCE = 1e-20  # m/s^2, of an acceleration that is not there
+LONGEST = 10_000  # steps
+OWN = ("drive", "axle_viscous")  # effects that may be beside the ground
+STICKS, SLIPS, BEGINS, OFF = "sticks", "slips", "begins", "off"
+
+
+@dataclass
+class Friction:
+    """The numbers of the ground, which may be moved."""
+
+    law: str
+    numbers: dict[str, Any]
+    places: list[Row] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, contact: omniroll.Contact, task: Task) -> "Friction":
+        wheels, found = task.kernel.wheels, {}
+        for name in ("coefficient", "friction", "static_friction"):
+            given = getattr(contact, name)
+            if given is not None:
+                found[name] = [arb(float(v)) for v in np.broadcast_to(given, 2)]
+        for name in ("speed", "height"):
+            if getattr(contact, name) is not None:
+                found[name] = arb(float(getattr(contact, name)))
+        if contact.load is not None:
+            found["load"] = [arb(float(v)) for v in np.broadcast_to(contact.load, wheels)]
+        found["normal_gravity"] = arb(omniroll.vocabulary.STANDARD_GRAVITY)
+        if contact.normal_gravity is not None:
+            found["normal_gravity"] = arb(float(contact.normal_gravity))
+        return cls(contact.law, found)
+
+    def move(self, name: str, place: tuple[int, ...], change: Any) -> bool:
+        """Whether it has a number of this name, which is larger from now on."""
+        if name not in self.numbers:
+            return False
+        self.numbers[name] = larger(self.numbers[name], place, change)
+        return True
+
+    def sliding(self, towards: Row, along_axle: bool) -> Row:
+        """The force per load (regularised, coulomb), or the force (viscous), on a contact that slips `towards`."""
+        axle, rolling = towards if along_axle else (arb(0), towards[1])
+        if self.law == "viscous":
+            first, second = self.numbers["coefficient"]
+            return [-first * axle, -second * rolling]
+        first, second = self.numbers["friction"]
+        square = first * first * axle * axle + second * second * rolling * rolling
+        if self.law == "regularised":
+            square += first * second * self.numbers["speed"] ** 2
+        size = square.sqrt()
+        return [-(first**2) * axle / size, -(second**2) * rolling / size]
+
+    def used_up(self, force: Row, load: Any, along_axle: bool) -> Any:
+        """How much more than the load, in squares of N, a force asks for at this static friction."""
+        first, second = self.numbers.get("static_friction", self.numbers.get("friction"))
+        along, across = force[0] / first, force[1] / second
+        return across * across - load * load + (along * along if along_axle else 0)
+
+
+class Vehicle:
+    """The formulas of a task, with one of its numbers larger by `change`."""
+
+    def __init__(self, task: Task, name: str, change: Any):
+        contact = next(e for e in task.effects.effects if isinstance(e, omniroll.Contact))
+        number, place = split(name)
+        bound, self.task = task.kernel, task
+        effects = [effect for effect in bound.effects if effect in OWN]
+        others = [e for e in task.effects.effects if e is not contact]
+        given = {key: value for e in others for key, value in e.constants(task.vehicle).items()}
+        effects += ["contact", "contact_coulomb", "contact_loads"]
+        self.kernel = own = kernel(
+            task.vehicle, bound.roller_model, "python", effects=tuple(effects), constants=tuple(given.items())
+        )
+        self.module = omniroll.kernels.sets.python_module(own.base, own.effects)
+        self.wheels, self.rollers, self.heavy = own.wheels, own.rollers_per_wheel, own.has_spins
+        constants = dict(zip(own.constant_names, (nested_numbers(c.tolist(), arb) for c in own.constants), strict=True))
+        self.ground, self.is_loaded = Friction.of(contact, task), contact.is_loaded
+        self.start_number, moved = (number, place, change), self.ground.move(number, place, change)
+        kernel_name = CONSTANTS.get(number, number)
+        self.without = self.module.prepare(self.wheels, self.rollers, *constants.values())
+        if kernel_name in constants:
+            constants[kernel_name], moved = larger(constants[kernel_name], place, change), True
+        self.model = self.module.prepare(self.wheels, self.rollers, *constants.values())
+        if not moved and number not in ("nu", "chi", "pose", "spins", "wheel_rates", "contact_spins"):
+            raise ValueError(f"{name} is no number of this reference")
+        self.mass, self.inertia = constants["mass"], constants["wheel_inertia"]
+        self.joint = elementary().circle_ratio(arb(1)) / self.rollers
+        radius, angles = constants["platform_radius"], constants["wheel_angles"]
+        self.places = [[radius * a.cos(), radius * a.sin()] for a in angles]
+        self.contact = contact
+        self.acting = Acting(task, arb) if others else None
+
+    def start(self) -> tuple[Row, list[Row]]:
+        """y = nu, chi, pose, the wheels' rates and the axial speeds of the rollers in contact; and those of others."""
+        state, (number, place, change) = self.task.state, self.start_number
+
+        def given(name: str, values: Any) -> Any:
+            values = nested_numbers(np.asarray(values, float).tolist(), arb)
+            return larger(values, place, change) if name == number else values
+
+        nu, chi, pose = (given(name, getattr(state, name)) for name in ("nu", "chi", "pose"))
+        rates, spins = self.module.wheel_rates(self.model, nu, chi)
+        if self.contact.wheel_rates is not None:
+            rates = given("wheel_rates", np.broadcast_to(self.contact.wheel_rates, self.wheels))
+        if not self.heavy:
+            return [*nu, *chi, *pose, *rates], []
+        turning = self.module.contact_axial(self.model, nu, chi)
+        if self.contact.contact_spins is not None:
+            own = given("contact_spins", np.broadcast_to(self.contact.contact_spins, self.wheels))
+            turning = [t + o - s for t, o, s in zip(turning, own, spins, strict=True)]
+        return [*nu, *chi, *pose, *rates, *turning], self._free(nu, chi)
+
+    def _free(self, nu: Row, chi: Row) -> list[Row]:
+        """The axial speeds of the free rollers: their spins stay where another number is moved."""
+        state = self.task.state
+        old = [nested_numbers(getattr(state, name).tolist(), arb) for name in ("nu", "chi")]
+        axial = nested_numbers(state.free_axial().tolist(), arb)
+        spins = self.module.spins_from_axial(self.without, *old, axial)
+        number, place, change = self.start_number
+        if number == "spins":
+            spins = larger(spins, place, change)
+        return self.module.axial_speeds(self.model, nu, chi, spins)
+
+    def parts(self, y: Row) -> dict[str, Any]:
+        n = self.wheels
+        ends = {"nu": (0, 3), "chi": (3, 3 + n), "pose": (3 + n, 6 + n), "rates": (6 + n, 6 + 2 * n)}
+        ends["contact_omega"] = (6 + 2 * n, 6 + 3 * n)
+        return {name: y[first:last] for name, (first, last) in ends.items()}
+
+    def slip(self, y: Row) -> list[Row]:
+        known = self.parts(y) | {"ground_push": [[arb(0)] * 2] * self.wheels, "load_factor": [arb(1)] * self.wheels}
+        slip, _ = self.call("slip_forces", known)
+        return slip if self.heavy else [[arb(0), rolling] for _, rolling in slip]
+
+    def rates(self, y: Row, forces: list[Row], inputs: dict[str, Any]) -> Row:
+        known = self.parts(y) | inputs | {"ground_push": forces, "load_factor": [arb(1)] * self.wheels}
+        known["heading"] = known["pose"][2]
+        nu_dot, chi_dot, *others = self.call("slip_dynamics", known)
+        pose_dot = self.module.pose_rates(self.model, known["nu"], known["pose"][2])
+        return [*nu_dot, *chi_dot, *pose_dot, *flat(others)]
+
+    def load_sums(self, y: Row, rates: Row, inputs: dict[str, Any]) -> Row:
+        """The sums of the loads and of their moments."""
+        found = self.parts(rates)
+        known = self.parts(y) | inputs | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
+        known |= {"contact_omega_dot": found["contact_omega"], "wheel_mass": arb(0)}
+        known |= {"platform_products": [arb(0)] * 2, "spin_inertia": [self.inertia] * self.wheels}
+        sums, _ = self.call("slip_load_balance", known | self.ground.numbers)
+        return sums
+
+    def call(self, name: str, known: dict[str, Any]) -> Any:
+        inputs = (known[argument.name] for argument in self.kernel.signatures[name].inputs)
+        return getattr(self.module, name)(self.model, *inputs)
+
+    def springs(self, carries: list[bool], z: Row) -> Row:
+        """The loads of equal springs under a platform that sinks and tilts by z."""
+        return [z[0] + z[1] * x + z[2] * y if on else arb(0) for (x, y), on in zip(self.places, carries, strict=True)]
+
+    def moments(self, loads: Row) -> Row:
+        by_place = zip(loads, self.places, strict=True)
+        return [sum(column) for column in zip(*((n, n * x, n * y) for n, (x, y) in by_place), strict=True)]
+
+    def loads_at_rest(self) -> Row:
+        if self.ground.law == "viscous" or "load" in self.ground.numbers:
+            return self.ground.numbers.get("load", [arb(1)] * self.wheels)
+        everywhere, units = [True] * self.wheels, [[arb(int(i == j)) for j in range(3)] for i in range(3)]
+        columns = [self.moments(self.springs(everywhere, unit)) for unit in units]
+        matrix = [list(row) for row in zip(*columns, strict=True)]
+        weight = self.mass * self.ground.numbers["normal_gravity"]
+        return self.springs(everywhere, solved(matrix, [weight, arb(0), arb(0)]))
+
+
+class Phase:
+    """The motion in given modes of the contacts; unknown are what holds contacts, where slips begin to go, and loads.
+
+    towards  (N,) signs of the slips of massless rollers
+    """
+
+    def __init__(self, vehicle: Vehicle, modes: list[str], towards: list[int], inputs: dict[str, Any]):
+        self.v, self.modes, self.towards, self.inputs = vehicle, list(modes), list(towards), inputs
+        self.own = (0, 1) if vehicle.heavy else (1,)  # directions in which contacts may slip
+        self.places: dict[tuple[int, int], int] = {}
+        for i, mode in enumerate(modes):
+            if mode == STICKS or (mode == BEGINS and vehicle.heavy):
+                for c in self.own:
+                    self.places[i, c] = len(self.places)
+        self.of_loads = len(self.places)
+        self.unknowns = self.of_loads + 3 * vehicle.is_loaded
+        self.carries = [mode != OFF for mode in modes]
+        self.at_rest = vehicle.loads_at_rest()
+
+    def signals(self, time: Any) -> dict[str, Any]:
+        given, slopes = self.inputs.get("torque", ([arb(0)] * self.v.wheels,) * 2)
+        torque = [value + slope * time for value, slope in zip(given, slopes, strict=True)]
+        return {"torque": torque} | ({"momenta": self.inputs["momenta"]} if self.v.heavy else {})
+
+    def loads(self, z: Row) -> Row:
+        return self.v.springs(self.carries, z[self.of_loads :]) if self.v.is_loaded else self.at_rest
+
+    def forces(self, y: Row, z: Row) -> list[Row]:
+        slip = self.v.slip(y) if any(mode == SLIPS for mode in self.modes) else None
+        loads, found = self.loads(z), []
+        for i, mode in enumerate(self.modes):
+            if mode == OFF:
+                found.append([arb(0), arb(0)])
+            elif mode == STICKS:
+                found.append([z[self.places[i, c]] if (i, c) in self.places else arb(0) for c in (0, 1)])
+            else:
+                load = arb(1) if self.v.ground.law == "viscous" else loads[i]
+                found.append([load * f for f in self.v.ground.sliding(self.direction(i, slip, z), self.v.heavy)])
+        return found
+
+    def direction(self, i: int, slip: Any, z: Row) -> Row:
+        """In which a contact slips."""
+        if self.v.ground.law == "coulomb" and not self.v.heavy:
+            return [arb(0), arb(self.towards[i])]
+        return slip[i] if self.modes[i] == SLIPS else [z[self.places[i, c]] for c in (0, 1)]
+
+    def rates(self, time: Any, y: Row, z: Row) -> Row:
+        return self.v.rates(y, self.forces(y, z), self.signals(time))
+
+    def kept(self, time: Any, y: Row, z: Row) -> Row:
+        """The slips of contacts that stick; of those that begin to slip, less what the unknown direction makes."""
+        if not self.places:
+            return []
+        slip = self.v.slip(y)
+        return [slip[i][c] - (time * z[k] if self.modes[i] == BEGINS else 0) for (i, c), k in self.places.items()]
+
+    def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
+        if not self.v.is_loaded:
+            return []
+        wanted = self.v.load_sums(y, rates, self.signals(time))
+        return [a - b for a, b in zip(self.v.moments(self.loads(z)), wanted, strict=True)]
+
+
+class Run:
+    """The motion from its start to the end; `log` says what happens, for tests to look at."""
+
+    def __init__(self, task: Task, name: str, change: Any):
+        self.v, self.now, self.end = Vehicle(task, name, change), arb(0), arb(task.duration)
+        self.y, self.axial = self.v.start()
+        self.modes, self.towards, self.log = [SLIPS] * self.v.wheels, [0] * self.v.wheels, []
+        self.decided = list(self.modes)  # when modes were decided last
+        self.guess: Row = []
+        self.resting: set[int] = set()
+        self.released: set[int] = set()
+        self.begun: dict[int, Row] = {}  # first guesses of where slips go
+        self._see()
+
+    def to_the_end(self) -> Row:
+        """nu, chi, pose and spins."""
+        self._decide()
+        for _ in range(LONGEST):
+            if float(self.end - self.now) <= 0:
+                parts = self.v.parts(self.y)
+                spins = []
+                if self.v.heavy:
+                    spins = self.v.module.spins_from_axial(self.v.model, parts["nu"], parts["chi"], self.axial)
+                return [*parts["nu"], *parts["chi"], *parts["pose"], *flat(spins)]
+            self._step()
+        raise ValueError("too many steps")
+
+    def _phase(self) -> Phase:
+        v, inputs = self.v, {}
+        if v.heavy:
+            inputs["momenta"] = v.module.momenta(v.model, self.axial)
+        if v.acting is not None:
+            while v.acting.next_time() <= float(self.now):
+                v.acting.pass_time(v.acting.next_time(), None, v.parts(self.y)["nu"], None)
+            v.acting.begin(self.now)
+            inputs |= v.acting.signals
+        return Phase(v, self.modes, self.towards, inputs)
+
+    def _see(self) -> None:
+        """Which contacts rest, of those that may."""
+        for i, slip in enumerate(self.v.slip(self.y)):
+            if self.v.ground.law == "coulomb" and self.modes[i] == SLIPS:
+                if max(abs(float(s)) for s in slip) < STILL:
+                    self.resting.add(i)
+                elif not self.towards[i]:
+                    self.towards[i] = 1 if float(slip[1]) > 0 else -1
+
+    def _decide(self) -> None:
+        """Contacts at rest stick if friction can hold them; else one after the other begins to slip, against what
+        would hold it, the one that asks for most first."""
+        for i in self.resting:
+            self.modes[i] = STICKS
+        released = set(self.released)
+        for _ in range(self.v.wheels + 1):
+            series = Series(self._phase(), self.y, 0, self._guess_at(self._phase()))
+            z = [c[0] for c in series.z]
+            phase = series.motion
+            forces, loads = phase.forces(self.y, z), phase.loads(z)
+            used = {
+                i: float(self.v.ground.used_up(forces[i], loads[i], self.v.heavy)) + (EDGE if i in released else 0)
+                for i, mode in enumerate(self.modes) if mode == STICKS
+            }  # fmt: skip
+            first = max(used, key=lambda i: used[i], default=None)
+            if first is None or used[first] <= ZERO:
+                break
+            self.modes[first] = BEGINS
+            self.towards[first] = -1 if float(forces[first][1]) > 0 else 1
+            self.begun[first] = [-force / self.v.mass for force in forces[first]]
+        self._check_directions(series)
+        now = [SLIPS if mode == BEGINS else mode for mode in self.modes]
+        self.log += [(float(self.now), i, mode) for i, mode in enumerate(now) if mode != self.decided[i]]
+        self.decided = now
+        self.resting.clear()
+        self.released.clear()
+
+    def _guess_at(self, phase: Phase) -> Row:
+        guess = [arb(0)] * phase.unknowns
+        for (i, c), k in phase.places.items():
+            if self.modes[i] == BEGINS:
+                guess[k] = self.begun[i][c]
+        if self.v.is_loaded:
+            guess[phase.of_loads] = self.v.mass * self.v.ground.numbers["normal_gravity"] / sum(phase.carries)
+        return guess
+
+    def _check_directions(self, series: Series) -> None:
+        """A contact that begins to slip goes where its slip grows; with one friction it has no acceleration yet."""
+        if self.v.heavy or BEGINS not in self.modes:
+            return
+        grown = [arb_series([c[0], r], 2) for c, r in zip(series.y, series.motion.rates(arb(0), self.y, [
+            c[0] for c in series.z]), strict=True)]  # fmt: skip
+        for i, slip in enumerate(self.v.slip(grown)):
+            if self.modes[i] == BEGINS and float(slip[1][1]) * self.towards[i] < -AT_ONCE:
+                raise ValueError(f"contact {i} neither sticks nor slips")
+
+    def _step(self) -> None:
+        phase = self._phase()
+        series = Series(phase, self.y, ORDER, self._guess_at(phase))
+        known = np.inf if self.v.acting is None else self.v.acting.next_time()
+        goal = min(self.end, arb(known), key=float) if known < np.inf else self.end
+        left = goal - self.now
+        h = min(left, arb(series.length(ERROR)), key=float)
+        margins = self._margins(series)
+        found = first_zero([margin for margin, _ in margins], h, ZERO)
+        if found is not None:
+            h = found[0]
+        self.y, z = series.at(h)
+        arrived = found is None and float(left - h) <= 0
+        self.now = goal if arrived else (self.now + h).mid()
+        self.modes = [SLIPS if mode == BEGINS else mode for mode in self.modes]
+        if found is not None:
+            for k in found[1]:
+                margins[k][1]()
+        self._rest_where_little_is_left()
+        if found is not None or self.resting or arrived:
+            self._settle()
+
+    def _margins(self, series: Series) -> list[tuple[Row, Any]]:
+        """Functions, by coefficients, that become positive, and what happens then."""
+        count = ORDER + 1
+        y, z = ([arb_series(c, count) for c in rows] for rows in (series.y, [[*c, 0] for c in series.z]))
+        phase, found = series.motion, []
+        chi = self.v.parts(y)["chi"]
+        for i in range(self.v.wheels):
+            for d in (1, -1):
+                found.append((d * chi[i] - self.v.joint, lambda i=i, d=d: self._switch(i, d)))
+        if self.v.is_loaded:
+            carried = self.v.springs([True] * self.v.wheels, z[phase.of_loads :])
+            for i, load in enumerate(carried):
+                sign = 1 if self.modes[i] == OFF else -1
+                found.append((sign * load, lambda i=i: self._lift(i)))
+        if self.v.ground.law == "coulomb":
+            forces, loads, slip = phase.forces(y, z), phase.loads(z), self.v.slip(y)
+            for i, mode in enumerate(self.modes):
+                if mode == STICKS:
+                    excess = self.v.ground.used_up(forces[i], loads[i], self.v.heavy)
+                    found.append((excess, lambda i=i: self.released.add(i)))
+                elif mode == SLIPS:
+                    first = [s[0].mid() for s in map(arb_series, slip[i])]
+                    toward = -sum(a * b for a, b in zip(first, slip[i], strict=True)) / sum(a * a for a in first)
+                    found.append((toward, lambda i=i: self.resting.add(i)))
+        return [(coefficients(margin, count), happens) for margin, happens in found]
+
+    def _lift(self, i: int) -> None:
+        self.modes[i], self.towards[i] = SLIPS if self.modes[i] == OFF else OFF, 0
+        self._see()
+
+    def _switch(self, i: int, direction: int) -> None:
+        """No speed changes: the roller that comes into contact has the axial speed that it has."""
+        n = self.v.wheels
+        self.y[3 + i] = (-direction * self.v.joint).mid()
+        self.log.append((float(self.now), i, "switch"))
+        if self.v.heavy:
+            place, axial = 6 + 2 * n + i, list(self.axial[i])
+            leaving = self.y[place]
+            self.y[place] = axial.pop(-1 if direction > 0 else 0)
+            self.axial[i] = [leaving, *axial] if direction > 0 else [*axial, leaving]
+            if self.modes[i] == STICKS:
+                self.modes[i] = SLIPS
+                self._see()
+
+    def _rest_where_little_is_left(self) -> None:
+        """What is left of a slip goes, with what it does to contacts that stick: in the modes that follow."""
+        if self.v.ground.law != "coulomb":
+            return
+        slip = self.v.slip(self.y)
+        for i, mode in enumerate(self.modes):
+            left = max(abs(float(s)) for s in slip[i])
+            if mode == SLIPS and self.v.heavy and left < RESTS:
+                self.resting.add(i)
+
+    def _settle(self) -> None:
+        rests = [i for i in self.resting if self.modes[i] == SLIPS]
+        for i in rests:
+            self.modes[i] = STICKS
+        if rests:
+            self._take_away()
+        self.resting |= {i for i, mode in enumerate(self.modes) if mode == STICKS}
+        self._decide()
+
+    def _take_away(self) -> None:
+        """Forces of the contacts that stick bring their slips to zero at once."""
+        phase = self._phase()
+        series = Series(phase, self.y, 0, self._guess_at(phase))
+        slip = self.v.slip(self.y)
+        left = [slip[i][c] for i, c in phase.places] + [arb(0)] * (phase.unknowns - phase.of_loads)
+        impulse = solved(series.matrix, [-value for value in left])
+        for value, response in zip(impulse, series.response, strict=True):
+            self.y = [(y + value * r).mid() for y, r in zip(self.y, response, strict=True)]

@@ -1,0 +1,73 @@
+"""The runs in 40 digits on the ground, which the hard case `derivatives-at-events` compares with, against closed forms;
+and derivatives of runs against them, of one run of each kind that is quick."""
+
+import numpy as np
+import pytest
+
+from omniroll import Bearings, Contact, TorqueTable
+from omniroll.vocabulary import STANDARD_GRAVITY
+from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative
+from tests.sensitivities.test_sticking_contacts import ROLLING, STILL
+
+pytest.importorskip("flint")
+
+from hard import true_sensitivities  # noqa: E402
+from hard.setting import Setting  # noqa: E402
+
+HEADING = 8  # in a row of nu, chi and pose
+ON_THE_SPOT = STILL | {"chi": (0.0, 0.0, 0.0)}
+LOADED = Contact(law="coulomb", friction=0.3, wheel_rates=0.0, loads="dynamic", height=0.05)
+
+
+def true(case, name):
+    """The derivative at the end of a run, and what happens in it."""
+    start = START | ({"spins": SPINS} if case.roller_model == "free" else {}) | case.start
+    setting = Setting(case.roller_model, case.switching, "compiled")
+    task = setting.task(case.vehicle, **start, effects=case.effects, duration=case.duration)
+    return true_sensitivities.derivative_over_events(task, name)
+
+
+def test_wheels_that_come_to_rest_on_the_spot_do_as_in_closed_form():
+    """J chi'' = l F, I theta'' = 3 R F, F = -mu M g/3 until l chi' + R theta' = 0; then nothing changes any more."""
+    mu, rate, end = 0.01, 2.0, 1.0
+    ground = Contact(law="coulomb", friction=mu, wheel_rates=rate)
+    found, log = true(Case("massless", effects=(ground,), start=ON_THE_SPOT, duration=end), "friction")
+    radius, arm = VEHICLE.wheel_radius, VEHICLE.platform_radius
+    load = VEHICLE.mass * STANDARD_GRAVITY / 3
+    slowing = radius**2 / VEHICLE.wheel_inertia + 3 * arm**2 / VEHICLE.yaw_inertia
+    rest = radius * rate / (mu * load * slowing)
+    turning = -3 * arm * radius * rate / (VEHICLE.yaw_inertia * slowing)
+    assert [what[2] for what in log if what[2] != "switch"] == ["sticks"] * 3
+    assert found[HEADING] == pytest.approx(turning / 2 * rest / mu, rel=1e-13)
+
+
+def test_wheels_that_let_go_together_do_as_in_closed_form():
+    """While they stick (l + 3 J R^2/(l I)) F = -a t; from |F| = mu_s M g/3 on I theta'' = -3 R mu M g/3."""
+    mu, static, top = 0.2, 0.3, 2.0
+    radius, arm, wheel, yaw = (
+        getattr(VEHICLE, name) for name in ("wheel_radius", "platform_radius", "wheel_inertia", "yaw_inertia")
+    )
+    load = VEHICLE.mass * STANDARD_GRAVITY / 3
+    begins_by = load * (radius + 3 * wheel * arm**2 / (radius * yaw)) / top
+    ground = Contact(law="coulomb", friction=mu, static_friction=static)
+    push = TorqueTable((0.0, 1.0), ((0.0,) * 3, (top,) * 3))
+    duration = static * begins_by + 0.02
+    case = Case("massless", effects=(ground, push), start=ON_THE_SPOT, duration=duration)
+    found, log = true(case, "static_friction")
+    by_static = -3 * arm / yaw * load * begins_by * (static - mu)
+    assert [what[2] for what in log if what[2] != "switch"] == ["sticks"] * 3 + ["slips"] * 3
+    assert found[2] / VEHICLE.yaw_scale == pytest.approx(by_static, rel=1e-13)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case, number", [
+    (Case("massless", effects=(ROLLING,), duration=0.6), "mass"),
+    (Case("massless", effects=(LOADED,), duration=0.1), "height"),
+    (Case("massless", effects=(Contact(40.0),), duration=0.7), "coefficient"),
+    (Case("free", effects=(Bearings(roller_coulomb=2e-5),), duration=0.02), "roller_coulomb"),
+], ids=["coulomb", "loads", "viscous", "rollers"])  # fmt: skip
+def test_derivatives_of_runs_are_differences_of_runs_in_40_digits(case, number):
+    wanted, log = true(case, number)
+    assert log
+    found = derivative(case.run(sensitivities=(number,), accuracy=1e-12), number)
+    assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
