@@ -83,6 +83,9 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
+#if SET_SLIPS
+    put_own_rates(w);
+#endif
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
     memcpy(w->node.node, run->node, nodes*sizeof(double));
@@ -189,11 +192,10 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
 static int grazes(const variations_t *w, long long row, const int *direction)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rate[MOST_WHEELS], moved[MOST_WHEELS];
-    const lanes_t still[3] = {{0}};
+    lanes_t rate[MOST_WHEELS];
     double fastest = 0;
     put_state(w, row, w->point);
-    set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate, moved);
+    wheel_rates_at(w, w->point, rate);
     for (int i = 0; i < wheels; i++)
         fastest = lanes_abs(rate[i])[0] > fastest ? lanes_abs(rate[i])[0] : fastest;
     for (int i = 0; i < wheels; i++)

@@ -21,6 +21,19 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
         point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
 
+/* The wheels' rates at a point. */
+ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, lanes_t *rate)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+#if SET_SLIPS
+    memcpy(rate, point + POINT_CORE, wheels*sizeof *rate);
+#else
+    lanes_t moved[MOST_WHEELS];
+    const lanes_t still[3] = {{0}};
+    set_wheel_speeds_along(wheels, w->vehicle, point, still, rate, moved);
+#endif
+}
+
 /* The rates in a row of all that deviates: one number in all lanes. The row's state is left in w->point. */
 NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
 {
@@ -31,7 +44,7 @@ NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *ra
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
     rates_along(wheels, &at, &along, rate, moved);
-    set_wheel_speeds_along(wheels, w->vehicle, w->point, still, rate + 3, moved);
+    wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->core - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
@@ -193,6 +206,20 @@ static void exchange_rollers(variations_t *w, int group, long long row, const in
 }
 #endif
 
+#if SET_HAS_CONTACT_SPEEDS
+/* Where wheels may slip no speed changes: the entering roller comes with the axial speed that it has. */
+static void exchange_contacts(variations_t *w, int group, long long row, const int *direction, lanes_t *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), own = POINT_CORE + wheels;
+    const long long *const leaves = w->run->contact + row*wheels, *const enters = leaves + wheels;
+    for (int i = 0; i < wheels; i++)
+        if (direction[i]) {
+            w->axial[(i*w->rollers + (int)leaves[i])*w->groups + group] = moved[own + i];
+            moved[own + i] = w->axial[(i*w->rollers + (int)enters[i])*w->groups + group];
+        }
+}
+#endif
+
 /* The state and its deviations after the wheels have switched together, in one vector of columns. */
 static void apply_switch(variations_t *w, int group, long long row, const int *direction, lanes_t *at, lanes_t *moved)
 {
@@ -213,6 +240,8 @@ static void apply_switch(variations_t *w, int group, long long row, const int *d
 #if SET_HAS_IMPACT
     if (w->run->impact)
         strike(w, group, direction, at, moved, chi_before, chi_moved, spin, spin_moved);
+#elif SET_HAS_CONTACT_SPEEDS
+    exchange_contacts(w, group, row, direction, moved);
 #else
     (void)group;
 #endif
@@ -251,7 +280,7 @@ ALWAYS_INLINE void come_to_switch(variations_t *w, int group, long long phase, l
 ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lanes_t *at, lanes_t *moved)
 {
     const int wheels = OWN_WHEELS(w->wheels), groups = w->groups;
-#if SET_CORE_PARTS
+#if SET_HAS_ROLLERS && SET_CORE_PARTS
     const int count = w->wheels*(w->rollers - 1);
     lanes_t axial[count], axial_moved[count];
     axial_in_row(w, row + 1, axial);

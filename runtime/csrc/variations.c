@@ -2,8 +2,8 @@
  *
  * Where y' = f(y, u, p) and y(t) is known, a deviation follows d' = f_y d + f_u du + f_p dp. The core c has to be
  * solved for. What it carries and feels, g (the wheels' angles, the heading), has rates that are linear in the core,
- * with constants: g' = W c + G. With the rates r of the core at the nodes, T the integral up to each node and h the
- * length,
+ * with constants: g' = W c + G. That is by nu alone, and where wheels may slip by their rates as well. With the rates r
+ * of the core at the nodes, T the integral up to each node and h the length,
  *
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
@@ -16,6 +16,7 @@
 #include "variations_calls.h"
 
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
+#define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
@@ -36,7 +37,7 @@ typedef struct {
     nodes_t *slope;             /* core x directions                                            */
     nodes_t *core_by, *chi_by, *pose_by;    /* of each number: core, wheels, 3                  */
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
-    double carries[MOST_WHEELS + 1][3];     /* W                                                */
+    double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
     nodes_t node;               /* where the nodes are, from 0 to 1                             */
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
@@ -68,6 +69,9 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
         return point_chi(w) + place - 3;
     return pose > 2 ? pose : pose == 2 ? point_heading(w) : -1;
 }
+
+/* Where a number of the core stands among the deviations. */
+ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a : a + 3 + w->wheels; }
 
 /* The place of a direction among those. */
 ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
@@ -139,11 +143,43 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     }
 }
 
-/* The same of the rates of the wheels and of the pose. Those of the wheels are linear in nu, with constants. */
-NEVER_INLINE void slopes_of_carried(variations_t *w, int b)
+#if SET_SLIPS
+/* The wheels' rates are numbers of the core, whatever the vehicle's are. */
+static void put_own_rates(variations_t *w)
+{
+    memset(w->carries, 0, sizeof w->carries);
+    memset(w->chi_by, 0, (w->run->models - 1)*w->wheels*sizeof *w->chi_by);
+    for (int i = 0; i < w->wheels; i++)
+        w->carries[i][3 + i] = 1;
+}
+#else
+/* The same of the wheels' rates, which are linear in nu, with constants. */
+static void slopes_of_wheels(variations_t *w, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    lanes_t rate[3], rate_along[3], chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
+    lanes_t chi_dot[MOST_WHEELS], chi_dot_along[MOST_WHEELS];
+    for (int d = 0; d < 3 + w->run->models - 1; d++) {
+        const int number = d - 3;
+        lanes_t nu[3] = {{0}};
+        if (number < 0)
+            nu[d] = lanes_of(1);
+        set_wheel_speeds_along(wheels, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point, nu, chi_dot,
+                               chi_dot_along);
+        for (int i = 0; i < wheels; i++) {
+            if (number < 0)
+                w->carries[i][d] = chi_dot_along[i][0];
+            else
+                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
+        }
+    }
+}
+#endif
+
+/* The same of the rates of the pose. */
+NEVER_INLINE void slopes_of_pose(variations_t *w, int b)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t rate[3], rate_along[3];
     for (int d = 0; d < 4 + w->run->models - 1; d++) {
         const int number = d - 4;
         const vehicle_t *const v = &w->vehicle[number < 0 ? 0 : number + 1];
@@ -155,16 +191,7 @@ NEVER_INLINE void slopes_of_carried(variations_t *w, int b)
         set_pose_rates_along(wheels, v, w->point, w->point[point_heading(w)], nu, heading, rate, rate_along);
         for (int c = 0; c < 3; c++)
             *(number < 0 ? &w->pose_slope[c][d].lanes[b] : &w->pose_by[3*number + c].lanes[b]) = rate_along[c];
-        if (d == 3)
-            continue;
-        set_wheel_speeds_along(wheels, v, w->point, nu, chi_dot, chi_dot_along);
-        for (int i = 0; i < wheels; i++) {
-            if (number < 0)
-                w->carries[i][d] = chi_dot_along[i][0];
-            else
-                w->chi_by[number*wheels + i].lanes[b] = chi_dot_along[i];
-        }
-        if (number < 0)
+        if (d < 3)
             w->carries[wheels][d] = rate_along[2][0];
     }
 }
@@ -198,7 +225,10 @@ static void put_slopes(variations_t *w, long long step, long long row)
     for (int b = 0; b < w->blocks; b++) {
         put_point(w, step, row, b);
         slopes_of_core(w, row, b);
-        slopes_of_carried(w, b);
+#if !SET_SLIPS
+        slopes_of_wheels(w, b);
+#endif
+        slopes_of_pose(w, b);
     }
 }
 
@@ -246,6 +276,16 @@ static void integrate(const variations_t *w, double h, const lanes_t *rate, lane
     add_product(w, w->once, h, rate, value);
 }
 
+/* The rate of something carried by the numbers of the core that carry it, each `stride` vectors behind the other. */
+ALWAYS_INLINE lanes_t carried_by(const variations_t *w, const double *carries, const lanes_t *nu, const lanes_t *rates,
+                                 int stride)
+{
+    lanes_t sum = carries[0]*nu[0] + carries[1]*nu[stride] + carries[2]*nu[2*stride];
+    for (int i = 0; i < SET_SLIPS*w->wheels; i++)
+        sum += carries[3 + i]*rates[i*stride];
+    return sum;
+}
+
 /* What the core feels at the nodes, but for what the core's own rates do to it. */
 static void put_felt(variations_t *w, double h)
 {
@@ -257,8 +297,8 @@ static void put_felt(variations_t *w, double h)
         const int stride = is_chi ? w->wheels : 3;
         lanes_t *const at = w->felt_at + f*NODES*groups, *const rate = w->carried_at;
         for (int g = 0; g < groups; g++) {
-            const lanes_t carried = carries[0]*w->moved[g] + carries[1]*w->moved[groups + g]
-                + carries[2]*w->moved[2*groups + g];
+            const lanes_t *const moved = w->moved + g;
+            const lanes_t carried = carried_by(w, carries, moved, moved + place_of_core(w, 3)*groups, groups);
             for (int j = 0; j < w->nodes; j++)
                 rate[j*groups + g] = carried, at[j*groups + g] = w->moved[place*groups + g];
         }
@@ -293,7 +333,7 @@ static void put_matrix(variations_t *w, double h, int a, int solved)
     const nodes_t *const slope = w->slope + a*w->directions;
     for (int c = 0; c < solved; c++) {
         nodes_t twice = {{{0}}};
-        for (int f = 0; c < 3 && f < w->felt; f++)
+        for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
             for (int b = 0; b < w->blocks; b++)
                 twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
         const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
@@ -332,7 +372,7 @@ static void put_right(variations_t *w, double h, int a, int width)
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
                 if (!still[c])
-                    add_moved(slope + c, j, w->moved[(c < 3 ? c : c + 3 + w->wheels)*groups + g], sum);
+                    add_moved(slope + c, j, w->moved[place_of_core(w, c)*groups + g], sum);
             for (int f = 0; f < w->felt; f++)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
@@ -429,7 +469,7 @@ static void put_core(variations_t *w, double h, int width)
         lanes_t *const at = w->core_at + a*NODES*groups;
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
-                at[j*groups + g] = w->moved[(a < 3 ? a : a + 3 + w->wheels)*groups + g];
+                at[j*groups + g] = w->moved[place_of_core(w, a)*groups + g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
             memcpy(rate + j*groups, w->row[a*w->nodes + j] + width, groups*sizeof *rate);
@@ -441,15 +481,14 @@ static void put_core(variations_t *w, double h, int width)
 static void put_carried_rates(variations_t *w, double h)
 {
     const int groups = w->groups, wheels = w->wheels;
-    const lanes_t *const core = w->core_at;
+    const lanes_t *const core = w->core_at, *const rates = core + 3*NODES*groups;
     lanes_t *const heading = w->felt_at;            /* not needed any more */
     for (int i = 0; i <= wheels; i++) {
         const int place = i < wheels ? i : wheels + 2;
         for (int j = 0; j < w->nodes; j++) {
             lanes_t *const to = w->carried_at + (place*NODES + j)*groups;
-            for (int g = 0; g < groups; g++)
-                to[g] = w->carries[i][0]*core[j*groups + g] + w->carries[i][1]*core[(NODES + j)*groups + g]
-                    + w->carries[i][2]*core[(2*NODES + j)*groups + g];
+            for (int k = j*groups, g = 0; g < groups; k++, g++)
+                to[g] = carried_by(w, w->carries[i], core + k, rates + k, NODES*groups);
             if (i < wheels)
                 add_numbers(w, w->chi_by, wheels, i, j, to);
             else
@@ -510,7 +549,7 @@ static int are_seen(const variations_t *w, double h, int width)
 static int put_core_rates(variations_t *w, double h)
 {
     put_still(w);
-    const int apart = w->core > 3 && stand_apart(w), solved = apart ? 3 : w->core;
+    const int apart = w->core > 3 && !SET_SLIPS && stand_apart(w), solved = apart ? 3 : w->core;
     const int unknowns = w->nodes*solved, width = unknowns/LANES;
     for (int a = 3; apart && a < w->core; a++)
         put_answer(w, h, a);

@@ -1,21 +1,32 @@
 """Functions with slopes in a direction against the complex step on the functions themselves."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from omniroll import Vehicle
+from omniroll import Bearings, Contact, Vehicle
 from omniroll.codegen.along import ALONG, SUFFIX
+from omniroll.codegen.on_demand import Programs
+from omniroll.codegen.programs import steps
+from omniroll.effects.effect_set import EffectSet
 from omniroll.kernels import sets
-from omniroll.kernels.kernel import kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+
+DATA = Path(__file__).parents[2] / "generated" / "data"
+VISCOUS = (Contact((40.0, 30.0)),)
+REGULARISED = (Contact(law="regularised", friction=(0.3, 0.4), speed=0.05), Bearings(roller_viscous=1e-5))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model", ["massless", "locked", "free"])
-def test_slopes_are_those_of_the_functions(model):
-    plain, random = kernel(Vehicle.paper(), model, "python"), np.random.default_rng(3)
-    made = sets.python_module(model, (ALONG,))
-    signatures = {f["name"]: f for f in sets.functions(model, (ALONG,))}
+@pytest.mark.parametrize("model, effects", [
+    ("massless", ()), ("locked", ()), ("free", ()), ("massless", VISCOUS), ("free", VISCOUS), ("massless", REGULARISED),
+    ("free", REGULARISED),
+])  # fmt: skip
+def test_slopes_are_those_of_the_functions(model, effects):
+    plain, random = EffectSet(effects).kernel(Vehicle.paper(), model, "python"), np.random.default_rng(3)
+    made = sets.python_module(plain.base, (*plain.effects, ALONG))
+    signatures = {f["name"]: f for f in sets.functions(plain.base, (*plain.effects, ALONG))}
     constants = dict(zip(plain.constant_names, plain.constants, strict=True))
     moved = {name: value * random.uniform(-1, 1, value.shape) for name, value in constants.items()}
     tangents = TangentKernel(plain, moved)
@@ -37,3 +48,17 @@ def test_slopes_are_those_of_the_functions(model):
             assert np.abs(np.array(slope) - tangent_of(own)).max() <= 1e-12 * size, name
             compared += 1
     assert compared >= (5 if model == "massless" else 6)
+
+
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+def test_a_step_whose_slopes_are_a_rule_is_the_same_in_all_functions(model):
+    """A rule belongs to a name. Where another function gave this name to something else, it would be wrong there."""
+    programs = Programs.load(DATA)
+    rules, base = programs.registry.derivatives.rules, programs.base(model)
+    found: dict[str, set] = {}
+    for function in base.functions:
+        for step in steps(function.body):
+            if step.kind == "let" and (step.name in rules.slopes or step.name in rules.still):
+                found.setdefault(step.name, set()).add(step.expression)
+    assert len(found) >= 5
+    assert {name for name, expressions in found.items() if len(expressions) > 1} == set()

@@ -31,7 +31,8 @@ LEVEL = "x86-64-v3"
 HERE = Path(__file__).resolve().parent
 HEADER = Path("/usr/include/valgrind/callgrind.h")
 LONGEST = 1800  # seconds
-CONTROLLED, FOLLOWED = ", controlled", ", deviations"  # behind a task's name: with its control; what follows them
+# Behind a task's name: with its control; what follows the deviations; all that is done for the derivatives.
+CONTROLLED, FOLLOWED, DERIVED = ", controlled", ", deviations", ", derivatives"
 WRITTEN = re.compile(r"^desc: Trigger: Client Request: (.+?)$.*?^summary: (\d+)", re.MULTILINE | re.DOTALL)
 MARKS = """
 void start_counting(void);
@@ -78,11 +79,11 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
     return {name: Count(_instructions(texts[name]), **figures[name]) for name in names}
 
 
-def counted_with_sensitivities(module: str, name: str) -> tuple[int, int]:
-    """Instructions of a run whose task asks for sensitivities, with its control, and of following its deviations: what
-    `simulate` does for them, in C and in Python."""
+def counted_with_sensitivities(module: str, name: str) -> tuple[int, int, int]:
+    """Instructions of a run whose task asks for sensitivities, with its control; of following its deviations; and of all
+    that `simulate` does for the derivatives, in C and in Python."""
     _, texts = under_callgrind(module, [name])
-    return _instructions(texts[name + CONTROLLED]), _instructions(texts[name + FOLLOWED])
+    return tuple(_instructions(texts[name + part]) for part in (CONTROLLED, FOLLOWED, DERIVED))
 
 
 def _instructions(text: str) -> int:
@@ -179,6 +180,8 @@ def main(marks_library: str, module: str, *names: str) -> None:
             marks.lib.write_down((name + CONTROLLED).encode())
             count_calls(CompiledVariations, "follow", task(name), marks)
             marks.lib.write_down((name + FOLLOWED).encode())
+            count_calls(simulating, "with_sensitivities", task(name), marks)
+            marks.lib.write_down((name + DERIVED).encode())
     print(json.dumps(found))
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from omniroll import Bearings, Motor, Vehicle
+from omniroll import Bearings, Contact, Motor, Vehicle
 
 TWELVE = (
     "nu[0]", "nu[1]", "nu[2]", "chi[0]", "chi[1]", "pose[2]", "mass", "yaw_inertia", "wheel_inertia", "roller_inertia",
@@ -10,12 +10,18 @@ TWELVE = (
 )  # fmt: skip
 MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4, rotor_inertia=1e-6)
 FRICTION = Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
+VISCOUS = Contact((40.0, 30.0))
+REGULARISED = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05)
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
     "free": {"roller_model": "free"},
     "friction": {"roller_model": "free", "effects": [FRICTION]},
     "motors": {"roller_model": "locked", "effects": [MOTOR]},
+    "massless, viscous": {"roller_model": "massless", "effects": [VISCOUS]},
+    "massless, regularised": {"roller_model": "massless", "effects": [REGULARISED]},
+    "viscous": {"roller_model": "free", "effects": [VISCOUS]},
+    "regularised": {"roller_model": "free", "effects": [REGULARISED]},
 }
 
 

@@ -184,8 +184,10 @@ def _with_places(number: str, moved: np.ndarray, plain: Kernel) -> dict[str, np.
 
 def stacked(columns: Sequence[Column], tangents: Callable[[Column], Mapping], shapes: Mapping) -> dict:
     """(P, ...) tangents by key, 0 in the columns that have none; `shapes` of all keys."""
-    found = {key for column in columns for key in tangents(column)}
-    return {
-        key: np.stack([np.asarray(tangents(column).get(key, np.zeros(shapes[key]))) for column in columns])
-        for key in found
-    }
+    found: dict = {}
+    for place, column in enumerate(columns):
+        for key, tangent in tangents(column).items():
+            if key not in found:
+                found[key] = np.zeros((len(columns), *shapes[key]))
+            found[key][place] = tangent
+    return found

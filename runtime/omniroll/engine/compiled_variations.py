@@ -31,7 +31,8 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.spins_stick or plain.slips:
+    stands = plain.slips and deviations.sticking  # axles that stick beside wheels that slip
+    if deviations.spins_stick or deviations.grips or deviations.loaded or stands:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -51,6 +52,16 @@ def _names(base: str, effects: tuple[str, ...], wheels: int, sharp: bool) -> tup
     return tuple(tuple(module.ffi.string(text).decode().split()) for text in texts)
 
 
+@cache
+def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
+    """What C takes of so many nodes, for steps with polynomials of this degree."""
+    nodes = gauss(count)
+    return {
+        "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
+        "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.last,
+    }  # fmt: skip
+
+
 class Models:
     """The constants of a vehicle in C with their slopes by numbers: the first in which nothing deviates, then the
     numbers, one after the other."""
@@ -59,25 +70,31 @@ class Models:
         self.ffi, self.lib, self.plain = module.ffi, module.lib, plain
         self.kept: list = []
         fields = {name for name, _ in self.ffi.typeof("omniroll_vehicle").fields}
-        self.own = {n: v for n, v in zip(plain.constant_names, plain.constants, strict=True) if n in fields}
-        still = {name: np.zeros_like(value) for name, value in self.own.items()}
-        models = [self._prepared(still)]
+        own = {n: v for n, v in zip(plain.constant_names, plain.constants, strict=True) if n in fields}
+        vehicle = self.ffi.new("omniroll_vehicle *")
+        vehicle.wheels, vehicle.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
+        self._put(vehicle, "", own)
+        self._put(vehicle, SUFFIX, {name: np.zeros_like(value) for name, value in own.items()})
+        models = [self._prepared(vehicle, {})]
         for column in numbered:
-            models.append(self._prepared(still | {n: own[column] for n, own in tangents.items() if n in self.own}))
+            models.append(self._prepared(vehicle, {n: way[column] for n, way in tangents.items() if n in own}))
         self.pointers = self.ffi.new("omniroll_model *[]", models)
 
     def __len__(self) -> int:
         return len(self.pointers)
 
-    def _prepared(self, moved: Mapping[str, np.ndarray]):
+    def _put(self, vehicle, suffix: str, values: Mapping[str, np.ndarray]) -> None:
+        """Put values into the fields of their names with the suffix."""
+        for name, value in values.items():
+            array = np.asarray(value, float, order="C")
+            setattr(vehicle, name + suffix, self.ffi.from_buffer("double[]", array) if array.ndim else float(array))
+            self.kept.append(array)
+
+    def _prepared(self, still, moved: Mapping[str, np.ndarray]):
+        """The model of a vehicle in which nothing deviates, but for these constants."""
         ffi, wheels, slots = self.ffi, self.plain.wheels, self.plain.rollers_per_wheel - 1
-        vehicle, model = ffi.new("omniroll_vehicle *"), ffi.new("omniroll_model *")
-        vehicle.wheels, vehicle.rollers_per_wheel = wheels, self.plain.rollers_per_wheel
-        for suffix, values in (("", self.own), (SUFFIX, moved)):
-            for name, value in values.items():
-                array = np.asarray(value, float, order="C")
-                setattr(vehicle, name + suffix, ffi.from_buffer("double[]", array) if array.ndim else float(array))
-                self.kept.append(array)
+        vehicle, model = ffi.new("omniroll_vehicle *", still[0]), ffi.new("omniroll_model *")
+        self._put(vehicle, SUFFIX, moved)
         storage = [ffi.new("omniroll_wheel[]", wheels)]
         if self.plain.has_spins:
             storage.append(ffi.new("omniroll_roller[]", slots))
@@ -111,7 +128,8 @@ class CompiledVariations:
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        self.nodes = FEWER if motion.trajectory.accuracy <= FINE else NODES  # from row to row
+        few = motion.trajectory.accuracy <= FINE and not motion.plain.slips  # whose slips decay fast in its steps
+        self.nodes = FEWER if few else NODES  # from row to row
         self.asked = 0
         self._fill(holds)
 
@@ -145,15 +163,11 @@ class CompiledVariations:
     def _take_nodes(self, wanted: int) -> None:
         """Work with so many nodes in a step, where vectors are no wider."""
         count = self.module.lib.omniroll_variations_nodes(wanted)
-        run, nodes = self.struct[0], gauss(count)
+        run = self.struct[0]
         if run.nodes == count:
             return
         run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0
-        tables = {
-            "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
-            "weight": weights_at(run.degree, nodes.nodes), "gauss_last": nodes.last,
-        }  # fmt: skip
-        for name, array in tables.items():
+        for name, array in _tables(run.degree, count).items():
             setattr(run, name, self._pointer(array, float))
 
     def _pointer(self, array: np.ndarray, kind: type):

@@ -167,7 +167,9 @@ class Columns:
     @cached_property
     def numbered(self) -> np.ndarray:
         """(Q,) the columns whose numbers the generated functions know."""
-        moves = [any(tangent[k].any() for tangent in self.constants.values()) for k in range(len(self))]
+        moves = np.zeros(len(self), bool)
+        for tangent in self.constants.values():
+            moves |= tangent.reshape(len(self), -1).any(axis=1)
         return np.flatnonzero(moves)
 
     @cached_property

@@ -265,7 +265,7 @@ class Sweep:
             moved[:] = self.holds.turned(row, moved, self.inputs_at(row))
         if self.holds is not None and self.holds.enters[row]:
             moved[:] = self.holds.entered(row, moved)
-        while self.drives.next_time() <= self.trajectory.elapsed[row]:
+        while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
     def _jumped(self, row: int) -> bool:
@@ -312,6 +312,11 @@ class Sweep:
 
     def _put_start(self, compiled: CompiledVariations) -> None:
         places, given, plain = self.deviations.places, self.columns.start, self.motion.plain
+        if plain.slips:
+            self.rows[0], axial = self._start()
+            if axial is not None:
+                self.axial[0] = axial.T.reshape(self.axial.shape[1:])
+            return
         for name in ("nu", "chi", "pose"):
             if name in given:
                 self.rows[0, places[name]] = given[name].T
