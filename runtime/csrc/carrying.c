@@ -94,7 +94,11 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
 #if SET_GRIPS
     lanes_t unit[2*MOST_WHEELS];
     int responds = 0;
-    forces_along(run, work, unit);
+    for (int i = 0; i < wheels; i++)
+        responds |= !holds[i];
+    if (responds)
+        forces_along(run, work, unit);
+    responds = 0;
 #endif
 #if SET_LOADED_AXLES
     for (int lane = 0; lane < LANES; lane++)
@@ -463,6 +467,14 @@ static double turn_of_loads(const step_t *s, const int wheels)
     return turned;
 }
 
+/* Whether the mode of a load ends at the end of a step that ends where a load's does. */
+static int ends_load(const step_t *s, int k)
+{
+    double rate;
+    const double value = load_at_end(s, k, &rate);
+    return s->landing == first_load(s) + k || (rate > 0 && value > -LOAD_ROUNDING);
+}
+
 /* A step has been taken. */
 static void loads_have_moved(omniroll_run_t *run, const step_t *s)
 {
@@ -474,10 +486,7 @@ static void loads_have_moved(omniroll_run_t *run, const step_t *s)
         run->ground.sums[k] = weighted(&sums, &gauss_end);
     }
     for (int k = 0; k <= wheels; k++) {
-        double rate;
-        const double value = load_at_end(s, k, &rate);
-        const int ends = s->landing == first_load(s) + k || (s->landing >= first_load(s) && rate > 0
-            && value > -LOAD_ROUNDING);
+        const int ends = s->landing >= first_load(s) && ends_load(s, k);
         run->ground.passed += ends;
         run->ground.undecided |= ends;
         if (k == wheels)

@@ -12,6 +12,11 @@
 #include "step.h"
 
 #define TURN 6.283185307179586
+#if SET_GRIPS
+#define SET_ACTING SET_MODES_INPUT  /* inputs that change in a phase; the others are modes of contacts         */
+#else
+#define SET_ACTING SET_INPUTS
+#endif
 #define FORCE_NOISE 64              /* roundings that the polynomials of a held force may have               */
 
 /* Whether a wheel turns, 1 or 0. Where its axle sticks, its rate is rounding alone, which would add up in its angle. */
@@ -57,6 +62,36 @@ ALWAYS_INLINE void integrate_core(step_t *s, int c)
 }
 #endif
 
+/* Whether nothing at the nodes feels the speeds of contacts that stick: all do, and the core has no more than these. */
+ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
+{
+#if SET_ROLLS
+    return s->blind && s->core == coupled_size(wheels);
+#else
+    (void)s, (void)wheels;
+    return 0;
+#endif
+}
+
+/* The wheels' rates in vector b of the nodes. */
+ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
+{
+#if SET_GRIPS
+    if (!only_rolls(s, wheels))
+        stick_at_nodes(s, wheels, b);
+#endif
+#if SET_SLIPS
+    for (int i = 0; i < wheels && !only_rolls(s, wheels); i++)
+        s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
+#endif
+    if (SET_SLIPS && !only_rolls(s, wheels))
+        return;
+    lanes_t chi_dot[MOST_WHEELS];
+    set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
+    for (int i = 0; i < wheels; i++)
+        s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
+}
+
 /* nu and chi, and what else the rates need, at the nodes from the rates. */
 ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 {
@@ -69,19 +104,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         const lanes_t nu[3] = {s->at_nu[0].lanes[b], s->at_nu[1].lanes[b], s->at_nu[2].lanes[b]};
-#if SET_GRIPS
-        stick_at_nodes(s, wheels, b);
-#endif
-#if SET_SLIPS
-        for (int i = 0; i < wheels; i++)
-            s->rate_chi[i].lanes[b] = core_at(s, b)[rates_at(wheels) + i];
-#else
-        lanes_t chi_dot[MOST_WHEELS];
-        set_wheel_speeds(wheels, s->vehicle, nu, chi_dot);
-        for (int i = 0; i < wheels; i++)
-            s->rate_chi[i].lanes[b] = chi_dot[i]*turns(s, i);
-#endif
-        (void)nu;
+        wheels_at_nodes(s, wheels, b, nu);
 #if SET_HAS_HEADING
         lanes_t pose_dot[3];
         set_pose_rates(wheels, s->vehicle, nu, lanes_of(0), pose_dot);
@@ -91,7 +114,7 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
 #if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
-    for (int b = 0; b < BLOCKS && s->gripping && !(s->blind && s->core == coupled_size(wheels)); b++)
+    for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++)
         rollers_stick_at_nodes(s, wheels, b);
 #endif
 #if SET_HAS_HEADING
@@ -124,8 +147,10 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
     point.heading = s->at_heading.lanes[b];
 #endif
 #if SET_INPUTS
-    for (int k = 0; k < SET_INPUTS*wheels; k++)
+    for (int k = 0; k < SET_ACTING*wheels; k++)
         at->input[k] = s->input[k] + (s->h*s->input_slope[k])*gauss_node.lanes[b];
+    for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
+        at->input[k] = lanes_of(s->input[k]);
     point.inputs = at->input;
 #endif
 #if SET_CORE_PARTS
@@ -346,13 +371,26 @@ ALWAYS_INLINE double missed(const step_t *s)
     return s->h*tails/(2*NODES);
 }
 
+#if SET_CORE_PARTS
+/* The first number of the core that is integrated: what is coupled with nu follows from it where all contacts stick. */
+ALWAYS_INLINE int first_integrated(const step_t *s, const int wheels)
+{
+#if SET_GRIPS
+    return s->rolls ? coupled_size(wheels) : 0;
+#else
+    (void)s, (void)wheels;
+    return 0;
+#endif
+}
+#endif
+
 /* The end of a step whose core has settled. A sweep leaves the state one sweep behind the rates; here it catches up. */
 ALWAYS_INLINE void end_of_core(step_t *s)
 {
     for (int k = 0; k < 3; k++)
         s->end_nu[k] = s->nu[k] + s->h*weighted(&s->rate_nu[k], &gauss_weight);
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
+    for (int c = first_integrated(s, s->wheels); c < s->core; c++)
         s->end_core[c] = s->start_core[c] + s->h*weighted(&s->rate_core[c], &gauss_weight);
 #endif
 }

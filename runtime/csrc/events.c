@@ -282,7 +282,7 @@ ALWAYS_INLINE int is_blind(const step_t *s)
 ALWAYS_INLINE void see_contacts(step_t *s)
 {
 #if SET_GRIPS
-    s->blind = 0;
+    s->blind = s->rolls = 0;
 #endif
     (void)s;
 }

@@ -114,7 +114,8 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
         if (SET_FIRST_DIRECTION == 1)
             grip->towards[0] = 0;
     }
-    roll(run, work, 0);
+    if (!all)                                   /* else they have been put there                        */
+        roll(run, work, 0);
 }
 
 /* How much of its static friction a contact takes at this instant, squared, less what it can take, as taken_by() has it. */
@@ -318,9 +319,6 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
     int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
     run->ground.knows_rates = 0;
-#ifdef LANES_HAS_MOMENTA
-    wheel_momenta(run, work);
-#endif
     find_resting_contacts(run, work);
 #if SET_LOADS
     int rests[MOST_WHEELS];
@@ -447,16 +445,17 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 /* The first guess of a step: directions as they are at its start, where the rates have just been found. */
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    s->blind = SET_ROLLS && !s->stiff;
+    s->rolls = SET_ROLLS && !s->stiff;
     s->turned_most = 0;
     for (int i = 0; i < wheels; i++) {
-        s->blind &= s->grips[i];
+        s->rolls &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
         s->taken_late[i] = 0, s->knows_response[i] = 0;
         for (int k = 0; k < 2; k++)
             for (int b = 0; b < BLOCKS; b++)
                 s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);
     }
+    s->blind = s->rolls;
     forces_in_directions(s, wheels);
 }
 

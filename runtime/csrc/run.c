@@ -179,7 +179,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
             status = OMNIROLL_RUN_FULL;
             break;
         }
-#ifdef LANES_HAS_MOMENTA
+#if defined LANES_HAS_MOMENTA && !SET_GRIPS
         wheel_momenta(run, &work);
 #endif
         status = advance(run, &work, &s, wheels);

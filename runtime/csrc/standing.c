@@ -368,9 +368,6 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     int released = 0;
     asked_t now;
     lanes_t nu_dot[3];
-#ifdef LANES_HAS_MOMENTA
-    wheel_momenta(run, work);
-#endif
     put_all_to_rest(run, work);
     for (int i = 0; i < run->wheels; i++) {
         run->grips[i].sticks = run->grips[i].resting;

@@ -116,7 +116,8 @@ typedef struct {
 #if SET_GRIPS
     int slides[MOST_WHEELS], grips[MOST_WHEELS];    /* contacts that slip, and that stick; neither is off   */
     int sliding, turning, gripping;             /* whether there are such, with directions, and such as stick */
-    int blind;                                  /* all stick, and no sweep asks yet with how much friction */
+    int rolls;                                  /* all stick: what is coupled with nu follows from it */
+    int blind;                                  /* and no sweep asks yet with how much friction */
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */

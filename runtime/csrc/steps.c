@@ -241,7 +241,7 @@ ALWAYS_INLINE void end_late(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         s->end_chi[i] += s->late*s->end_rate[i];
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
+    for (int c = first_integrated(s, wheels); c < s->core; c++)
         s->end_core[c] += s->late*weighted(&s->rate_core[c], &gauss_end);
 #endif
 }
@@ -477,7 +477,9 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
         turned = fmax(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
     run->turned += turned;
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++) {
+    for (int c = 0; c < first_integrated(s, wheels); c++)
+        work->rise_core[c] = 0;
+    for (int c = first_integrated(s, wheels); c < s->core; c++) {
         run->core[c] = s->end_core[c];
         work->rise_core[c] = weighted(&s->rate_core[c], &gauss_end) - weighted(&s->rate_core[c], &gauss_start);
     }

@@ -35,6 +35,9 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
     (void)directions;
     begin_core(run, work);
+#if defined LANES_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
+    wheel_momenta(run, work);
+#endif
 #if SET_AXLES_STICK
     axles_have_switched(run);
 #endif
