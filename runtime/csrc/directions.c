@@ -10,6 +10,7 @@
 #define ROLLS 0.02                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
+#define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
 
 /* Two numbers of each contact at the nodes in vector b. */
 ALWAYS_INLINE void at_block(const nodes_t *pairs, const int wheels, int b, lanes_t *values)
@@ -187,22 +188,97 @@ ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int of, i
                 + response[k*2*wheels + 1]*s->turned[2*by + 1].lanes[b];
 }
 
-/* The turn of a contact's directions that takes away the slip across them. */
-static void turn_by_newton(const step_t *s, int i, const nodes_t *response, const nodes_t *along, nodes_t *turn)
+/* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
+static void put_largest_first(nodes_t *column, int k)
 {
-    newton_t newton;
-    for (int m = 0; m < NODES; m++) {
-        nodes_t *const row = newton.row[m] = newton.rows + m;
-        nodes_t integral;                       /* to node m, from the values at the nodes               */
-        for (int j = 0; j < NODES; j++)
-            integral.node[j] = gauss_integral[j].node[m];
-        const double x = -s->h*s->toward[2*i].node[m], y = s->h*s->toward[2*i + 1].node[m];
-        for (int b = 0; b < BLOCKS; b++)
-            row->lanes[b] = integral.lanes[b]*(x*response[1].lanes[b] + y*response[0].lanes[b]);
-        row->node[m] += along->node[m];
+    int largest = k;
+    for (int m = k + 1; m < NODES; m++)
+        if (fabs(column[k].node[m]) > fabs(column[k].node[largest]))
+            largest = m;
+    for (int j = 0; j <= NODES; j++) {
+        const double kept = column[j].node[k];
+        column[j].node[k] = column[j].node[largest], column[j].node[largest] = kept;
     }
-    eliminate(&newton, 1);
-    solve_newton(&newton, 1, turn);
+}
+
+/* Gauss's elimination of the columns in vector `first` of the nodes. pivot: one over the diagonal. Returns where some row was
+ * taken more than GROWS times. */
+ALWAYS_INLINE lane_mask_t eliminate_columns(nodes_t *column, const int first, const int sorting, double *pivot)
+{
+    lane_mask_t grown = {0};
+    for (int k = first*LANES; k < (first + 1)*LANES; k++) {
+        nodes_t factor;
+        if (sorting)
+            put_largest_first(column, k);
+        pivot[k] = 1/column[k].node[k];
+        IN_REGISTERS
+        for (int b = first; b < BLOCKS; b++)
+            factor.lanes[b] = pivot[k]*column[k].lanes[b];
+        for (int m = first*LANES; m <= k; m++)  /* these rows are done                                   */
+            factor.node[m] = 0;
+        IN_REGISTERS
+        for (int b = first; b < BLOCKS; b++)
+            grown |= lanes_abs(factor.lanes[b]) > GROWS;
+        for (int j = k + 1; j <= NODES; j++) {
+            const double by = column[j].node[k];
+            IN_REGISTERS
+            for (int b = first; b < BLOCKS; b++)
+                column[j].lanes[b] -= by*factor.lanes[b];
+        }
+    }
+    return grown;
+}
+
+/* What a matrix makes the right side from, by their columns: the right side stands behind them. Returns whether no row grew
+ * much, as none does where they are sorted by their pivots. */
+ALWAYS_INLINE int solve_columns(nodes_t *column, const int sorting, nodes_t *found)
+{
+    nodes_t *const right = column + NODES;
+    double pivot[NODES];
+    lane_mask_t grown = {0};
+    IN_REGISTERS
+    for (int first = 0; first < BLOCKS; first++)
+        grown |= eliminate_columns(column, first, sorting, pivot);
+    IN_REGISTERS
+    for (int last = BLOCKS - 1; last >= 0; last--)
+        for (int k = (last + 1)*LANES - 1; k >= last*LANES; k--) {
+            const double value = found->node[k] = right->node[k]*pivot[k];
+            IN_REGISTERS
+            for (int b = 0; b <= last; b++)
+                right->lanes[b] -= value*column[k].lanes[b];
+        }
+    long long any = 0;
+    for (int k = 0; k < LANES; k++)
+        any |= grown[k];
+    return !any;
+}
+
+/* What turns of a contact's directions at the nodes take away across them, and what is across. */
+ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *response, const nodes_t *along,
+                                    const nodes_t *across, nodes_t *column)
+{
+    for (int j = 0; j < NODES; j++) {
+        const double x = -s->h*response[1].node[j], y = s->h*response[0].node[j];
+        IN_REGISTERS
+        for (int b = 0; b < BLOCKS; b++)
+            column[j].lanes[b] = gauss_integral[j].lanes[b]
+                *(x*s->toward[2*i].lanes[b] + y*s->toward[2*i + 1].lanes[b]);
+        column[j].node[j] += along->node[j];
+    }
+    column[NODES] = *across;
+}
+
+/* The turn of a contact's directions that takes away the slip across them. Of slips that fall the rows need not be sorted;
+ * iterates may stray. */
+static void turn_by_newton(const step_t *s, int i, const nodes_t *response, const nodes_t *along, const nodes_t *across,
+                           nodes_t *turn)
+{
+    nodes_t column[NODES + 1];
+    columns_of_turns(s, i, response, along, across, column);
+    if (solve_columns(column, 0, turn))
+        return;
+    columns_of_turns(s, i, response, along, across, column);
+    solve_columns(column, 1, turn);
 }
 
 ALWAYS_INLINE double smallest_of(const nodes_t *values)
@@ -259,14 +335,13 @@ static void find_direction(step_t *s, const int wheels, int i)
     along_and_across(s, i, &along, &across);
     response_to_turn(s, wheels, i, i, response);
     const double least = smallest_of(&along);
-    turn = across;
     if (turned_within(s, response) > FAR_FROM_REST*least) {
         const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
         if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
             find_own_response(s, wheels, i);
         if (s->knows_response[i])
             own_response_to_turn(s, i, response);
-        turn_by_newton(s, i, response, &along, &turn);
+        turn_by_newton(s, i, response, &along, &across, &turn);
         turn_others(s, wheels, i, &turn);
     } else
         for (int b = 0; b < BLOCKS; b++)

@@ -120,6 +120,7 @@ typedef struct {
     double first_step;          /* where wheels may slip: the last step that began at a switch, 0 if none */
     double bend_rate;           /* of a wheel, from larger ones no step passes zero: rates bend there; 0: unknown */
     double calm_step;           /* the length of a step before slips came near rest, 0 if none has        */
+    double rest_error;          /* of the last step towards a rest, as if it had come there, over that allowed; 0: none */
     double *nu, *chi, *pose;    /* 3, N, 3                                                              */
     double pose_carry[3];       /* what the rounding of the pose has left over                          */
     double *axial;              /* N (n-1) by place j = 2..n; free rollers only                         */

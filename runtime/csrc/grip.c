@@ -4,7 +4,11 @@
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
 #define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
-#define PART_OF_WAY 0.95            /* to rest, at most, in one step whose direction turns                  */
+#define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
+#define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
+#define MOST_LEFT 0.2               /* and at most                                                           */
+#define AIM 0.3                     /* of the error allowed: what a step towards rest is to miss             */
+#define EASIEST_TURN 6              /* the power of its length with which a step misses less, at least       */
 #define TURNS_AWAY 0.01             /* of the tolerance: what may be left of a slip whose direction has turned */
 #define STRAYS 2                    /* times that: it should have turned further; a slip is not at rest      */
 #define TURNS 200                   /* of friction and loads, one for the other                              */
@@ -459,6 +463,27 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
+/* By how much the polynomials of a step miss less that leaves this part of the way to rest than of one that comes there.
+ * They converge like those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
+ALWAYS_INLINE double gained_before_rest(double left)
+{
+    const double root = sqrt(fmin(left, MOST_LEFT));
+    return pow((1 + root)/(1 - root), NODES);
+}
+
+/* The part of the way to rest that a step is to leave. `error`: over what is allowed, of a step that came there. */
+ALWAYS_INLINE double left_before_rest(double error)
+{
+    const double ellipse = pow(fmax(error/AIM, 1), 1.0/NODES), root = (ellipse - 1)/(ellipse + 1);
+    return fmax(LEAST_LEFT, fmin(root*root, MOST_LEFT));
+}
+
+/* The error of a step towards rest, over that allowed, as if it had come there. */
+ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
+{
+    return error*gained_before_rest(fmax(1 - s->h/s->rest_in, 0));
+}
+
 /* The length of a step from here in which no slip comes to rest whose direction turns on the way: there it turns
  * without end. Each step makes a part of the way, so that the slip falls geometrically. Where the direction has next to
  * nothing left to turn, the slip keeps it up to rest. */
@@ -481,26 +506,32 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         if (!s->keeps[i] && left > s->slip_noise[i])
             s->rest_in = fmin(s->rest_in, left/falls);
     }
-    return PART_OF_WAY*s->rest_in;
+    return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->rest_in;
 }
 
-/* The length of the next try after a step towards a rest that missed times^NODES too much. The polynomials converge like
- * those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
-static double farther_from_rest(const step_t *s, double times)
+/* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and where
+ * that has not been enough, as from try to try. */
+static double farther_from_rest(const step_t *s, double error, const tried_t *before)
 {
-    const double place = fmax(2*s->rest_in/s->h - 1, 1);     /* of the rest, where the step is from -1 to 1          */
-    const double ellipse = (place + sqrt(place*place - 1))*times;
-    return s->h*fmin(fmax(2*s->rest_in/s->h/((ellipse + 1/ellipse)/2 + 1), 0.2), 0.9);
+    double part = (1 - left_before_rest(error_at_rest(s, error)))*s->rest_in/s->h;
+    if (before->error < INFINITY && s->h < before->h) {
+        const double power = log(before->error/error)/log(before->h/s->h);
+        part = pow(AIM/error, 1/fmax(power, EASIEST_TURN));
+    }
+    return s->h*fmin(fmax(part, 0.2), 0.9);
 }
 
 /* The length of steps is kept while slips come near rest, and stands again behind it. */
-static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm)
+static void keep_calm_step(omniroll_run_t *run, const step_t *s, double calm, double error)
 {
     if (s->landing >= s->wheels + s->guards) {
         run->step = fmax(run->step, run->calm_step);
-        run->calm_step = 0;
-    } else if (PART_OF_WAY*s->rest_in < calm)
-        run->calm_step = fmax(run->calm_step, calm);
+        run->calm_step = run->rest_error = 0;
+    } else if (s->rest_in < INFINITY) {
+        if (s->rest_in < calm)
+            run->calm_step = fmax(run->calm_step, calm);
+        run->rest_error = fmax(error_at_rest(s, error), EPS);
+    }
 }
 
 /* Whether a slip that has kept its direction should have turned. */

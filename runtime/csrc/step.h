@@ -211,6 +211,11 @@ ALWAYS_INLINE const lanes_t *core_to_move(const step_t *s, int b)
 }
 #endif
 
+/* A try: its length, and its error over that allowed. */
+typedef struct {
+    double h, error;
+} tried_t;
+
 /* The arrays of a point. */
 typedef struct {
     lanes_t nu[3], chi[MOST_WHEELS];

@@ -324,12 +324,12 @@ ALWAYS_INLINE double sweep_tolerance(const omniroll_run_t *run, double h)
 
 /* The next try after one that was too long: up to where rates bend, if they do. ahead: the length of the step after it
  * in whose middle they bend. */
-ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double allowed,
-                             double *ahead)
+ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, double factor, double error,
+                             const tried_t *before, double allowed, double *ahead)
 {
 #if SET_GRIPS
     if (s->turning && s->rest_in < INFINITY)
-        return farther_from_rest(s, 0.9/factor);
+        return farther_from_rest(s, error, before);
 #endif
 #if SET_IS_ACTED_ON && !SET_IS_COUPLED
     const bend_t found = bend(s, wheels, allowed);
@@ -343,7 +343,7 @@ ALWAYS_INLINE double shorter(omniroll_run_t *run, step_t *s, const int wheels, d
         return s->h*found.left;
     }
 #endif
-    (void)run, (void)wheels, (void)allowed, (void)ahead;
+    (void)run, (void)wheels, (void)error, (void)before, (void)allowed, (void)ahead;
     return s->h*fmin(fmax(factor, 0.2), 0.9);
 }
 
@@ -378,8 +378,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
     double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
-    double error_before = INFINITY; /* of the try before                                                     */
 #endif
+    tried_t last_try = {0, INFINITY};
     for (int trial = 0; trial < 200; trial++) {
         const double size = guess(s, wheels, &most, run, work);
 #if SET_GRIPS
@@ -400,14 +400,15 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         integrate_pose(s, run->pose);
         const double error = size > 0 ? missed(s)/(size*run->tolerance) : 0;
         double factor = error > 0 ? 0.9*pow(error, -1.0/NODES) : 5;
+        const tried_t before = last_try;
+        last_try = (tried_t){s->h, error};
 #if SET_IS_ACTED_ON
         /* A shorter step is no better: what decays is far shorter yet. */
-        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*error_before)
+        if ((SET_IS_COUPLED || s->by_axles) && error > 0.5*before.error)
             factor = fmin(factor, SET_IS_COUPLED ? 0.25 : 0.6);
-        error_before = error;
 #endif
         if (error > 1 || found == TOO_LONG) {
-            most = shorter(run, s, wheels, factor, size*run->tolerance, &ahead);
+            most = shorter(run, s, wheels, factor, error, &before, size*run->tolerance, &ahead);
             run->rejected_count++;
             continue;
         }
@@ -422,7 +423,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
             continue;
         }
         if (rests_early(s, wheels)) {
-            most = PART_OF_WAY*s->h;
+            most = (1 - LEFT)*s->h;
             continue;
         }
 #endif
@@ -447,7 +448,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         /* An event cut the step short: the length that was meant stands for the next phase. At fine tolerances a
          * try that is too long costs more than a step that is too short. */
 #if SET_GRIPS
-        keep_calm_step(run, s, calm);
+        keep_calm_step(run, s, calm, error);
 #endif
         if (s->landing >= 0)
             run->step = fmax(run->step, (run->tolerance > 1e-7 ? 1.0 : 0.6)*most);
