@@ -12,34 +12,30 @@
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
 
-/* Two numbers of each contact at the nodes in vector b. */
-ALWAYS_INLINE void at_block(const nodes_t *pairs, const int wheels, int b, lanes_t *values)
+/* The force of a contact that slips in the directions at the nodes, and how it turns with them. */
+static void force_in_direction(step_t *s, int i)
 {
-    for (int k = 0; k < 2*wheels; k++)
-        values[k] = pairs[k].lanes[b];
-}
-
-/* The forces of the contacts that slip in the directions at the nodes, and how they turn with them. */
-static void forces_in_directions(step_t *s, const int wheels)
-{
-    if (!s->sliding) {
-        for (int k = 0; k < 2*wheels; k++)
-            for (int b = 0; b < BLOCKS; b++)
-                s->push[k].lanes[b] = lanes_of(0);
-        return;
-    }
+    vehicle_t one_contact;
+    one_contact.wheels = 1;
     for (int b = 0; b < BLOCKS; b++) {
-        lanes_t toward[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
-        at_block(s->toward, wheels, b, toward);
-        set_sliding_forces(wheels, s->vehicle, toward, s->load, s->friction, force, slope);
-        for (int i = 0; i < wheels; i++) {
-            const lanes_t none = lanes_of(0), x = -toward[2*i + 1], y = toward[2*i];
-            for (int k = 0; k < 2; k++) {
-                s->push[2*i + k].lanes[b] = s->slides[i] ? force[2*i + k] : none;
-                s->turned[2*i + k].lanes[b] = slope[4*i + 2*k]*x + slope[4*i + 2*k + 1]*y;
-            }
+        const lanes_t toward[2] = {s->toward[2*i].lanes[b], s->toward[2*i + 1].lanes[b]};
+        lanes_t force[2], slope[4];
+        set_sliding_forces(1, &one_contact, toward, s->load + i, s->friction + 2*i, force, slope);
+        for (int k = 0; k < 2; k++) {
+            s->push[2*i + k].lanes[b] = force[k];
+            s->turned[2*i + k].lanes[b] = slope[2*k + 1]*toward[0] - slope[2*k]*toward[1];
         }
     }
+}
+
+/* The forces of all contacts: of those that slip in their directions at the nodes. */
+static void forces_in_directions(step_t *s, const int wheels)
+{
+    for (int i = 0; i < wheels; i++)
+        if (s->slides[i])
+            force_in_direction(s, i);
+        else
+            memset(s->push + 2*i, 0, 2*sizeof *s->push);
 }
 
 /* The slip velocities in some states, from the core beside nu. */
@@ -178,14 +174,15 @@ ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
                 + response[2*j + 1].lanes[b]*turned[1].lanes[b];
 }
 
-/* What a turn of one contact's directions does to the rates of a contact's slip, per turn at the nodes. */
-ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int of, int by, nodes_t *rate)
+/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes, by what forces do at the start
+ * of the step. */
+ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int i, nodes_t *rate)
 {
-    const double *const response = s->response + 2*of*2*wheels + 2*by;
+    const double *const response = s->response + 2*i*2*wheels + 2*i;
     for (int k = 0; k < 2; k++)
         for (int b = 0; b < BLOCKS; b++)
-            rate[k].lanes[b] = response[k*2*wheels]*s->turned[2*by].lanes[b]
-                + response[k*2*wheels + 1]*s->turned[2*by + 1].lanes[b];
+            rate[k].lanes[b] = response[k*2*wheels]*s->turned[2*i].lanes[b]
+                + response[k*2*wheels + 1]*s->turned[2*i + 1].lanes[b];
 }
 
 /* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
@@ -283,70 +280,83 @@ static void turn_by_newton(const step_t *s, int i, const nodes_t *response, cons
 
 ALWAYS_INLINE double smallest_of(const nodes_t *values)
 {
-    double least = INFINITY;
-    for (int m = 0; m < NODES; m++)
-        least = fmin(least, values->node[m]);
-    return least;
+    lanes_t least = values->lanes[0];
+    IN_REGISTERS
+    for (int b = 1; b < BLOCKS; b++)
+        least = lanes_select(values->lanes[b] < least, values->lanes[b], least);
+    double smallest = least[0];
+    for (int k = 1; k < LANES; k++)
+        smallest = least[k] < smallest ? least[k] : smallest;
+    return smallest;
 }
 
 /* How strongly forces can turn a slip within the step, in m/s. */
 ALWAYS_INLINE double turned_within(const step_t *s, const nodes_t *response)
 {
-    double most = 0;
-    for (int m = 0; m < NODES; m++)
-        most = fmax(most, fabs(response[0].node[m]) + fabs(response[1].node[m]));
-    return s->h*most;
+    lanes_t most = lanes_of(0);
+    IN_REGISTERS
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t rate = lanes_abs(response[0].lanes[b]) + lanes_abs(response[1].lanes[b]);
+        most = lanes_max(most, rate);
+    }
+    return s->h*lanes_largest(most);
 }
 
 ALWAYS_INLINE void turn_directions(step_t *s, int i, const nodes_t *turn)
 {
     nodes_t *const x = s->toward + 2*i, *const y = x + 1;
+    const lanes_t most = lanes_of(MOST_TURN);
     s->turned_most = fmax(s->turned_most, largest_of(turn));
-    for (int m = 0; m < NODES; m++) {
-        const double by = fmax(-MOST_TURN, fmin(MOST_TURN, turn->node[m]));
-        const double new_x = x->node[m] - by*y->node[m], new_y = y->node[m] + by*x->node[m];
-        const double size = sqrt(new_x*new_x + new_y*new_y);
-        x->node[m] = new_x/size, y->node[m] = new_y/size;
+    for (int b = 0; b < BLOCKS; b++) {
+        lanes_t by = lanes_select(turn->lanes[b] < most, turn->lanes[b], most);
+        by = lanes_select(by > -most, by, -most);
+        const lanes_t new_x = x->lanes[b] - by*y->lanes[b], new_y = y->lanes[b] + by*x->lanes[b];
+        const lanes_t over_size = 1/lanes_sqrt(new_x*new_x + new_y*new_y);
+        x->lanes[b] = new_x*over_size, y->lanes[b] = new_y*over_size;
     }
 }
 
-/* Slips of other contacts as the forces of this one turn. */
-static void turn_others(step_t *s, const int wheels, int i, const nodes_t *turn)
+/* Slips of other contacts as the force of this one is another than `before`. */
+static void move_others(step_t *s, const int wheels, int i, const nodes_t *before)
 {
-    for (int other = 0; other < wheels; other++) {
-        nodes_t response[2], moved;
-        if (!s->slides[other] || other == i)
-            continue;
-        response_to_turn(s, wheels, other, i, response);
-        for (int k = 0; k < 2; k++) {
+    nodes_t pushed[2];
+    for (int k = 0; k < 2; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
+    for (int other = 0; other < wheels; other++)
+        for (int k = 0; k < 2 && s->slides[other] && other != i; k++) {
+            const double *const response = s->response + (2*other + k)*2*wheels + 2*i;
+            nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
-                response[k].lanes[b] *= turn->lanes[b];
-            integrate_to_nodes(0, s->h, &response[k], &moved);
+                rate.lanes[b] = response[0]*pushed[0].lanes[b] + response[1]*pushed[1].lanes[b];
+            integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
                 s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
         }
-    }
 }
 
-/* New directions of one contact, from the slips at the nodes. */
+/* New directions of one contact, from the slips at the nodes, and its forces. */
 static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
-    response_to_turn(s, wheels, i, i, response);
-    const double least = smallest_of(&along);
-    if (turned_within(s, response) > FAR_FROM_REST*least) {
+    response_to_turn(s, wheels, i, response);
+    const int is_near = turned_within(s, response) > FAR_FROM_REST*smallest_of(&along);
+    if (is_near) {
         const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
         if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
             find_own_response(s, wheels, i);
         if (s->knows_response[i])
             own_response_to_turn(s, i, response);
         turn_by_newton(s, i, response, &along, &across, &turn);
-        turn_others(s, wheels, i, &turn);
     } else
         for (int b = 0; b < BLOCKS; b++)
             turn.lanes[b] = across.lanes[b]/along.lanes[b];
+    const nodes_t before[2] = {s->push[2*i], s->push[2*i + 1]};
     turn_directions(s, i, &turn);
+    force_in_direction(s, i);
+    if (is_near)
+        move_others(s, wheels, i, before);
 }
 
 /* New directions of all contacts that slip, and their forces, from the states at the nodes. */
@@ -370,7 +380,6 @@ static void find_directions(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         if (s->slides[i] && !s->keeps[i])
             find_direction(s, wheels, i);
-    forces_in_directions(s, wheels);
 }
 #else
 ALWAYS_INLINE void find_directions(step_t *s, const int wheels)
