@@ -44,6 +44,7 @@ CALLS = {
     "prove_derivatives": 'prove_derivatives("locked")',
     "prove_momenta_derivatives": 'prove_momenta_derivatives("free")',
     "prove_residual": 'prove_residual("free")',
+    "prove_own": 'prove_own("free")',
     "prove_seen": 'prove_seen("locked")',
     "prove_asking": 'prove_asking("locked")',
     "prove_impact": 'prove_impact("locked")',
