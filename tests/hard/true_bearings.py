@@ -161,7 +161,7 @@ class Phase:
 
 
 class Run:
-    """The motion from its start to the end; `log` says what happens, for tests to look at."""
+    """The motion from its start to the end; `log` says what happens."""
 
     def __init__(self, task: Task, name: str, change: Any):
         self.b, self.now, self.end, self.log = Bearings(task, name, change), arb(0), arb(task.duration), []

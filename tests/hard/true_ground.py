@@ -9,7 +9,7 @@ A slip on its way to rest has a direction that turns ever faster, so that the st
 is left of it at RESTS, a force of this contact takes away at once: the square of that is left out.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,6 @@ class Friction:
 
     law: str
     numbers: dict[str, Any]
-    places: list[Row] = field(default_factory=list)
 
     @classmethod
     def of(cls, contact: omniroll.Contact, task: Task) -> "Friction":
@@ -263,14 +262,19 @@ class Phase:
 
 
 class Run:
-    """The motion from its start to the end; `log` says what happens, for tests to look at."""
+    """The motion from its start to the end; `log` says what happens.
+
+    modes     of the contacts
+    towards   signs of the slips of massless rollers
+    resting   contacts whose slip has come to zero at this instant
+    released  contacts that have used their friction up at this instant
+    """
 
     def __init__(self, task: Task, name: str, change: Any):
         self.v, self.now, self.end = Vehicle(task, name, change), arb(0), arb(task.duration)
         self.y, self.axial = self.v.start()
         self.modes, self.towards, self.log = [SLIPS] * self.v.wheels, [0] * self.v.wheels, []
         self.decided = list(self.modes)  # when modes were decided last
-        self.guess: Row = []
         self.resting: set[int] = set()
         self.released: set[int] = set()
         self.begun: dict[int, Row] = {}  # first guesses of where slips go
@@ -350,8 +354,8 @@ class Run:
         """A contact that begins to slip goes where its slip grows; with one friction it has no acceleration yet."""
         if self.v.heavy or BEGINS not in self.modes:
             return
-        grown = [arb_series([c[0], r], 2) for c, r in zip(series.y, series.motion.rates(arb(0), self.y, [
-            c[0] for c in series.z]), strict=True)]  # fmt: skip
+        rates = series.motion.rates(arb(0), self.y, [c[0] for c in series.z])
+        grown = [arb_series([value, rate], 2) for value, rate in zip(self.y, rates, strict=True)]
         for i, slip in enumerate(self.v.slip(grown)):
             if self.modes[i] == BEGINS and float(slip[1][1]) * self.towards[i] < -AT_ONCE:
                 raise ValueError(f"contact {i} neither sticks nor slips")
@@ -367,7 +371,7 @@ class Run:
         found = first_zero([margin for margin, _ in margins], h, ZERO)
         if found is not None:
             h = found[0]
-        self.y, z = series.at(h)
+        self.y, _ = series.at(h)
         arrived = found is None and float(left - h) <= 0
         self.now = goal if arrived else (self.now + h).mid()
         self.modes = [SLIPS if mode == BEGINS else mode for mode in self.modes]
@@ -423,13 +427,13 @@ class Run:
                 self._see()
 
     def _rest_where_little_is_left(self) -> None:
-        """What is left of a slip goes, with what it does to contacts that stick: in the modes that follow."""
+        """A slip of two components comes near zero and not there: a contact rests whose slip is all but gone."""
         if self.v.ground.law != "coulomb":
             return
         slip = self.v.slip(self.y)
         for i, mode in enumerate(self.modes):
             left = max(abs(float(s)) for s in slip[i])
-            if mode == SLIPS and self.v.heavy and left < RESTS:
+            if mode == SLIPS and self.v.heavy and left < RESTS:  # `_take_away` brings the rest of it to zero
                 self.resting.add(i)
 
     def _settle(self) -> None:
