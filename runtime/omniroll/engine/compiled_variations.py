@@ -129,7 +129,8 @@ class CompiledVariations:
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        few = motion.trajectory.accuracy <= FINE and not motion.plain.slips  # whose slips decay fast in its steps
+        decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
+        few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked = 0
         self._fill(holds)
