@@ -32,6 +32,7 @@ HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
 )
 CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
+MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT)  # inputs that a phase holds
 LOAD_SUMS = ("coulomb_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
 SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
@@ -194,6 +195,16 @@ class EngineSet:
             return []
         return self.core_calls(rolling.name)
 
+    @property
+    def moving(self) -> list[str]:
+        """The inputs that change within a phase."""
+        return [name for name in self.inputs if name not in MODES]
+
+    def slip_call(self) -> Call:
+        """What gives the slip velocities of the contacts, and with them the ground's forces."""
+        (call,) = self._calls([self.function(ON_THE_GROUND[0])], {"slip": "slip"})
+        return call
+
     def load_calls(self) -> list[Call]:
         """What gives the sums of the loads, after the dynamics."""
         functions = [f for f in map(self.set.function, LOAD_SUMS) if f is not None]
@@ -254,7 +265,7 @@ class EngineSet:
     def differentiated(self) -> list[Function]:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
-        names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS}
+        names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
     @property
@@ -346,7 +357,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    facts.plain = [f for f in facts.differentiated if f.name in (*PLAIN, *OF_ROLLERS)]
+    facts.plain = [f for f in facts.differentiated if f.name in (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1])]
     return template("along_set.h", facts=facts)
 
 

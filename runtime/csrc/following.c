@@ -2,6 +2,7 @@
  * set's functions and their slopes; a run that is asked for no derivatives does not load it.
  *
  * variations.c   a step
+ * slipping.c     forces on contacts that slip under Coulomb's friction
  * apart.c        numbers of its core that hang together through nu alone
  * passages.c     a switch */
 #include "variations.c"
@@ -25,7 +26,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->core = 3 + core_size(wheels, run->rollers_per_wheel);
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
-    w->inputs = SET_INPUTS*wheels + HELD_MOMENTA(wheels);
+    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels);
     w->directions = w->core + w->felt + w->inputs;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
     const long long groups = w->groups, unknowns = NODES*w->core;
@@ -39,7 +40,8 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     }
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
-    w->given = part(base, &size, (w->inputs + SET_INPUTS*wheels)*groups*lane);
+    w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
+    w->pushed = part(base, &size, SET_GRIPS*12*wheels*lane);
     w->axial = part(base, &size, wheels*w->rollers*groups*lane);
     w->held = part(base, &size, 2*HELD_SIZE*lane);
     w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
@@ -82,7 +84,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-    memset(w->given, 0, (w->inputs + SET_INPUTS*w->wheels)*w->groups*sizeof *w->given);
+    memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
 #endif
@@ -144,11 +146,11 @@ static void enter_phase(variations_t *w, long long phase)
 /* Inputs of drives as the caller has put them down, and of rollers for the caller. */
 static void exchange_given(variations_t *w, long long step)
 {
-    const int drives = SET_INPUTS*w->wheels, held = HELD_MOMENTA(w->wheels);
+    const int drives = SET_MOVING*w->wheels, held = HELD_MOMENTA(w->wheels), inputs = SET_INPUTS*w->wheels;
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
-    out_of_lanes(w, w->given + drives*w->groups, held, own + drives*w->columns);
-    into_lanes(w, own + w->inputs*w->columns, drives, w->given + w->inputs*w->groups);
+    out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
+    into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
 }
 
 void omniroll_deviate(const omniroll_variations_t *run, const double *spins)

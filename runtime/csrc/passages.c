@@ -43,6 +43,7 @@ NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *ra
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
+    put_pushes(w, row, 0, &at, &along);
     rates_along(wheels, &at, &along, rate, moved);
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
@@ -115,7 +116,7 @@ static void begin_phase(variations_t *w, long long phase)
         set_momenta_along(wheels, &w->column[g], axial, moved, momenta, momenta_moved);
         for (int k = 0; k < 2*wheels; k++) {
             w->momenta[k] = momenta[k][0];
-            w->given[(SET_INPUTS*wheels + k)*w->groups + g] = momenta_moved[k];
+            w->given[(SET_MOVING*wheels + k)*w->groups + g] = momenta_moved[k];
         }
     }
 #else

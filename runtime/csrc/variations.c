@@ -28,7 +28,7 @@ typedef struct {
     vehicle_t *column;          /* groups: each lane has the number of its column               */
     lanes_t *moved;             /* size x groups: deviations now                                */
     lanes_t *began;             /* the same at the start of the phase                           */
-    lanes_t *given;             /* (inputs + SET_INPUTS*wheels) x groups: inputs, and how fast drives change */
+    lanes_t *given;             /* (inputs + SET_MOVING*wheels) x groups: inputs, and how fast drives change */
     lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
     double *momenta;            /* of the phase                                                 */
     lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
@@ -40,6 +40,7 @@ typedef struct {
     double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
     nodes_t node;               /* where the nodes are, from 0 to 1                             */
+    lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
     int *is_still;              /* core x directions: whether a slope is zero                   */
@@ -84,7 +85,8 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
     d -= SET_FEELS_CHI*w->wheels;
     if (SET_HAS_HEADING && d == 0)
         return point_heading(w);
-    return point_inputs(w) + d - SET_HAS_HEADING;
+    d -= SET_HAS_HEADING;
+    return d < SET_MOVING*w->wheels ? point_inputs(w) + d : point_momenta(w) + d - SET_MOVING*w->wheels;
 }
 
 /* What bearings that stick leave to nu (directions by rows, then which are absent), and room for what holds them. */
@@ -100,6 +102,10 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
 #if SET_HOLDS
     lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
+#endif
+#if SET_GRIPS
+    point.ground_push = w->pushed + (own == w->along ? 6*w->wheels : 0);
+    point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
 #endif
     return point;
 }
@@ -119,6 +125,8 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 #endif
 }
 
+#include "slipping.c"
+
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
@@ -135,6 +143,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
+        put_pushes(w, row, number + 1 > 0 ? number + 1 : 0, &at, &along);
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
@@ -215,7 +224,8 @@ static void put_point(variations_t *w, long long step, long long row, int b)
     }
     const double *const first = run->drive + row*SET_INPUTS*w->wheels, *const then = first + SET_INPUTS*w->wheels;
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        w->point[point_inputs(w) + k] = first[k] + w->node.lanes[b]*(then[k] - first[k]);
+        w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
+                                                                 : lanes_of(first[k]);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
@@ -378,7 +388,7 @@ static void put_right(variations_t *w, double h, int a, int width)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
                 add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
-            for (int u = 0; u < SET_INPUTS*w->wheels; u++)
+            for (int u = 0; u < SET_MOVING*w->wheels; u++)
                 for (int i = 0; i < AT_ONCE; i++)
                     sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)

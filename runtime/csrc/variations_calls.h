@@ -27,6 +27,9 @@ typedef struct {
     const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
+    const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and
+                                             * along the rolling direction; behind the first how they move. Or null */
+    const double *slip_rounding;            /* T x N: slips within these are zero; or null              */
     const double *dense;                    /* S x degree + 1 x row_size                                */
     const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
     const long long *phase_start;           /* K: the rows at which phases start                        */

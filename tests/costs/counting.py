@@ -80,8 +80,8 @@ def counted(module: str, names: list[str]) -> dict[str, Count]:
 
 
 def counted_with_sensitivities(module: str, name: str) -> tuple[int, int, int]:
-    """Instructions of a run whose task asks for sensitivities, with its control; of following its deviations; and of all
-    that `simulate` does for the derivatives, in C and in Python."""
+    """Instructions of a run whose task asks for sensitivities, with its control; of following its deviations; and of
+    all that `simulate` does for the derivatives, in C and in Python."""
     _, texts = under_callgrind(module, [name])
     return tuple(_instructions(texts[name + part]) for part in (CONTROLLED, FOLLOWED, DERIVED))
 

@@ -12,16 +12,20 @@ MOTOR = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_rati
 FRICTION = Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
 VISCOUS = Contact((40.0, 30.0))
 REGULARISED = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05)
+COULOMB = Contact(law="coulomb", friction=(0.3, 0.4))
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
     "free": {"roller_model": "free"},
     "friction": {"roller_model": "free", "effects": [FRICTION]},
     "motors": {"roller_model": "locked", "effects": [MOTOR]},
+    "axles that stick": {"roller_model": "locked", "effects": [Bearings(wheel_coulomb=0.002)]},
     "massless, viscous": {"roller_model": "massless", "effects": [VISCOUS]},
     "massless, regularised": {"roller_model": "massless", "effects": [REGULARISED]},
     "viscous": {"roller_model": "free", "effects": [VISCOUS]},
     "regularised": {"roller_model": "free", "effects": [REGULARISED]},
+    "massless, coulomb": {"roller_model": "massless", "effects": [COULOMB]},
+    "coulomb": {"roller_model": "free", "effects": [COULOMB]},
 }
 
 

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from omniroll.codegen.along import SUFFIX
+from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
@@ -32,7 +33,7 @@ def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
     stands = plain.slips and deviations.sticking  # axles that stick beside wheels that slip
-    if deviations.spins_stick or deviations.grips or deviations.loaded or stands:
+    if deviations.spins_stick or deviations.loaded or stands:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -128,7 +129,8 @@ class CompiledVariations:
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        few = motion.trajectory.accuracy <= FINE and not motion.plain.slips  # whose slips decay fast in its steps
+        decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
+        few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked = 0
         self._fill(holds)
@@ -177,6 +179,18 @@ class CompiledVariations:
         self.kept.append(array)
         return self.module.ffi.from_buffer(names[kind], array)
 
+    def _grip(self, contacts: ContactModes) -> np.ndarray:
+        """(1 + Q, 3 N) the loads of contacts and their friction, and how the numbers move these."""
+        grip, moved, numbered = contacts.grip, self.columns.constants, self.columns.numbered
+        found = np.zeros((1 + len(numbered), 3 * self.motion.plain.wheels))
+        loads, friction = np.split(found, [len(grip.loads)], axis=1)
+        for name, part, own in (("contact_load", loads, grip.loads), ("ground_friction", friction, grip.sliding)):
+            part[0] = own.ravel()
+            if name in moved:
+                part[1:] = moved[name][numbered].reshape(len(numbered), -1)
+        loads[:, grip.loads == 0] = 0.0
+        return found
+
     def _fill(self, holds: HoldDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
@@ -190,8 +204,8 @@ class CompiledVariations:
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
-        names = [name for name in deviations.inputs if name != "momenta"]
-        drive = trajectory.drive[:, : len(names)] if names else np.zeros(1)
+        names, kept = [name for name in deviations.inputs if name != "momenta"], trajectory.effects.drives()
+        drive = trajectory.drive[:, [kept.index(name) for name in names]] if names else np.zeros(1)
         integers = {"number": number, "place": deviations.state}
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
@@ -206,6 +220,8 @@ class CompiledVariations:
         }  # fmt: skip
         if holds is not None:
             numbers["allowed"] = holds.tables
+        if motion.contacts is not None:
+            numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": motion.contacts.roundings(motion.y)}
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

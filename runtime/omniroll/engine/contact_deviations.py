@@ -23,6 +23,7 @@ what begins, and where events coincide that do not in the motions beside the run
 """
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class ContactDeviations:
         tangents = {name: own[self.columns.numbered] for name, own in self.columns.constants.items()}
         return found, self.contacts.moved(found, tangents, 1)
 
-    @property
+    @cached_property
     def changes(self) -> np.ndarray:
         """(T - 1,) bool: whether contacts change their modes, or the way that they slip, between a row and the next,
         where no time passes and no wheel switches."""
@@ -65,6 +66,12 @@ class ContactDeviations:
         found &= ~motion.starts_step[:-1]
         found[motion.switched - 1] = False
         return found
+
+    @property
+    def rests_at_switches(self) -> np.ndarray:
+        """Rows behind which a contact comes to rest just as a wheel switches."""
+        before = self.motion.switched - 1
+        return before[(self.contacts.slides[before] & self.contacts.sticks[before + 1]).any(axis=1)]
 
     def refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where a contact comes to rest just as a wheel switches, behind a row."""

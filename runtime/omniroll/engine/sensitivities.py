@@ -245,6 +245,9 @@ class Sweep:
     def _stops(self) -> np.ndarray:
         """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
         found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
+        if self.contacts is not None:
+            found[:-1] |= self.contacts.changes
+            found[self.contacts.rests_at_switches] = True
         if not self.moving:
             return found
         first = trajectory.step_rows
@@ -271,7 +274,11 @@ class Sweep:
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
         row is filled then."""
-        if not self.moving or row + 1 in self.switched:
+        if row + 1 in self.switched:
+            if self.contacts is not None:
+                self.contacts.refuse_rests(row)
+            return False
+        if not self.moving and self.contacts is None:
             return False
         found = self._after_jump(row, self.rows[row])
         if found is not None:
@@ -285,7 +292,7 @@ class Sweep:
     def _after_jump(self, row: int, moved: np.ndarray) -> np.ndarray | None:
         """(m, P) the deviations after a drive has jumped, or bearings have stopped or broken away, between this row and
         the next; None where neither has."""
-        times = self.drives.jump(self.trajectory.elapsed[row + 1])
+        times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
