@@ -35,7 +35,10 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #endif
     (void)directions;
     begin_core(run, work);
-#if SET_AXLES_STICK
+#if SET_DISKS_STICK
+    rollers_have_switched(run, directions);
+#endif
+#if SET_AXLES_STICK || SET_DISKS_STICK
     axles_have_switched(run);
 #endif
 #if SET_GRIPS

@@ -12,6 +12,8 @@ import numpy as np
 
 from omniroll.effects.guards import LANDED, PASSED, Guards
 from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_rollers import SlippingRollers
+from omniroll.effects.state_vector import StateVector
 from omniroll.effects.sticking import Axles
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.kernels.kernel import Flow
@@ -106,6 +108,25 @@ class SlippingAxleGuards(MotionGuards):
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.flow(time, y)
         return self.axles.excess(self.holding)
+
+
+class SlippingRollerGuards(MotionGuards):
+    """The guards of a phase, then of each roller (N n,) where wheels may slip how far it is beyond the end of its mode.
+
+    guards   of the effects and of axles
+    rollers  in their modes
+    flow     the rates of the phase
+    layout   of y
+    """
+
+    def __init__(self, guards: Guards, rollers: SlippingRollers, flow: Flow, layout: StateVector):
+        super().__init__(guards, rollers.modes.size)
+        self.rollers, self.flow, self.layout = rollers, flow, layout
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        speeds = (self.layout.view(y, name) for name in ("nu", "chi", "contact_omega", "axial"))
+        return self.rollers.excess(self.rollers.spins(*speeds))
 
 
 class BearingGuards(MotionGuards):
