@@ -319,8 +319,8 @@ class EngineSet:
     ) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
         so does what is `given` beside the point."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_AXLES, *OF_SPINS, *OF_DISKS)
-        known = {name: f"at->{name}" for name in plain}
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
+        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given

@@ -400,7 +400,8 @@ class EffectRun:
                 self.signals["bearing_torque"] = Signal.constant(axles.torques())
                 modes["axle_sticks"] = axles.modes == 0
             if rollers is not None:
-                modes |= rollers.inputs(rollers.modes == 0, rollers.torques()) if sticks is None else rollers.inputs(sticks, torques)
+                own = (rollers.modes == 0, rollers.torques()) if sticks is None else (sticks, torques)
+                modes |= rollers.inputs(*own)
                 self.signals["contact_bearing"] = Signal.constant(modes.pop("contact_bearing"))
             return self.bound_rates.flow({**constants, **modes}, self.signals)
 

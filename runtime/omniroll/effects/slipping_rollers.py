@@ -79,7 +79,7 @@ class SlippingRollers:
         self.sliding, self.holding = (np.repeat(own[:, None], shape[1], axis=1) for own in (sliding, holding))
         self.reach = spin_per_speed(kernel)
         self.resting, self.modes = np.zeros(shape, bool), np.zeros(shape, int)
-        self.released = np.zeros(shape, int)  # signs of those that have been let go at this instant
+        self.released = np.zeros(shape, bool)  # those that have been let go at this instant
         self.asked, self.sizes = np.zeros(shape), np.zeros(shape)
 
     # What the state says
@@ -104,19 +104,19 @@ class SlippingRollers:
     def moved(self) -> None:
         """Some time has passed."""
         self.resting = self.modes == 0
-        self.released[:] = 0
+        self.released[:] = False
 
     def switched(self, directions: np.ndarray) -> None:
         """Wheels have passed to their next rollers, directions (N,): places have changed."""
         for wheel in np.flatnonzero(directions):
             self.resting[wheel] = np.roll(self.resting[wheel], directions[wheel])
-        self.released[:] = 0
+        self.released[:] = False
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Functions of the phase, (N n,) bool, have ended it: of each roller that of its mode."""
         ended = passed.reshape(self.modes.shape)
         stuck = self.modes == 0
-        self.released = np.where(ended & stuck, -np.sign(self.asked), self.released).astype(int)
+        self.released |= ended & stuck
         self.resting |= ended & ~stuck
 
     # What follows
@@ -136,7 +136,7 @@ class SlippingRollers:
         return np.concatenate([self.buffers[of_contact][:, None], self.buffers[of_free]], axis=1)
 
     def torque_sizes(self) -> np.ndarray:
-        """(N,) what torques of rollers in contact are rounded against, several times: they are what is left of others."""
+        """(N,) what torques of rollers in contact are rounded against, several times."""
         return HELD_ROUNDINGS * (np.abs(self.asked) + self.holding)[:, 0]
 
     def held(self) -> np.ndarray:
@@ -164,14 +164,15 @@ class SlippingRollers:
         self.modes[self.resting] = 0
         if not self.resting.any():
             return
-        if not self.released.any() and not self._overdone(evaluate).any():
+        if not self._overdone(evaluate).any() and not self.released.any():
             return
+        signs = np.where(self.released, -np.sign(self.asked), 0).astype(int)
         for _ in range(self.modes.size + 1):
-            self._rounds(evaluate)
+            self._rounds(evaluate, signs)
             passed = self._overdone(evaluate)
             if not passed.any():
                 return
-            self.released[passed] = -np.sign(self.asked[passed])
+            signs[passed] = -np.sign(self.asked[passed])
 
     def _overdone(self, evaluate: Evaluate) -> np.ndarray:
         """(N, n) bool: what the rollers that stick cannot take."""
@@ -179,7 +180,8 @@ class SlippingRollers:
         beyond, rounding = self._beyond()
         return (self.modes == 0) & (beyond > PASSED * rounding)
 
-    def _rounds(self, evaluate: Evaluate) -> None:
+    def _rounds(self, evaluate: Evaluate, released: np.ndarray) -> None:
+        """Modes of the rollers at rest by rounds; `released` (N, n) are the signs of those that have been let go."""
         rest, kernel = self.resting, self.kernel
         evaluate(np.zeros_like(rest), np.where(rest, 0.0, self.torques()))
         given, mass = self.found("contact_spin_dot", "spins_dot")[rest], float(self.buffers["yaw_mass"])
@@ -193,7 +195,7 @@ class SlippingRollers:
             possible = np.abs(given) + bounds / inertia + np.abs(per_yaw) * most
             return given + torques / inertia - per_yaw * x, possible, torques
 
-        self.modes[rest] = in_rounds(self.released[rest], self.sliding[rest], self.holding[rest], nearest)
+        self.modes[rest] = in_rounds(released[rest], self.sliding[rest], self.holding[rest], nearest)
 
 
 def spin_per_speed(kernel: Kernel) -> float:

@@ -28,6 +28,9 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if "standing_dynamics" in plain.signatures:
         bound = "is not followed beside Contact(law='coulomb') where axles stick; give it a wheel_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
+    if "disk_dynamics" in plain.signatures:
+        bound = "is not followed beside Contact where rollers stick; give it a roller_speed"
+        raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:

@@ -328,11 +328,12 @@ class Run:
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
             self._ask()
-        if self.acting.slipping_axles is not None:
-            self.acting.slipping_axles.switched()
-            self._ask()
-        if self.acting.slipping_rollers is not None:
-            self.acting.slipping_rollers.switched(directions)
+        axles, rollers = self.acting.slipping_axles, self.acting.slipping_rollers
+        if axles is not None:
+            axles.switched()
+        if rollers is not None:
+            rollers.switched(directions)
+        if axles is not None or rollers is not None:
             self._ask()
         if self.acting.bearings is not None:
             self.acting.bearings.jumped()

@@ -171,7 +171,7 @@ class WhatActs:
 
 
 def _by_kind(torques: np.ndarray) -> np.ndarray:
-    """Torques of bearings in the engine's order: of rollers (N, n) by place those in contact first, then the free ones."""
+    """Torques of bearings in the engine's order: of rollers (N, n) by place first those in contact."""
     return torques if torques.ndim == 1 else np.concatenate([torques[:, 0], torques[:, 1:].ravel()])
 
 
