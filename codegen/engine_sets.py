@@ -26,6 +26,7 @@ PLAIN = ("wheel_speeds", "wheel_rates", "contact_axial", "pose_rates", "momenta"
 OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call beside these
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
+DISKS = "disk_dynamics"  # instead of slip_dynamics where rollers may stick on their disks
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
 ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
@@ -47,6 +48,8 @@ HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
+# Of a point, beside these, where wheels slip and rollers stick.
+OF_DISKS = ("contact_sticks", "contact_holding", "contact_spin_dot", "spins_dot", "yaw_mass")
 SIZES = {"N": "wheels", "n-1": "(rollers - 1)"}
 
 
@@ -76,9 +79,11 @@ class EngineSet:
         names = {state.name for state in present}
         self.spins = SPINS in names
         self.stands = effects.function(STANDS) is not None
-        self.dynamics = STANDS if self.stands else GRIPS if self.grips else SLIP if self.slips else DYNAMICS[self.spins]
+        self.disks_stick = effects.function(DISKS) is not None
+        slipping = STANDS if self.stands else GRIPS if self.grips else DISKS if self.disks_stick else SLIP
+        self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
-        own = {array.name for array in dynamics.outputs if self.slips}
+        own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
         # First what is coupled with nu: the speeds whose rates the dynamics gives.
         self.core = sorted((s for s in present if s.kind == CORE), key=lambda state: state.rate not in own)
         self.coupled = sum(state.rate in own for state in self.core)
@@ -97,7 +102,8 @@ class EngineSet:
         self.holds = effects.function(self.held) is not None
         inertia = self.holds or (self.acted and not self.slips)
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
-        further = ["mass_matrix"] * inertia + ["spins_from_axial"] * self.spins_stick
+        further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
+        further += ["slip_spins"] * self.disks_stick
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -128,6 +134,18 @@ class EngineSet:
     def place(self, base: str, state: str) -> str:
         offset = self.offset(state)
         return f"{base} + {offset}" if offset else base
+
+    @property
+    def own_rates(self) -> tuple[str, ...]:
+        """The states that stand together and are rates of bearings, or where wheels slip speeds of what these hold."""
+        if self.spins_stick:
+            return (SPINS,)
+        return ((RATES,) if self.axles_stick else ()) + ((CONTACT_SPEEDS, "axial") if self.disks_stick else ())
+
+    @property
+    def own_size(self) -> str:
+        """How many numbers they are, in C."""
+        return " + ".join(size_of(self.arrays[name]) for name in self.own_rates)
 
     @property
     def core_size(self) -> str:
@@ -183,6 +201,7 @@ class EngineSet:
         rates = {state.rate: self.place("at->core_dot", state.name) for state in self.core}
         targets = {"nu_dot": "nu_dot", "held_force": "at->held_force"}
         targets |= {name: f"at->{name}" for name in (*OF_CONTACTS, *OF_AXLES, *OF_SPINS)}
+        targets |= {name: f"at->{name}" for name in OF_DISKS if self.disks_stick}
         return self._calls(functions, targets | rates)
 
     def rolling_calls(self) -> list[Call]:
@@ -311,8 +330,8 @@ class EngineSet:
     ) -> list[Call]:
         """The calls, each with locals for the outputs that are no targets. Locals serve the later calls as inputs, and
         so does what is `given` beside the point."""
-        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push", *OF_AXLES, *OF_SPINS)
-        known = {name: f"at->{name}" for name in plain}
+        plain = ("nu", "chi", "heading", "momenta", "directions", "absent", "ground_push")
+        known = {name: f"at->{name}" for name in (*plain, *OF_AXLES, *OF_SPINS, *OF_DISKS)}
         known |= self.still | {state.name: self.place("at->core", state.name) for state in self.core}
         known |= {name: f"at->inputs + {k}*wheels" if k else "at->inputs" for k, name in enumerate(self.inputs)}
         known |= {name: f"at->balance->{name}" for name in OF_BALANCE} | {"load_factor": "at->loads->factor"} | given

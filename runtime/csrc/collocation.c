@@ -211,6 +211,10 @@ ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const array
 }
 #endif
 
+#if SET_DISKS_STICK
+ALWAYS_INLINE void keep_own(step_t *s, const int wheels, int b, const arrays_t *at);
+#endif
+
 /* The force that holds what sticks, from the last evaluation at a vector of nodes. */
 ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arrays_t *at)
 {
@@ -227,7 +231,9 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
 #if SET_STANDS
     keep_standing(s, wheels, b, at);
 #endif
-#if SET_OWN_BEARINGS
+#if SET_DISKS_STICK
+    keep_own(s, wheels, b, at);
+#elif SET_OWN_BEARINGS
     for (int k = 0; s->held && k < s->own_count; k++)
         s->own->held[k].lanes[b] = s->own->holding[k];
 #endif

@@ -122,6 +122,10 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
 }
 #endif
 
+#if SET_DISKS_STICK
+static void find_own_late(step_t *s, const int wheels, const arrays_t *at);
+#endif
+
 #if SET_STICKS && !SET_STANDS
 /* What the polynomials of what holds lack at the end of a step that ends where it holds no more, from an evaluation
  * there. */
@@ -152,7 +156,9 @@ NEVER_INLINE void measure_force_at_end(step_t *s, const int wheels)
     for (int k = 0; k < 3; k++)
         s->force_late[k] = at.held_force[k][0] - weighted(&s->force[k], &gauss_end);
 #endif
-#if SET_OWN_BEARINGS
+#if SET_DISKS_STICK
+    find_own_late(s, wheels, &at);
+#elif SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
         s->own->late[k] = s->own->holding[k][0] - weighted(s->own->held + k, &gauss_end);
 #endif

@@ -13,6 +13,63 @@ ALWAYS_INLINE double *own_rates(const omniroll_run_t *run)
     return run->core + own_rates_at(run->wheels);
 }
 
+#if SET_DISKS_STICK
+/* The rates of bearings in these states, with which rollers turn on their disks, and axles. */
+ALWAYS_INLINE void own_rates_in_lanes(const own_bearings_t *own, const vehicle_t *v, const int wheels,
+                                      const lanes_t *nu, const lanes_t *chi, const lanes_t *core, lanes_t *rates)
+{
+    const lanes_t *const first = core + own_rates_at(wheels), *const contact = first + own->rollers_at;
+    for (int k = 0; k < own->rollers_at; k++)
+        rates[k] = first[k];
+    set_slip_spins(wheels, v, nu, chi, contact, rates + own->rollers_at);
+    set_spins_from_axial(wheels, v, nu, chi, contact + wheels, rates + own->rollers_at + wheels);
+}
+
+/* The same at this instant. */
+static void find_own_rates(const omniroll_run_t *run, const work_t *work)
+{
+    instant_t now;
+    at_this_instant(run, work, run->wheels, &now);
+    own_rates_in_lanes(&work->own, &work->vehicle, run->wheels, now.arrays.nu, now.arrays.chi, now.point.core,
+                       work->own.rate);
+    for (int k = 0; k < run->own_count; k++)
+        work->own.now[k] = work->own.rate[k][0];
+}
+#endif
+
+/* The rate of a bearing at this instant, and what it changes by. */
+ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
+{
+#if SET_DISKS_STICK
+    (void)run;
+    return work->own.now[k];
+#else
+    (void)work;
+    return own_rates(run)[k];
+#endif
+}
+
+ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *work, int k)
+{
+#if SET_DISKS_STICK
+    if (k >= work->own.rollers_at)
+        return work->own.dot[k][0];
+#endif
+    return work->core_dot[own_rates_at(run->wheels) + k][0];
+}
+
+/* Changes the rate of a bearing; of a roller that turns on its disk, its axial speed. */
+ALWAYS_INLINE void put_own_rate(const omniroll_run_t *run, const work_t *work, int k, double rate)
+{
+#if SET_DISKS_STICK
+    own_rates(run)[k] += rate - work->own.now[k];
+    work->own.now[k] = rate;
+#else
+    (void)work;
+    own_rates(run)[k] = rate;
+#endif
+}
+
 /* Whether one that sticks is asked for more than it takes. */
 ALWAYS_INLINE int holds_no_more(const omniroll_bearing_t *own)
 {
@@ -21,22 +78,31 @@ ALWAYS_INLINE int holds_no_more(const omniroll_bearing_t *own)
 }
 
 /* Those rest whose rates are zero within rounding: a rate is what is left of larger speeds. */
-static void find_resting_own(omniroll_run_t *run, double speed)
+static void find_resting_own(omniroll_run_t *run, const work_t *work, double speed)
 {
     for (int k = 0; k < run->own_count; k++) {
-        const double rate = fabs(own_rates(run)[k]);
+        const double rate = fabs(own_rate(run, work, k));
         own_bearings(run)[k].resting |= rate <= AT_REST*EPS*(rate + speed*run->rate_of_speed);
     }
 }
 
-static void put_own_to_rest(omniroll_run_t *run)
+static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        double *const rate = own_rates(run) + k;
-        *rate = bearing->resting ? 0 : *rate;
-        bearing->mode = (*rate > 0) - (*rate < 0);
+        const double rate = bearing->resting ? 0 : own_rate(run, work, k);
+        put_own_rate(run, work, k, rate);
+        bearing->mode = (rate > 0) - (rate < 0);
     }
+}
+
+/* The torque of one whose torque is among the inputs: of an axle, or of a roller in contact. */
+ALWAYS_INLINE void put_own_input(const omniroll_run_t *run, int k, double torque)
+{
+    if (SET_AXLES_STICK && k < run->wheels)
+        run->inputs[SET_BEARING_INPUT*run->wheels + k] = torque;
+    else if (SET_DISKS_STICK && k < (SET_AXLES_STICK ? 2 : 1)*run->wheels)
+        run->inputs[SET_CONTACT_BEARING_INPUT*run->wheels + k%run->wheels] = torque;
 }
 
 /* The torques of those that turn; the others stick, or where `hold` is 0 take none. */
@@ -46,8 +112,7 @@ static void turn_own(const omniroll_run_t *run, const work_t *work, int hold)
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         bearing->torque = -bearing->mode*bearing->sliding;
         work->own.torque[k] = lanes_of(bearing->torque);
-        if (SET_AXLES_STICK)
-            run->inputs[SET_BEARING_INPUT*run->wheels + k] = bearing->torque;
+        put_own_input(run, k, bearing->torque);
         work->own.sticks[k] = lanes_of(hold && bearing->mode == 0);
     }
 }
@@ -60,11 +125,11 @@ static void find_own_torques(const omniroll_run_t *run, const work_t *work)
             own_bearings(run)[k].torque = work->own.holding[k][0];
 }
 
-/* Those that stick and are asked for more than they take have broken away. Returns how many there are. */
-static int release_own(const omniroll_run_t *run)
+/* Those from `first` on that stick and are asked for more than they take have broken away. Returns how many there are. */
+static int release_own(const omniroll_run_t *run, int first)
 {
     int count = 0;
-    for (int k = 0; k < run->own_count; k++) {
+    for (int k = first; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         if (!holds_no_more(bearing))
             continue;
@@ -81,11 +146,11 @@ ALWAYS_INLINE double left_by_iteration(const omniroll_run_t *run)
 }
 
 /* What the rates are rounded against in the phase that starts now. */
-static void size_own(const omniroll_run_t *run)
+static void size_own(const omniroll_run_t *run, const work_t *work)
 {
     for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].size = fabs(own_rates(run)[k]) + length3(run->nu)*run->rate_of_speed
-            + (SET_AXLES_STICK ? left_by_iteration(run)/EPS : 0);
+        own_bearings(run)[k].size = fabs(own_rate(run, work, k)) + length3(run->nu)*run->rate_of_speed
+            + (SET_AXLES_STICK || SET_DISKS_STICK ? left_by_iteration(run)/EPS : 0);
 }
 
 ALWAYS_INLINE double noise_of_own(const omniroll_bearing_t *bearing, double rate)
@@ -102,7 +167,7 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
     int count = 0, near = run->at_event;
     for (int k = 0; k < run->own_count; k++) {
         const omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const double rate = own_rates(run)[k];
+        const double rate = own_rate(run, work, k);
         near |= bearing->mode && -bearing->mode*rate >= -LANDED*noise_of_own(bearing, rate);
     }
     if (!near)
@@ -110,8 +175,8 @@ static int stop_own(omniroll_run_t *run, const work_t *work)
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     for (int k = 0; k < run->own_count; k++) {
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
-        const double own = own_rates(run)[k], value = -bearing->mode*own, noise = noise_of_own(bearing, own);
-        const double rate = -bearing->mode*work->core_dot[own_rates_at(run->wheels) + k][0];
+        const double own = own_rate(run, work, k), value = -bearing->mode*own, noise = noise_of_own(bearing, own);
+        const double rate = -bearing->mode*own_acceleration(run, work, k);
         if (bearing->mode && !bearing->resting
             && (value > PASSED*noise || (rate > 0 && value >= -(LANDED*noise + together*rate)))) {
             bearing->resting = run->hold.undecided = 1;

@@ -54,6 +54,53 @@ ALWAYS_INLINE double held_at_start(const step_t *s, int k)
 #endif
 }
 
+/* Whether a bearing turns as its roller does on its disk: then its rate at the nodes stands in the place of what holds. */
+ALWAYS_INLINE int is_spin(const step_t *s, int k)
+{
+#if SET_DISKS_STICK
+    return k >= s->own->rollers_at && s->own_bearing[k].mode;
+#else
+    (void)s, (void)k;
+    return 0;
+#endif
+}
+
+/* The rate of a bearing at the step's start. */
+ALWAYS_INLINE double own_start(const step_t *s, int k)
+{
+#if SET_DISKS_STICK
+    return s->own->now[k];
+#else
+    return s->start_core[own_rates_at(s->wheels) + k];
+#endif
+}
+
+#if SET_DISKS_STICK
+/* Of a spin against its mode, at the step's end: the spin, and its rate. */
+ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
+{
+    return -s->own_bearing[k].mode*(weighted(s->own->held + k, &gauss_end) + s->own->late[k]);
+}
+
+static double spin_rate_at_end(const step_t *s, int k)
+{
+    const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
+    const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
+    return (fabs(slope) < FACET_RISES*rounding ? spin_at_end(s, k) - start : slope)/s->h;
+}
+
+/* Where in the step a spin is against its mode, and not at the end: where it is farthest, or 1. */
+static double turn_of_spin(const step_t *s, int k)
+{
+    const omniroll_bearing_t *const bearing = s->own_bearing + k;
+    const double start = -bearing->mode*own_start(s, k), bound = FACET_NOISE*EPS*(bearing->size + fabs(start));
+    nodes_t rate = times(gauss_slope, s->own->held + k);
+    for (int b = 0; b < BLOCKS; b++)
+        rate.lanes[b] *= -bearing->mode;
+    return turn_beyond(&rate, weighted(&rate, &gauss_end), 1, start, -INFINITY, bound);
+}
+#endif
+
 /* How the rate of a bearing that turns changes at the nodes, against its mode. */
 ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
 {
@@ -67,9 +114,13 @@ ALWAYS_INLINE nodes_t turning_rate(const step_t *s, int k)
 ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = s->start_core[own_rates_at(s->wheels) + k];
+    const double start = own_start(s, k);
     if (bearing->mode) {
         *beyond = PASSED*EPS*(bearing->size + fabs(start));
+#if SET_DISKS_STICK
+        if (is_spin(s, k))
+            return spin_at_end(s, k);
+#endif
         return -bearing->mode*(start + s->h*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_weight));
     }
     const double torque = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
@@ -82,6 +133,10 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
 static double own_rate_at_end(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
+#if SET_DISKS_STICK
+    if (is_spin(s, k))
+        return spin_rate_at_end(s, k);
+#endif
     if (bearing->mode)
         return -bearing->mode*weighted(s->rate_core + own_rates_at(s->wheels) + k, &gauss_end);
     const nodes_t *const held = s->own->held + k;
@@ -97,7 +152,7 @@ static double own_rate_at_end(const step_t *s, int k)
  * an instant. It stops only where it is beyond what counts as rest. */
 ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
 {
-    return SET_AXLES_STICK && s->own_bearing[k].mode && fabs(s->start_core[own_rates_at(s->wheels) + k]) <= beyond;
+    return (SET_AXLES_STICK || SET_DISKS_STICK) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
 }
 
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
@@ -125,7 +180,11 @@ static double length_to_own(step_t *s, const int wheels, double length)
 static double turn_of_own(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
-    const double start = s->start_core[own_rates_at(s->wheels) + k];
+    const double start = own_start(s, k);
+#if SET_DISKS_STICK
+    if (is_spin(s, k))
+        return turn_of_spin(s, k);
+#endif
     if (bearing->mode) {
         const nodes_t rate = turning_rate(s, k);
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,

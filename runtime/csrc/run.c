@@ -20,6 +20,7 @@
  * sticking.c     which bearings stick
  * spins.c        and which of those of free rollers
  * slipping_axles.c  the same of axles where wheels may slip
+ * slipping_rollers.c  and of their rollers
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
  * cones.c        the small problem of which contacts can
@@ -67,6 +68,7 @@
 #include "spins.c"
 #include "sticking.c"
 #include "slipping_axles.c"
+#include "slipping_rollers.c"
 #if SET_GRIPS
 #include "cones.c"
 #endif

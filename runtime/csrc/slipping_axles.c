@@ -1,12 +1,12 @@
 /* Axles that stick where wheels may slip: which of those at rest stick. The numbered rules are in
  * runtime/omniroll/effects/slipping_axles.py. */
-#if SET_AXLES_STICK
+#if SET_AXLES_STICK || SET_DISKS_STICK
 #define NEAR_BOUND 0.999            /* of its bound a torque is at it, where a step has ended there         */
 
 /* A run begins: nothing sticks so far. */
 static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 {
-    for (int k = 0; k < run->wheels; k++)
+    for (int k = 0; k < most_own_bearings(run->wheels, run->rollers_per_wheel); k++)
         work->own.sticks[k] = lanes_of(0);
 }
 
@@ -30,12 +30,26 @@ static void let_axle_go(omniroll_bearing_t *axle)
         axle->mode = -axle->released*asked >= NEAR_BOUND*axle->sliding ? axle->released : 0;
 }
 
-/* Which axles stick in the phase that starts now. */
+/* Those among the bearings that are axles. */
+ALWAYS_INLINE int axles_among(const omniroll_run_t *run)
+{
+    return SET_DISKS_STICK ? run->axle_count : run->own_count;
+}
+
+#if SET_DISKS_STICK
+static void decide_rollers(const omniroll_run_t *run, const work_t *work);
+static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
+#endif
+
+/* Which axles stick in the phase that starts now, and which rollers. */
 static void decide(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
-    find_resting_own(run, length3(run->nu));
-    put_own_to_rest(run);
+#if SET_DISKS_STICK
+    find_own_rates(run, work);
+#endif
+    find_resting_own(run, work, length3(run->nu));
+    put_own_to_rest(run, work);
     turn_own(run, work, 1);
     for (int k = 0; k < run->own_count; k++)
         resting |= own_bearings(run)[k].resting;
@@ -44,8 +58,11 @@ static void decide(omniroll_run_t *run, const work_t *work)
         wheel_momenta(run, work);
 #endif
         hold_axles(run, work);
-        release_own(run);
-        for (int k = 0; k < run->own_count; k++)
+#if SET_DISKS_STICK
+        decide_rollers(run, work);
+#endif
+        release_own(run, 0);
+        for (int k = 0; k < axles_among(run); k++)
             if (own_bearings(run)[k].resting && own_bearings(run)[k].released)
                 let_axle_go(own_bearings(run) + k);
         turn_own(run, work, 1);
@@ -53,8 +70,8 @@ static void decide(omniroll_run_t *run, const work_t *work)
     }
     run->hold.count = 0;
     for (int k = 0; k < run->own_count; k++)
-        run->hold.count += own_bearings(run)[k].mode == 0;
-    size_own(run);
+        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
+    size_own(run, work);
     run->hold.undecided = 0;
 }
 
@@ -77,7 +94,7 @@ ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
  * are, with the one whose mode a step has ended, which is told once. */
 static int pass_bearings(omniroll_run_t *run, const work_t *work)
 {
-    const int count = run->hold.ended + release_own(run) + stop_own(run, work);
+    const int count = run->hold.ended + release_own(run, 0) + stop_own(run, work);
     run->hold.ended = 0;
     run->hold.undecided |= count > 0;
     return count;
@@ -113,6 +130,9 @@ static void bearings_have_moved(omniroll_run_t *run, const work_t *work, const s
         own_bearings(run)[k].resting = own_bearings(run)[k].mode == 0;
         own_bearings(run)[k].released = 0;
     }
+#if SET_DISKS_STICK
+    keep_rollers_at_rest(run, work);
+#endif
     if (run->hold.count)
         hold_axles(run, work);
     if (landed < 0 || landed >= run->own_count)

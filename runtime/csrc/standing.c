@@ -86,14 +86,14 @@ static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
         run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
     const double least = run->hold.speed/(run->ground.arms[2]*run->rate_of_speed);     /* of |nu|                  */
     for (int turn = 0; turn < 2; turn++) {
-        find_resting_own(run, fmax(length3(run->nu), least));
-        put_own_to_rest(run);
+        find_resting_own(run, work, fmax(length3(run->nu), least));
+        put_own_to_rest(run, work);
         find_resting_contacts(run, work);
-        find_resting_own(run, fmax(length3(run->nu), least));
-        put_own_to_rest(run);
+        find_resting_own(run, work, fmax(length3(run->nu), least));
+        put_own_to_rest(run, work);
         if (forbid(run, work)) {
             roll(run, work, 0);
-            put_own_to_rest(run);
+            put_own_to_rest(run, work);
         }
     }
     moves = length3(run->nu);
@@ -384,7 +384,7 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
         decide_together(run, work);
     }
     find_all_torques(run, work, &now);
-    size_own(run);
+    size_own(run, work);
     run->hold.undecided = run->ground.undecided = 0;
 }
 

@@ -43,14 +43,30 @@ typedef struct {
     lanes_t *holding;                           /* out: what holds                               */
     nodes_t *held;                              /* that at the nodes                             */
     double *late;                               /* what its polynomials lack at the step's end   */
+#if SET_DISKS_STICK
+    int wheels, rollers_at;                             /* where those of rollers begin, behind those of axles: in contact, free */
+    double *now;                                /* rates at this instant                         */
+    lanes_t *rate, *dot;                        /* scratch; out: accelerations of the rollers' spins */
+    lanes_t *yaw_mass;                          /* out: one number                               */
+    double *given, *per_yaw, *bounds;           /* of those at rest: scratch                     */
+#endif
 } own_bearings_t;
 
 ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 {
 #if SET_SPINS_STICK
     point->free_sticks = own->sticks, point->free_bearing = own->torque, point->free_holding = own->holding;
-#else
+#endif
+#if SET_AXLES_STICK
     point->axle_sticks = own->sticks, point->axle_holding = own->holding;   /* torques are among the inputs */
+#endif
+#if SET_DISKS_STICK
+    const int contact = own->rollers_at, free = contact + own->wheels;
+    point->contact_sticks = own->sticks + contact, point->contact_holding = own->holding + contact;
+    point->free_sticks = own->sticks + free, point->free_holding = own->holding + free;
+    point->free_bearing = own->torque + free;
+    point->contact_spin_dot = own->dot + contact, point->spins_dot = own->dot + free;
+    point->yaw_mass = own->yaw_mass;
 #endif
 }
 #endif

@@ -47,7 +47,7 @@ static void find_resting(omniroll_run_t *run)
         bearing->resting |= fabs(dot3(bearing->row, run->nu)) <= AT_REST*EPS*length3(bearing->row)*speed;
     }
 #if SET_SPINS_STICK
-    find_resting_own(run, speed);
+    find_resting_own(run, work, speed);
 #endif
 }
 
@@ -90,7 +90,7 @@ static void put_to_rest(omniroll_run_t *run)
         bearing->mode = bearing->resting ? 0 : (rate > 0) - (rate < 0);
     }
 #if SET_SPINS_STICK
-    put_own_to_rest(run);
+    put_own_to_rest(run, work);
 #endif
 }
 
@@ -222,7 +222,7 @@ static void release(omniroll_run_t *run, const int *signs)
         if (signs[i])
             run->bearings[i].released = signs[i] > 0 ? 1 : -1;
 #if SET_SPINS_STICK
-    release_own(run);
+    release_own(run, 0);
 #endif
     run->hold.undecided = 1;
 }
@@ -312,7 +312,7 @@ static void guard_rates(omniroll_run_t *run)
         run->hold.guard_count++;
     }
 #if SET_SPINS_STICK
-    size_own(run);
+    size_own(run, work);
 #endif
 }
 
@@ -460,7 +460,7 @@ static void bearings_have_jumped(omniroll_run_t *run, const double *before)
     }
     run->hold.undecided = 1;
 }
-#elif !SET_AXLES_STICK
+#elif !SET_AXLES_STICK && !SET_DISKS_STICK
 ALWAYS_INLINE void settle_bearings(omniroll_run_t *run, const work_t *work)
 {
     (void)run, (void)work;

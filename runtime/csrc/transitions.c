@@ -38,7 +38,10 @@ static void exchange_rollers(omniroll_run_t *run, const work_t *work, const int 
 #if defined LANES_HAS_MOMENTA && SET_GRIPS      /* decisions at this instant ask for them                   */
     wheel_momenta(run, work);
 #endif
-#if SET_AXLES_STICK
+#if SET_DISKS_STICK
+    rollers_have_switched(run, directions);
+#endif
+#if SET_AXLES_STICK || SET_DISKS_STICK
     axles_have_switched(run);
 #endif
 #if SET_GRIPS

@@ -1,7 +1,7 @@
 """Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
-stick where that is solved.
+stick where that is solved, and in scenes of their own rollers.
 
-A scene follows from its number alone, so that one that fails is found again: `scene(number)`.
+A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`.
 """
 
 import itertools
@@ -23,6 +23,7 @@ MISSES = 10  # times that: what the promise of `accuracy` allows
 MOST_EVALUATIONS = 2e7  # of a run: some ten seconds
 OF_LOADS = ("loads", "tips")  # words of the reasons for which a run with dynamic loads may stop
 MODELS, LAWS, LOADS = ("massless", "free"), ("coulomb", "coulomb", "regularised", "viscous"), ("static", "dynamic")
+LEAST_WITH_LOADS = 3  # wheels
 KINDS = list(itertools.product(MODELS, LAWS, LOADS))
 
 
@@ -84,19 +85,46 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     return Vehicle.paper(wheels, int(random.integers(4, 8))), task
 
 
-def outcome(number: int) -> tuple[Trajectory, str]:
+def rollers_stick(number: int) -> tuple[Vehicle, dict[str, Any]]:
+    """The same of a vehicle whose rollers stick on their disks, in half of the scenes beside axles that stick."""
+    random = np.random.default_rng([SEED, 1, number])
+    wheels, friction = int(random.choice((1, 2, 3, 5, 6))), float(10 ** random.uniform(-3, 0.3))
+    law = "viscous" if wheels < LEAST_WITH_LOADS else str(random.choice(("viscous", "regularised")))
+    numbers: dict[str, Any] = {"coefficient": float(20 * friction * random.choice((1.0, 100.0)))}
+    if law == "regularised":
+        numbers = {"friction": friction, "speed": float(10 ** random.uniform(-4, -1)), "normal_gravity": GRAVITY}
+    vehicle = Vehicle.paper(wheels, int(random.integers(4, 8)))
+    rates = tuple(random.normal(size=wheels)) if random.random() < 0.7 else None
+    acting = (torques, motors, table)[number % 3](random, wheels)[:1]
+    sliding = vehicle.roller_inertia * 10 ** random.uniform(0, 4) * random.uniform(0.5, 1.5, wheels)
+    given = {"roller_coulomb": sliding, "roller_break_away": random.choice((1.0, 1.2)) * sliding}
+    if number % 2:
+        of_axles = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
+        given |= {"wheel_coulomb": of_axles, "wheel_break_away": 1.2 * of_axles}
+    slope = Slope(float(random.uniform(0, 0.3)), 1.0)
+    task = {
+        "nu": tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0),
+        "spins": random.normal(size=(wheels, vehicle.rollers_per_wheel - 1)) * random.choice((0.0, 1.0, 100.0)),
+        "duration": DURATION,
+        "roller_model": "free",
+        "effects": (Contact(law=law, **numbers, wheel_rates=rates), *acting, Bearings(**given), slope),
+        "accuracy": ACCURACY,
+        "control": False,
+    }
+    return vehicle, task
+
+
+def outcome(vehicle: Vehicle, task: dict[str, Any]) -> tuple[Trajectory, str]:
     """The run of a scene, and why it has stopped, or nothing."""
-    vehicle, task = scene(number)
     try:
         return simulate(vehicle, **task), ""
     except SimulationStopped as stopped:
         return stopped.trajectory, str(stopped)
 
 
-def judged(number: int) -> dict[str, float]:
+def judged(vehicle: Vehicle, task: dict[str, Any]) -> dict[str, float]:
     """What is measured of a scene."""
-    vehicle, task = scene(number)
-    run, reason = outcome(number)
+    run, reason = outcome(vehicle, task)
     dynamic = task["effects"][0].loads == "dynamic"
     arrays = [run.nu, run.slip, run.ground_force, run.energy, *([run.ground_load] if dynamic else [])]
     pulls = -run.ground_load[:-1].min(initial=0.0) / (vehicle.mass * GRAVITY) if dynamic else 0.0
@@ -111,7 +139,8 @@ def judged(number: int) -> dict[str, float]:
 
 
 def anywhere(scale: Scale) -> list[Measurement]:
-    found = [judged(number) for number in range(scale.of(4, 10_000))]
+    found = [judged(*scene(number)) for number in range(scale.of(4, 10_000))]
+    found += [judged(*rollers_stick(number)) for number in range(scale.of(2, 500))]
 
     def measured(what: str, value: float, bound: float) -> Measurement:
         return Measurement(what, "compiled", "double", "all", value, bound)

@@ -40,6 +40,12 @@ COEFFICIENTS = (
     ("roller_viscous", "roller_damping", "roller_viscous"),
     ("roller_coulomb", "roller_torque", "roller_coulomb"),
 )
+# Effects of the registry beside which rollers cannot stick, and why.
+UNDECIDED = {
+    "contact_coulomb": "the law coulomb: a wheel whose contact and roller both stick holds the vehicle along its axle, "
+    "and several hold it together",
+    "contact_loads": "loads that follow the motion: these follow from theta'', and whether a roller sticks from them",
+}
 SPEEDS = (("wheel_speed", "axle_fade_speed"), ("roller_speed", "roller_fade_speed"))  # field, argument of prepare
 
 
@@ -56,7 +62,8 @@ class Bearings(Effect):
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, for break_away below coulomb, and for rollers that stick where wheels may slip.
+    coefficients that is not N, for break_away below coulomb, and for rollers that stick where wheels may slip, if they
+    are massless, if the ground's law is coulomb or if loads follow the motion.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -91,11 +98,10 @@ class Bearings(Effect):
             self._torques("wheel", vehicle.wheels)
         if self.rollers_stick:
             self._torques("roller", vehicle.wheels)
-            if any("contact" in effect.kernel_effects() for effect in others):
-                bound = (
-                    "must be given where wheels may slip: rollers that stick are not solved together with the ground"
-                )
-                raise InvalidValueError("roller_speed", None, bound)
+            on_ground = {name for effect in others for name in effect.kernel_effects()}
+            for name, reason in UNDECIDED.items():
+                if name in on_ground:
+                    raise InvalidValueError("roller_speed", None, f"must be given beside {reason}")
 
     @property
     def sticks(self) -> bool:
@@ -127,8 +133,20 @@ class Bearings(Effect):
         own = self.sticks and kernel.slips
         return SlippingAxles(kernel, *self._torques("wheel", kernel.wheels)) if own else None
 
+    def roller_torques(self, kernel: Kernel) -> tuple[np.ndarray, np.ndarray] | None:
+        return self._torques("roller", kernel.wheels) if self.rollers_stick and kernel.slips else None
+
+    def check_model_beside(self, roller_model: str, others: Sequence[Effect]) -> None:
+        on_ground = any("contact" in effect.kernel_effects() for effect in others)
+        if self.rollers_stick and on_ground and roller_model == "massless":
+            bound = (
+                "must be given for massless rollers where wheels may slip: they turn as their wheels move along the "
+                "axles, so that bearings which stick hold the vehicle itself, and several hold it together"
+            )
+            raise InvalidValueError("roller_speed", None, bound)
+
     def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
-        if not self.rollers_stick:
+        if not self.rollers_stick or kernel.slips:
             return None
         axles = self._torques("wheel", kernel.wheels) if self.sticks else None
         return StickingBearings(kernel, axles, self._torques("roller", kernel.wheels))

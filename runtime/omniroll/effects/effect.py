@@ -204,6 +204,9 @@ class Effect:
     def check_model(self, roller_model: str) -> None:
         """Raise InvalidValueError where it makes no sense with this roller_model."""
 
+    def check_model_beside(self, roller_model: str, others: "Sequence[Effect]") -> None:
+        """The same beside `others`, the effects with which it acts."""
+
     def doubts(self, vehicle: Vehicle, others: "Sequence[Effect]") -> tuple[UserWarning, ...]:
         """What is allowed and yet looks wrong; simulate warns with it.
 
@@ -304,8 +307,17 @@ class Effect:
         """
         return None
 
+    def roller_torques(self, kernel: Kernel) -> tuple[np.ndarray, np.ndarray] | None:
+        """(N,) the torques in N m of rollers that spin, and the largest at rest, where their friction is the set-valued
+        law and wheels may slip; None where this effect has none.
+
+        kernel  Kernel of the run
+        """
+        return None
+
     def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
-        """The bearings of rollers, and of axles beside them, in a run where rollers stick; None where none do.
+        """The bearings of rollers, and of axles beside them, in a run where rollers stick and wheels roll; None where
+        none do.
 
         kernel  Kernel of the run
         """

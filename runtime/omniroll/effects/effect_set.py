@@ -23,6 +23,7 @@ from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_rollers import SlippingRollers
 from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
 from omniroll.effects.sticking_bearings import BearingFlow
@@ -87,6 +88,7 @@ class EffectSet:
             return kernel(vehicle, roller_model, backend, effects=also)
         for effect in self.effects:
             effect.check_model(roller_model)
+            effect.check_model_beside(roller_model, self.effects)
         vehicle = self.equipped(vehicle)
         constants = tuple(self.constants(vehicle).items())
         return kernel(vehicle, roller_model, backend, effects=(*self._kernel_effects, *also), constants=constants)
@@ -223,7 +225,8 @@ class EffectRun:
     drives   names of the drives' inputs of the kernel that there are
     axles    the wheels' axles where they may stick, or None
     slipping_axles  the same where wheels may slip
-    bearings  those of rollers, and of axles beside them, where rollers may stick; or None
+    slipping_rollers  the rollers where they may stick on their disks and wheels may slip, or None
+    bearings  those of rollers, and of axles beside them, where rollers may stick and wheels roll; or None
     ground   the contacts where they may stick on the ground, or None
     """
 
@@ -236,10 +239,15 @@ class EffectRun:
         self.axles = next((axles for e in effects.effects if (axles := e.axles(bound)) is not None), None)
         slipping = (axles for e in effects.effects if (axles := e.slipping_axles(bound)) is not None)
         self.slipping_axles = next(slipping, None)
+        of_rollers = next((own for e in effects.effects if (own := e.roller_torques(bound)) is not None), None)
+        self.slipping_rollers = None if of_rollers is None else self._rollers(*of_rollers)
         found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
         self.bearings = next(found, None)
         grip = effects.grip(bound.vehicle)
         self.ground = None if grip is None else self._ground(grip)
+
+    def _rollers(self, sliding: np.ndarray, holding: np.ndarray) -> SlippingRollers:
+        return SlippingRollers(self.kernel, sliding, holding, self.bound_rates.buffers)
 
     def _ground(self, grip: Grip) -> Ground | SmoothGround:
         if self.slipping_axles is not None:  # the ground has them then
@@ -300,8 +308,8 @@ class EffectRun:
         if self.ground is not None:
             flow = self._on_the_ground if self.ground.grip.sticks else self._on_smooth_ground
             return flow(constants, y), Guards(guards, self.state_vector.size)
-        if self.slipping_axles is not None:
-            return self._on_slipping_axles(self.slipping_axles, constants, guards, y)
+        if self.slipping_axles is not None or self.slipping_rollers is not None:
+            return self._in_slipping_bearings(constants, guards, y)
         if self.bearings is not None:
             return self._in_bearings(constants, guards, y)
         if self.axles is None:
@@ -403,20 +411,32 @@ class EffectRun:
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
         ground.seen = ground.towards.copy()
 
-    def _on_slipping_axles(
-        self, axles: SlippingAxles, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
+    def _in_slipping_bearings(
+        self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
     ) -> tuple[Flow, Guards]:
-        """The rates and guards in the modes of the axles, which are decided for the phase that starts now."""
+        """The rates and guards in the modes of axles and rollers, which are decided for the phase that starts now. What
+        holds an axle does not depend on the rollers' modes, nor what holds a roller on the axles'."""
+        axles, rollers, layout = self.slipping_axles, self.slipping_rollers, self.state_vector
 
-        def flow(sticks: np.ndarray) -> Flow:
-            self.signals["bearing_torque"] = Signal.constant(axles.torques())
-            return self.bound_rates.flow({**constants, "axle_sticks": sticks}, self.signals)
+        def flow(sticks: np.ndarray | None = None, torques: np.ndarray | None = None) -> Flow:
+            modes = {}
+            if axles is not None:
+                self.signals["bearing_torque"] = Signal.constant(axles.torques())
+                modes["axle_sticks"] = axles.modes == 0
+            if rollers is not None:
+                own = (rollers.modes == 0, rollers.torques()) if sticks is None else (sticks, torques)
+                modes |= rollers.inputs(*own)
+                self.signals["contact_bearing"] = Signal.constant(modes.pop("contact_bearing"))
+            return self.bound_rates.flow({**constants, **modes}, self.signals)
 
-        flow(axles.resting)(0.0, y)
-        axles.decide(self.axle_holding)
-        layout = self.state_vector
-        turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
-        return flow(axles.modes == 0), Guards([*guards, *turning], layout.size)
+        turning = []
+        if axles is not None:
+            flow()(0.0, y)
+            axles.decide(self.axle_holding)
+            turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        if rollers is not None:
+            rollers.decide(lambda sticks, torques: flow(sticks, torques)(0.0, y))
+        return flow(), Guards([*guards, *turning], layout.size)
 
     @property
     def axle_holding(self) -> np.ndarray:
@@ -506,6 +526,9 @@ class EffectRun:
         if isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.ground.holding
+        if self.slipping_rollers is not None:
+            flow(time, y)
+            drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
         if isinstance(self.ground, GroundWithAxles):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()
@@ -526,6 +549,8 @@ class EffectRun:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
         if self.own_axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.own_axles.torque_sizes()
+        if self.slipping_rollers is not None:
+            sizes[self.drives.index("contact_bearing")] = self.slipping_rollers.torque_sizes()
         return sizes
 
     def pass_guards(self, passed: np.ndarray) -> None:
@@ -540,8 +565,13 @@ class EffectRun:
             self.ground.pass_guards(passed[start:])
         if self.bearings is not None and passed[start:].any():
             self.bearings.pass_guards(passed[start:])
-        if self.slipping_axles is not None and passed[start:].any():
-            self.slipping_axles.pass_guards(passed[start:])
+        if self.slipping_axles is not None:
+            end = start + self.kernel.wheels
+            if passed[start:end].any():
+                self.slipping_axles.pass_guards(passed[start:end])
+            start = end
+        if self.slipping_rollers is not None and passed[start:].any():
+            self.slipping_rollers.pass_guards(passed[start:])
         if self.axles is not None and passed[start:].any():
             self.axles.pass_guards(passed[start:])
 
@@ -586,6 +616,6 @@ class Plan:
         numbers = [table.curve.values for table in self.tables] + [drive.laws for drive in self.modal]
         for sampler in self.samplers:
             numbers += [sampler.target.values, sampler.proportional, sampler.integral, np.array(sampler.sample_time)]
-        sticking = (self.acting.axles, self.acting.own_axles, self.acting.bearings)
+        sticking = (self.acting.axles, self.acting.own_axles, self.acting.bearings, self.acting.slipping_rollers)
         numbers += [found.holding for found in sticking if found is not None]
         return max((float(np.abs(array).max()) for array in numbers if array.size), default=0.0)

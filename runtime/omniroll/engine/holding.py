@@ -12,11 +12,14 @@ import numpy as np
 
 from omniroll.effects.guards import LANDED, PASSED, Guards
 from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_rollers import SlippingRollers
+from omniroll.effects.state_vector import StateVector
 from omniroll.effects.sticking import Axles
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.kernels.kernel import Flow
 from omniroll.results.dense import bernstein_through, values_at
 
+START = 1e-6  # of the largest spin in a step: a roller that is slower at its start begins to turn
 PROBE = 1e-4  # of a step: over this time the rate of an excess is measured
 
 
@@ -37,6 +40,10 @@ class MotionGuards(ABC):
     def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
         """(K,) their rates."""
         return (self._own(time + self.probe, y + self.probe * rates)[0] - values) / self.probe
+
+    def _missed(self, values: np.ndarray) -> np.ndarray | float:
+        """(K,) what the polynomial through values (P, K) at places of a step may miss by more than rounding."""
+        return 0.0
 
     def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
         """The time that a step from here may last."""
@@ -67,7 +74,8 @@ class MotionGuards(ABC):
         places = (1 - np.cos(np.pi * np.linspace(0, 1, len(dense)))) / 2
         states = values_at(np.broadcast_to(dense, (len(places), *dense.shape)), places)
         found = [self._own(start + h * x, y) for x, y in zip(places, states, strict=True)]
-        own = np.array([values - PASSED * rounding for values, rounding in found])
+        values, rounding = (np.array(numbers) for numbers in zip(*found, strict=True))
+        own = values - PASSED * rounding - self._missed(values)
         return np.concatenate([self.guards.margins(dense, start, h), bernstein_through(places, own)], axis=1)
 
 
@@ -106,6 +114,30 @@ class SlippingAxleGuards(MotionGuards):
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.flow(time, y)
         return self.axles.excess(self.holding)
+
+
+class SlippingRollerGuards(MotionGuards):
+    """The guards of a phase, then of each roller (N n,) where wheels may slip how far it is beyond the end of its mode.
+
+    guards   of the effects and of axles
+    rollers  in their modes
+    flow     the rates of the phase
+    layout   of y
+    """
+
+    def __init__(self, guards: Guards, rollers: SlippingRollers, flow: Flow, layout: StateVector):
+        super().__init__(guards, rollers.modes.size)
+        self.rollers, self.flow, self.layout = rollers, flow, layout
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        self.flow(time, y)
+        speeds = (self.layout.view(y, name) for name in ("nu", "chi", "contact_omega", "axial"))
+        return self.rollers.excess(self.rollers.spins(*speeds))
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        """A roller that has just begun to turn is as slow at first as its spin's polynomial is wrong."""
+        starts = (self.rollers.modes.ravel() != 0) & (np.abs(values[0]) <= START * np.abs(values).max(axis=0))
+        return np.where(starts, START * np.abs(values).max(axis=0), 0.0)
 
 
 class BearingGuards(MotionGuards):

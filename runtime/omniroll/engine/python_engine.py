@@ -10,7 +10,7 @@ from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.ground_guards import ground_guards
-from omniroll.engine.holding import BearingGuards, HoldingGuards, SlippingAxleGuards
+from omniroll.engine.holding import BearingGuards, HoldingGuards, SlippingAxleGuards, SlippingRollerGuards
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
@@ -178,7 +178,8 @@ class Run:
             self.state = replace(self.state, nu=axles.at_rest(self.state.nu))
         slipping = self.acting.slipping_axles
         bearings = self.acting.bearings
-        for own in (slipping, bearings):
+        rollers = self.acting.slipping_rollers
+        for own in (slipping, rollers, bearings):
             if own is not None:
                 self.state = own.at_rest(self.state)
                 self._start_added()
@@ -196,6 +197,8 @@ class Run:
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
         if slipping is not None:
             self.guards = SlippingAxleGuards(self.guards, slipping, self.flow, self.acting.axle_holding)
+        if rollers is not None:
+            self.guards = SlippingRollerGuards(self.guards, rollers, self.flow, self.acting.state_vector)
         if bearings is not None:
             self.guards = BearingGuards(self.guards, bearings, self.flow)
         if ground is not None:
@@ -256,7 +259,8 @@ class Run:
             self.elapsed, self.carry = end, 0.0
             self.rows.elapsed[-1] = self.elapsed
         acting = self.acting
-        for what_sticks in (acting.axles, acting.slipping_axles, acting.bearings, acting.ground):
+        sticking = (acting.axles, acting.slipping_axles, acting.slipping_rollers, acting.bearings, acting.ground)
+        for what_sticks in sticking:
             if phase.times and what_sticks is not None:
                 what_sticks.moved()
         if phase.passed.any():
@@ -324,8 +328,12 @@ class Run:
         if self.acting.axles is not None:
             self.acting.axles.jumped(before, self.state.nu)
             self._ask()
-        if self.acting.slipping_axles is not None:
-            self.acting.slipping_axles.switched()
+        axles, rollers = self.acting.slipping_axles, self.acting.slipping_rollers
+        if axles is not None:
+            axles.switched()
+        if rollers is not None:
+            rollers.switched(directions)
+        if axles is not None or rollers is not None:
             self._ask()
         if self.acting.bearings is not None:
             self.acting.bearings.jumped()

@@ -32,14 +32,17 @@ class WhatActs:
     def _bearings(self) -> list[dict[str, Any]]:
         """Those of axles, of rollers in contact, of free rollers; these have no row, and neither have axles of wheels
         that may slip."""
-        acting = self.plan.acting
-        found = acting.axles or acting.bearings or acting.own_axles
-        if found is None:
+        acting, rollers = self.plan.acting, self.plan.acting.slipping_rollers
+        found = [own for own in (acting.axles or acting.bearings or acting.own_axles, rollers) if own is not None]
+        if not found:
             return []
-        own = [] if acting.own_axles else found.rows.tolist()
-        rows = [*own, *[(0.0, 0.0, 0.0)] * (len(found.sliding) - len(own))]
+        sliding, holding = (
+            np.concatenate([_by_kind(getattr(own, name)) for own in found]) for name in ("sliding", "holding")
+        )
+        own = [] if acting.own_axles or rollers else found[0].rows.tolist()
+        rows = [*own, *[(0.0, 0.0, 0.0)] * (len(sliding) - len(own))]
         names = ("row", "sliding", "holding", "nearer")
-        numbers = zip(rows, found.sliding, found.holding, np.ones(len(rows)), strict=True)
+        numbers = zip(rows, sliding, holding, np.ones(len(rows)), strict=True)
         return [dict(zip(names, own, strict=True)) for own in numbers]
 
     def _count_bearings(self, run: Any) -> None:
@@ -51,6 +54,10 @@ class WhatActs:
         if self.plan.acting.own_axles is not None:
             run.axle_count = run.own_count = self.wheels
             run.rate_of_speed = self.plan.acting.own_axles.reach
+        rollers = self.plan.acting.slipping_rollers
+        if rollers is not None:
+            run.own_count += rollers.modes.size
+            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, max(run.rate_of_speed, rollers.reach)
         if bearings is not None:
             run.axle_count, run.own_count = bearings.axle_count, len(bearings.sliding) - bearings.plane
             run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, 1 / vehicle.yaw_scale
@@ -162,6 +169,11 @@ class WhatActs:
             "times": self._pointer(curve.knots),
             "values": self._pointer(curve.values),
         }
+
+
+def _by_kind(torques: np.ndarray) -> np.ndarray:
+    """Torques of bearings in the engine's order: of rollers (N, n) by place first those in contact."""
+    return torques if torques.ndim == 1 else np.concatenate([torques[:, 0], torques[:, 1:].ravel()])
 
 
 what_acts = lru_cache(maxsize=64)(WhatActs)  # of the plans that runs share
