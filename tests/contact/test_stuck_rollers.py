@@ -237,7 +237,7 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
 
 
 def scene(number):
-    """A vehicle whose rollers stick on one of both grounds, in half of them beside axles that stick, and how it runs."""
+    """A vehicle whose rollers stick on one of both grounds, half of them beside axles that stick, and how it runs."""
     rng = np.random.default_rng([6, number])
     law, wheels = ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5, 6)))
     vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
