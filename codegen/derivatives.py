@@ -262,7 +262,7 @@ class Numbers:
                 name = f"{source.name}_by_{direction.name}"
                 self.slopes[direction.name][source.name] = known.get(name) or Symbol(name)
             if degrees:
-                rates.append(self._rate(direction, next(iter(column.seeds))))
+                rates += self._rate(direction, list(column.seeds), prepare)
                 self.degrees[direction.name] = degrees
         body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
@@ -279,13 +279,20 @@ class Numbers:
         put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
         return {field.name: put[field.name] for field in self.sources}
 
-    def _rate(self, direction: Direction, symbol: str) -> Step:
-        """One over a number, as a further field."""
+    def _rate(self, direction: Direction, number: list[str], prepare: Function) -> list[Step]:
+        """One over a number, by its names, as a further field where the model has none that is just that."""
+        own = [Power(Symbol(name), -1) for name in number]
+        lets = {step.name: step.expression for step in steps(prepare.body) if step.kind == "let"}
+        for step in steps(prepare.body):
+            e = step.expression
+            if step.kind == "put" and (lets.get(e.name) if isinstance(e, Symbol) else e) in own:
+                self.rates[direction.name] = Symbol(step.name)
+                return []
         unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
         field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
         self._new[field.name] = field
         self.rates[direction.name] = Symbol(field.name)
-        return Step("put", field.name, Power(Symbol(symbol), -1), Element(field, ()))
+        return [Step("put", field.name, own[0], Element(field, ()))]
 
     def function(self, program: Differentiable) -> Function:
         """The derivatives of a function's outputs by the numbers."""

@@ -259,3 +259,15 @@ def test_both_kernels_call_the_form_for_sharp_tips(base):
     found, expected = (outputs(part, set_name)[name] for outputs in (compiled_on_demand, python_kernels))
     assert found.shape == expected.shape and len(part)
     assert (np.abs(found - expected) <= 64 * EPS["double"] * np.abs(expected).max(axis=0)).all()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects, numbers", EVERY)
+def test_both_kernels_have_every_number(model, effects, numbers):
+    name = rounding.set_key(model, asked(effects, ("mass", *numbers)))
+    part = sample(3, 20, 3, 5)
+    part = with_effects(part.at(np.flatnonzero(part.sharpness() <= SHARP)), name, 5)
+    function = "forward_dynamics_by_numbers"
+    found, expected = (outputs(part, name)[function] for outputs in (compiled_on_demand, python_kernels))
+    assert found.any() and len(part)
+    assert (np.abs(found - expected) <= 64 * EPS["double"] * np.abs(expected).max(axis=0)).all()
