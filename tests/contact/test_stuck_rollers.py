@@ -324,8 +324,8 @@ def test_the_law_holds_in_every_row(number):
 
 @pytest.mark.long
 def test_friction_with_a_named_speed_tends_to_it():
-    """Nothing of the set-valued law has a part in those runs. Where a force that grows breaks rollers away, which begin to
-    turn from rest without an acceleration, the order is below 1."""
+    """Nothing of the set-valued law has a part in those runs. Where a force that grows breaks rollers away, which begin
+    to turn from rest without an acceleration, the order is below 1."""
     vehicle, options = scene(4)
     ground, bearings, *others = options.pop("effects")
     bearings = replace(bearings, roller_break_away=None)
