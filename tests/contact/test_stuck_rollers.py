@@ -237,7 +237,7 @@ def test_what_holds_rollers_stops_them_in_the_equations_of_every_body(wheels, ro
 
 
 def scene(number):
-    """A vehicle whose rollers stick on one of both grounds, half of them beside axles that stick, and how it runs."""
+    """A vehicle whose rollers stick on one of both grounds, in half of these beside its axles, and how it runs."""
     rng = np.random.default_rng([6, number])
     law, wheels = ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5, 6)))
     vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
@@ -324,7 +324,8 @@ def test_the_law_holds_in_every_row(number):
 
 @pytest.mark.long
 def test_friction_with_a_named_speed_tends_to_it():
-    """At first order of the speed: nothing of the set-valued law has a part in those runs."""
+    """Nothing of the set-valued law has a part in those runs. Where a force that grows breaks rollers away, which begin
+    to turn from rest without an acceleration, the order is below 1."""
     vehicle, options = scene(4)
     ground, bearings, *others = options.pop("effects")
     bearings = replace(bearings, roller_break_away=None)
@@ -338,7 +339,8 @@ def test_friction_with_a_named_speed_tends_to_it():
         for speed in speeds
     ]  # fmt: skip
     slope, _ = np.polyfit(np.log10(speeds), np.log10(distances), 1)
-    assert slope == pytest.approx(1.0, abs=0.1)
+    assert 0.6 <= slope <= 1.1
+    assert distances[-1] <= 1e-5
 
 
 @pytest.mark.long

@@ -173,8 +173,8 @@ class SteppedRun(CompiledRun):
     def _modes(self) -> dict[str, np.ndarray]:
         """(N,) the torques of bearings that may stick, and the modes of contacts that may."""
         run = self.run
-        ends = {"bearing_torque": run.axle_count, "contact_bearing": run.bearing_count - run.own_count}
-        torques = np.array([run.bearings[k].torque for k in range(ends["contact_bearing"])])
+        ends = {"bearing_torque": run.axle_count, "contact_bearing": run.axle_count + self.wheels}
+        torques = np.array([run.bearings[k].torque for k in range(min(run.bearing_count, ends["contact_bearing"]))])
         present = set(self.task.effects.drives())
         bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in present}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]

@@ -7,6 +7,7 @@ import numpy as np
 from omniroll.effects.ground import Grip, slip_roundings
 from omniroll.effects.ground_loads import carried
 from omniroll.effects.ground_with_axles import LEFT_OF
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
@@ -58,6 +59,9 @@ class Contacts:
         """nu_dot, rates_dot and of free rollers contact_omega_dot, by name, beside what they were computed from."""
         if self.grip is not None:
             return self._under_grip(nu, chi)[2]
+        if "disk_dynamics" in self.kernel.signatures:
+            bound = "does not tell accelerations where rollers stick and wheels may slip; give it a roller_speed"
+            raise InvalidValueError("effects", "Bearings", bound)
         values = self._beside(nu, chi)
         return values | self._called("slip_dynamics", values)
 
