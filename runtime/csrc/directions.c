@@ -174,8 +174,8 @@ ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
                 + response[2*j + 1].lanes[b]*turned[1].lanes[b];
 }
 
-/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes, by what forces do at the start
- * of the step. */
+/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes, by what forces do at the
+ * start of the step. */
 ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int i, nodes_t *rate)
 {
     const double *const response = s->response + 2*i*2*wheels + 2*i;
@@ -198,8 +198,8 @@ static void put_largest_first(nodes_t *column, int k)
     }
 }
 
-/* Gauss's elimination of the columns in vector `first` of the nodes. pivot: one over the diagonal. Returns where some row was
- * taken more than GROWS times. */
+/* Gauss's elimination of the columns in vector `first` of the nodes. pivot: one over the diagonal. Returns where some row
+ * was taken more than GROWS times. */
 ALWAYS_INLINE lane_mask_t eliminate_columns(nodes_t *column, const int first, const int sorting, double *pivot)
 {
     lane_mask_t grown = {0};
@@ -226,8 +226,8 @@ ALWAYS_INLINE lane_mask_t eliminate_columns(nodes_t *column, const int first, co
     return grown;
 }
 
-/* What a matrix makes the right side from, by their columns: the right side stands behind them. Returns whether no row grew
- * much, as none does where they are sorted by their pivots. */
+/* What a matrix makes the right side from, by their columns: the right side stands behind them. Returns whether no row
+ * grew much, as none does where they are sorted by their pivots. */
 ALWAYS_INLINE int solve_columns(nodes_t *column, const int sorting, nodes_t *found)
 {
     nodes_t *const right = column + NODES;
@@ -265,8 +265,8 @@ ALWAYS_INLINE void columns_of_turns(const step_t *s, int i, const nodes_t *respo
     column[NODES] = *across;
 }
 
-/* The turn of a contact's directions that takes away the slip across them. Of slips that fall the rows need not be sorted;
- * iterates may stray. */
+/* The turn of a contact's directions that takes away the slip across them. Of slips that fall the rows need not be
+ * sorted; iterates may stray. */
 static void turn_by_newton(const step_t *s, int i, const nodes_t *response, const nodes_t *along, const nodes_t *across,
                            nodes_t *turn)
 {

@@ -463,8 +463,8 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
     forces_in_directions(s, wheels);
 }
 
-/* By how much the polynomials of a step miss less that leaves this part of the way to rest than of one that comes there.
- * They converge like those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
+/* How many times less the polynomials of a step miss that leaves this part of the way to rest than of one that comes
+ * there. They converge like those of what has a singularity at the rest: by 1/ellipse with each node (Bernstein). */
 ALWAYS_INLINE double gained_before_rest(double left)
 {
     const double root = sqrt(fmin(left, MOST_LEFT));
@@ -509,8 +509,8 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
     return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->rest_in;
 }
 
-/* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and where
- * that has not been enough, as from try to try. */
+/* The length of the next try after a step towards a rest that missed too much: by what this tells about the rest, and
+ * where that has not been enough, by how much less the last try missed than the one before. */
 static double farther_from_rest(const step_t *s, double error, const tried_t *before)
 {
     double part = (1 - left_before_rest(error_at_rest(s, error)))*s->rest_in/s->h;

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from costs.contacts import measured
-from costs.counting import missing
+from costs.counting import counted, missing
 
 from omniroll import Contact, Motor, Vehicle, simulate
 
@@ -40,6 +40,19 @@ def set_valued(friction):
 def test_set_valued_friction_against_the_bare_vehicle(friction):
     """Contacts come to rest one after the other, and anew behind each of six switches."""
     assert evaluations(set_valued(friction)) <= 10 * evaluations()
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
+def test_set_valued_friction_against_the_instructions_of_rolling():
+    """Free rollers, whose slips turn on the way to rest: their directions are solved for beside the rates."""
+    frictions = ("0.1", "0.3", "1")
+    rolling, *slipping = counted(
+        "costs.contacts", ["free||", *(f"free|coulomb, friction {friction}|static loads" for friction in frictions)]
+    ).values()
+    for count in slipping:
+        assert 1e5 < rolling.instructions < count.instructions <= 20 * rolling.instructions
+        assert count.rejected_steps <= count.steps / 4
 
 
 @pytest.mark.long
