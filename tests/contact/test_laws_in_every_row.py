@@ -23,7 +23,7 @@ def scene(kind, model, number):
     sliding = friction * np.array([1.0, rng.uniform(0.5, 2) if rng.random() < 0.5 else 1.0])
     static = sliding * rng.choice((1.0, 1.5))
     size = friction * vehicle.mass * GRAVITY / wheels * vehicle.wheel_radius
-    numbers = {"height": float(rng.uniform(0.02, 0.12))} if kind == "dynamic" else {}
+    numbers = {"height": float(rng.uniform(0.05, 0.25))} if kind == "dynamic" else {}
     rates = tuple(8 * rng.normal(size=wheels)) if rng.random() < 0.6 else None  # None: they roll
     ground = Contact(law="coulomb", friction=sliding, static_friction=static, wheel_rates=rates,
                      normal_gravity=GRAVITY, **KINDS[kind], **numbers)  # fmt: skip
