@@ -352,7 +352,7 @@ static void decide_carrying(omniroll_run_t *run, const work_t *work)
     wheel_momenta(run, work);
 #endif
 #if SET_LOADED_AXLES
-    rest_loaded_axles(run);
+    rest_loaded_axles(run, work);
 #endif
     decide_loads(run, work, 0);
 #if SET_LOADED_AXLES

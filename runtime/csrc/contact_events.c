@@ -4,6 +4,7 @@
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
 #define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
+#define FAR_FROM_NOISE 1e4          /* of these: the direction of a slip is known well enough for an event      */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -66,12 +67,29 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
 }
 #endif
 
+/* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
+ * leaves of the directions at the nodes would move what others take. */
+ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
+{
+    lanes_t slip[2*MOST_WHEELS], force[2*MOST_WHEELS], slope[4*MOST_WHEELS];
+    slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
+    set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
+    for (int i = 0; i < wheels; i++) {
+        const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
+        for (int k = 2*i; k < 2*i + 2 && s->slides[i] && size > FAR_FROM_NOISE*s->slip_noise[i]; k++)
+            push[k] = force[k];
+    }
+    (void)slope;
+}
+
 /* What the polynomials of what contacts take lack at the end of a step, from an evaluation there. */
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels)
 {
     arrays_t at;
     lanes_t nu_dot[3];
     const point_t point = point_at_end(s, wheels, &at);
+    if (s->turning)
+        push_at_end(s, wheels, &point, at.ground_push);
     rates_near(wheels, &point, nu_dot);
     for (int i = 0; i < wheels; i++) {
         const double force[2] = {at.ground_force[2*i][0], at.ground_force[2*i + 1][0]};

@@ -7,6 +7,7 @@
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
+#define CLOSE 1e-8                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
 #define PATIENT (SET_CORE_PARTS ? 2 : PATIENT_OF_NU)    /* and with the rest of the core,                   */
@@ -272,6 +273,19 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     return fabs(s->late) <= reach*s->h;
 }
 
+/* Whether what sticks lets go so much later than the step ends that its force there would not be the largest one to
+ * rounding, since rates are not constant over that time. */
+ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
+{
+#if SET_GRIPS
+    const int contact = s->landing - wheels - s->guards;
+    return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > CLOSE*s->h;
+#else
+    (void)s, (void)wheels;
+    return 0;
+#endif
+}
+
 /* Whether contacts that stick have not been looked at. */
 ALWAYS_INLINE int is_blind(const step_t *s)
 {
@@ -345,6 +359,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 {
     double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
+    int moved_on = 0;                   /* whether it has been moved on to where a contact lets go        */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
@@ -366,16 +381,20 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
             continue;
         }
 #endif
-        /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. */
-        const double rest = last < INFINITY && ratio < 0.5 ? change*ratio/(1 - ratio) : change;
+        /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. By Newton's rule
+         * with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
+        const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
+        const double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
         if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
-            const int unseen = is_blind(s);
-            if (end_settled(s, wheels, most, reach))
+            const int unseen = is_blind(s), near = end_settled(s, wheels, most, reach);
+            const int moves_on = near && !moved_on && lets_go_later(s, wheels);
+            if (near && !moves_on)
                 return SETTLED;
-            if (unseen) {
+            moved_on |= moves_on;
+            if (unseen || moves_on) {
                 s->h += s->late;
                 last = INFINITY;
                 continue;

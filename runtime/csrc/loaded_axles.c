@@ -119,10 +119,10 @@ static void take_axles_of_set(const omniroll_run_t *run, const axles_of_set_t *a
 }
 
 /* A run's axles as an instant begins: what is zero within rounding rests. */
-static void rest_loaded_axles(omniroll_run_t *run)
+static void rest_loaded_axles(omniroll_run_t *run, const work_t *work)
 {
-    find_resting_own(run, length3(run->nu));
-    put_own_to_rest(run);
+    find_resting_own(run, work, length3(run->nu));
+    put_own_to_rest(run, work);
 }
 
 /* The phase begins: its torques, from an evaluation with its loads. */
@@ -133,7 +133,7 @@ static void begin_loaded_axles(omniroll_run_t *run, const work_t *work)
     run->hold.count = 0;
     for (int k = 0; k < run->own_count; k++)
         run->hold.count += own_bearings(run)[k].mode == 0;
-    size_own(run);
+    size_own(run, work);
     run->hold.undecided = 0;
 }
 #endif

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from omniroll.effects.ground import Grip, slip_roundings
-from omniroll.effects.ground_loads import carried
+from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
@@ -129,5 +129,7 @@ class Contacts:
         start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*shape[:-1], 3)).copy()
         arm = float(np.abs(springs.places).max())
         found = carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
-        values["load_factor"] = self.grip.factor(found.loads, carries)
-        return found.loads
+        rounding = ROUNDINGS * np.finfo(float).eps * self.grip.loads.sum()
+        loads = np.where(found.loads > -rounding, np.maximum(found.loads, 0.0), found.loads)
+        values["load_factor"] = self.grip.factor(loads, carries)
+        return loads
