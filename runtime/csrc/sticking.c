@@ -39,8 +39,9 @@ static void find_nearer(omniroll_run_t *run, const work_t *work)
 
 /* Bearings whose rates are zero within rounding rest. A phase may end on a joint where all rates come to zero: what is
  * left is rounding of what nu has been. */
-static void find_resting(omniroll_run_t *run)
+static void find_resting(omniroll_run_t *run, const work_t *work)
 {
+    (void)work;
     const double speed = fmax(length3(run->nu), run->hold.speed);
     for (int i = 0; i < rows_count(run); i++) {
         omniroll_bearing_t *const bearing = run->bearings + i;
@@ -70,18 +71,18 @@ static int bearings_of(const omniroll_run_t *run, int sticking, int at_zero, bea
 }
 
 /* The rates of resting bearings become zero, and the others turn. */
-static void put_to_rest(omniroll_run_t *run)
+static void put_to_rest(omniroll_run_t *run, const work_t *work)
 {
     bearings_t bearings;
     vector3_t basis[3];
     int places[MOST_BEARINGS];
-    find_resting(run);
+    find_resting(run, work);
     bearings_of(run, 0, 1, &bearings, places);
     const int rank = span_of(&bearings, basis);
     take_across(rank, (const vector3_t *)basis, run->nu);
     if (rank == 3)
         memset(run->nu, 0, sizeof(vector3_t));
-    find_resting(run);
+    find_resting(run, work);
     if (length3(run->nu) == 0)
         run->hold.speed = 0;
     for (int i = 0; i < rows_count(run); i++) {
@@ -295,8 +296,9 @@ static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vect
 }
 
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
-static void guard_rates(omniroll_run_t *run)
+static void guard_rates(omniroll_run_t *run, const work_t *work)
 {
+    (void)work;
     run->hold.guard_count = 0;
     for (int i = 0; i < rows_count(run); i++) {
         const omniroll_bearing_t *const bearing = run->bearings + i;
@@ -358,7 +360,7 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
 static void decide(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
-    put_to_rest(run);
+    put_to_rest(run, work);
     find_nearer(run, work);
     for (int i = 0; i < run->bearing_count; i++)
         resting |= run->bearings[i].resting;
@@ -369,7 +371,7 @@ static void decide(omniroll_run_t *run, const work_t *work)
         work->sticking->count = 0;
         turn_bearings(run, work);
     }
-    guard_rates(run);
+    guard_rates(run, work);
     find_torques(run);
     run->hold.undecided = 0;
 }
