@@ -41,6 +41,7 @@ static void find_nearer(omniroll_run_t *run, const work_t *work)
  * left is rounding of what nu has been. */
 static void find_resting(omniroll_run_t *run, const work_t *work)
 {
+    (void)work;
     const double speed = fmax(length3(run->nu), run->hold.speed);
     for (int i = 0; i < rows_count(run); i++) {
         omniroll_bearing_t *const bearing = run->bearings + i;
@@ -299,6 +300,7 @@ static void decide_in_rounds(omniroll_run_t *run, const work_t *work, const vect
 /* The guards of turning bearings: where their rates pass zero. They stand after those of the effects. */
 static void guard_rates(omniroll_run_t *run, const work_t *work)
 {
+    (void)work;
     run->hold.guard_count = 0;
     for (int i = 0; i < rows_count(run); i++) {
         const omniroll_bearing_t *const bearing = run->bearings + i;
