@@ -12,6 +12,8 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
 
+PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by some
+
 
 class Contacts:
     """The contacts in some states (...) of a run in which wheels may slip.
@@ -80,7 +82,8 @@ class Contacts:
         rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
         if "standing_dynamics" in self.kernel.signatures and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
-        slips = np.linalg.norm(slip, axis=-1) > rounding  # a slip of rounding has no direction
+        back = (slip * heading).sum(axis=-1) < 0  # one that is little more has just passed rest, where its row stands
+        slips = np.linalg.norm(slip, axis=-1) > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
