@@ -205,8 +205,8 @@ class Effect:
         """Raise InvalidValueError where it makes no sense with this roller_model."""
 
     def check_model_beside(self, roller_model: str, others: "Sequence[Effect]") -> None:
-        """Raise InvalidValueError where it makes no sense with this roller_model beside `others`, the effects with which
-        it acts."""
+        """Raise InvalidValueError where it makes no sense with this roller_model beside `others`, the effects with
+        which it acts."""
 
     def doubts(self, vehicle: Vehicle, others: "Sequence[Effect]") -> tuple[UserWarning, ...]:
         """What is allowed and yet looks wrong; simulate warns with it.
