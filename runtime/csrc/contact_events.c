@@ -4,7 +4,7 @@
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
 #define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
-#define FAR_FROM_NOISE 1e4          /* of these: the direction of a slip is known well enough for an event      */
+#define FAR_FROM_NOISE 1e7          /* of these: the direction of a slip is known well enough to locate an event by it */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 

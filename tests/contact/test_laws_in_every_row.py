@@ -71,15 +71,14 @@ def test_the_compiled_engine_obeys_the_law_in_every_row(kind, model):
 
 
 # Slips that come to rest beside wheels whose axles stick go back by up to 4.6e-12 of the speeds (massless 205, free
-# 290), and in free 250 a contact lets go 2.5e-12 beyond its bound. Under dynamic loads free 129 has a slip of 1.8e-12
-# m/s, whose direction misses its force's by 2.3e-12. On a machine with other vectors these may be other rows.
-MISSES = pytest.mark.xfail(reason="five rows of 1620 scenes, by up to 4.6e-12", raises=AssertionError)
-MORE = [("static", "massless"), ("static", "free"), ("dynamic", "massless")]
-MORE += [pytest.param(*case, marks=MISSES) for case in (("dynamic", "free"), *product(("stuck axles",), MODELS))]
+# 290), and in free 250 a contact lets go 2.5e-12 beyond its bound. On a machine with other vectors these may be other
+# rows.
+MISSES = pytest.mark.xfail(reason="four rows of 540 scenes, by up to 4.6e-12", raises=AssertionError)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind, model", MORE)
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("kind", ["static", "dynamic", pytest.param("stuck axles", marks=MISSES)])
 def test_the_compiled_engine_obeys_the_law_in_every_row_of_more_scenes(kind, model):
     assert_the_law_holds("compiled", kind, model, range(30, 300))
 

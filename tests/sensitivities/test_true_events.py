@@ -78,11 +78,6 @@ def test_derivatives_of_runs_are_differences_of_runs_in_40_digits(case, number):
 
 
 @pytest.mark.long
-@pytest.mark.xfail(
-    reason="the compiled engine ends Newton's rule after two sweeps, by how much smaller the second change is than the "
-    "first; what is left falls far more slowly, and is 11 times what was asked for. error_estimate does not see it",
-    strict=False,
-)
 def test_the_compiled_run_on_a_viscous_ground_is_as_accurate_as_asked():
     accuracy, setting = 1e-11, Setting("massless", "impact", "compiled")
     start = STARTING | {"effects": (Contact(5.0), LIFT), "duration": 0.2}

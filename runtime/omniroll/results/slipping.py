@@ -12,7 +12,7 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
 
-PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by some
+PAST_REST, STRAIGHT = 100.0, 0.9  # roundings: a slip that comes to rest beside others may go back by some; a cosine
 
 
 class Contacts:
@@ -82,8 +82,9 @@ class Contacts:
         rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
         if "standing_dynamics" in self.kernel.signatures and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
-        back = (slip * heading).sum(axis=-1) < 0  # one that is little more has just passed rest, where its row stands
-        slips = np.linalg.norm(slip, axis=-1) > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
+        size = np.linalg.norm(slip, axis=-1)
+        back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # one that has just passed rest, where its row stands
+        slips = size > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
