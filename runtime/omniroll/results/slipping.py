@@ -12,7 +12,8 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
 
-PAST_REST, STRAIGHT = 100.0, 0.9  # roundings: a slip that comes to rest beside others may go back by some; a cosine
+PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
+STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 class Contacts:
@@ -83,7 +84,7 @@ class Contacts:
         if "standing_dynamics" in self.kernel.signatures and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
         size = np.linalg.norm(slip, axis=-1)
-        back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # one that has just passed rest, where its row stands
+        back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # such a slip has just come to rest
         slips = size > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
