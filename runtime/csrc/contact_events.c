@@ -4,7 +4,9 @@
 #define GRIP_PASSED 16              /* roundings above zero is beyond what friction can hold                 */
 #define GRIP_LANDS 2                /* roundings above zero is where a step ends                              */
 #define SLIP_LANDS 0.1              /* of what is rounding of a slip: a step that ends with less ends at rest  */
-#define FAR_FROM_NOISE 1e7          /* of these: the direction of a slip is known well enough to locate an event by it */
+/* So many of these: the direction of a slip is known well enough to locate an event by it. Where wheels stand they are
+ * what an iteration leaves, far more than rounding. */
+#define FAR_FROM_NOISE (SET_STANDS ? 1e4 : 1e7)
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -189,8 +191,8 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
         double reached = rate > least_rate ? s->h - value/rate : s->h/2;
-        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise)    /* no other length comes nearer to rest      */
-            reached = fmin(s->h, length);
+        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise && !(fabs(reached - s->h) <= s->reach*s->h))
+            reached = fmin(s->h, length);               /* no other length comes nearer to rest      */
         if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;

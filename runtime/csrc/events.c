@@ -245,7 +245,7 @@ enum { SETTLED, UNSETTLED, TOO_LONG };
 
 /* The end of a step whose rates have settled. False: the event is not within reach after all, and comes `late`. Where all
  * contacts stick they are looked at only now: if one gives way in this step, the next sweeps look at them, too. */
-ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double reach)
+ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
 {
 #if SET_ROLLS
     const int first_look = s->blind;
@@ -266,11 +266,11 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most, double r
     if (first_look) {
         look_at_contacts(s, wheels);
         s->late = length_to_event(s, wheels, most) - s->h;
-        return fabs(s->late) <= reach*s->h && s->landing < wheels + s->guards;
+        return fabs(s->late) <= s->reach*s->h && s->landing < wheels + s->guards;
     }
 #endif
     s->late = length_to_event(s, wheels, most) - s->h;
-    return fabs(s->late) <= reach*s->h;
+    return fabs(s->late) <= s->reach*s->h;
 }
 
 /* Whether what sticks lets go so much later than the step ends that its force there would not be the largest one to
@@ -354,8 +354,7 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 }
 
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
-ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance,
-                         double reach)
+ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
 {
     double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
@@ -388,8 +387,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
-        if (rest <= sweep_tolerance && fabs(moved) <= reach*s->h) {
-            const int unseen = is_blind(s), near = end_settled(s, wheels, most, reach);
+        if (rest <= sweep_tolerance && fabs(moved) <= s->reach*s->h) {
+            const int unseen = is_blind(s), near = end_settled(s, wheels, most);
             const int moves_on = near && !moved_on && lets_go_later(s, wheels);
             if (near && !moves_on)
                 return SETTLED;
@@ -405,7 +404,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         if (SET_IS_COUPLED && k > 1 && ratio > (k > 2 ? 0.8 : 1.5) && !shifted)
             return UNSETTLED;
 #if SET_LOADS
-        shifted = s->landing >= wheels + s->guards && fabs(moved) > reach*s->h && fabs(moved) < SHIFT*s->h;
+        shifted = s->landing >= wheels + s->guards && fabs(moved) > s->reach*s->h && fabs(moved) < SHIFT*s->h;
 #endif
         last = change > 0 ? change : 1e-300;
         s->h = length;

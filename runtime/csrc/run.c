@@ -43,7 +43,9 @@
 #define AT_REST 16                  /* a rate is zero within this many of its roundings                     */
 #define SET_LOADED_AXLES (SET_LOADS && SET_AXLES_STICK && !SET_STANDS)
 #define MOVES 1e-10                 /* a bearing moves whose acceleration is above this part of the possible */
-#define HELD_ROUNDINGS 64           /* times an input's: of torques that hold                               */
+/* Times an input's rounding: of torques that hold. On wheels that stand the ground's part may be far less than the bearing's,
+ * which it is rounded with. */
+#define HELD_ROUNDINGS (SET_STANDS ? 16 : 64)
 
 #include "parts.c"
 #include "linear.c"

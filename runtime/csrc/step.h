@@ -104,7 +104,8 @@ typedef struct {
     nodes_t rate_pose[3];
     double end_nu[3], end_chi[MOST_WHEELS], end_rate[MOST_WHEELS], way[3];  /* way: of the pose, in the step */
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
-    double late;                                /* the event comes this much later than h        */
+    double late;                                /* the event comes this much later than h,       */
+    double reach;                               /* at most this part of h                        */
     long long sweeps;
 #if SET_HAS_HEADING
     double heading;                             /* at the start                                  */

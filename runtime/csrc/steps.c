@@ -374,7 +374,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #endif
     begin_step(run, work, s, wheels);
     /* end_late() has an error of the order of (late/h)^2, so that the event need not be hit better than this. */
-    const double reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
+    s->reach = fmax(fmin(0.03*sqrt(run->tolerance), 1e-5), 1e-8);
     double ahead = INFINITY;        /* the length of a next step in whose middle rates bend                  */
 #if SET_IS_ACTED_ON
     int slow = 0;                   /* whether the iteration and not the error has made the step short       */
@@ -385,8 +385,7 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #if SET_GRIPS
         run->ground.knows_rates = 0;
 #endif
-        const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h),
-                                 reach);
+        const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h));
 #if SET_IS_ACTED_ON
         s->by_newton = s->stiff;
         s->stiff = s->stiff && !(found != UNSETTLED && s->steepest < NOT_STIFF);
