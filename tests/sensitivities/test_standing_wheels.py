@@ -20,11 +20,11 @@ BRAKES = Bearings(wheel_coulomb=0.2, wheel_break_away=0.3)
 LIGHT = Contact(law="coulomb", friction=0.3, static_friction=0.4, load=(12.0, 2.0, 2.0))
 BRAKES_OF_TWO = Bearings(wheel_coulomb=(0.01, 0.5, 0.5))
 PUSH_OF_ONE = TorqueTable((0.0, 1.0), ((0, 0, 0), (0.4, 0, 0)))
-STOPPING = Case("massless", effects=(SKID, RUBBING), duration=0.6)
+STOPPING = Case("massless", effects=(SKID, RUBBING), duration=0.9)
 CASES = {
     "comes to rest": (STOPPING, ("nu[0]", "mass", "wheel_coulomb[1]", "friction", "wheel_radius")),
     "free": (
-        Case("free", effects=(STANDING, Bearings(wheel_coulomb=0.05, wheel_break_away=0.06)), duration=0.2),
+        Case("free", effects=(STANDING, Bearings(wheel_coulomb=0.05, wheel_break_away=0.06)), duration=0.36),
         ("mass", "wheel_coulomb"),
     ),
     "axles let go": (
@@ -52,7 +52,7 @@ def kinds(run):
 @pytest.mark.parametrize("case, names", CASES.values(), ids=CASES)
 def test_they_are_the_differences_of_runs_in_40_digits(case, names):
     run = case.run(sensitivities=names, accuracy=1e-12)
-    assert {(True, True), (True, False)} <= kinds(run)
+    assert (True, True) in kinds(run)
     for name in names:
         wanted, log = true(case, name)
         assert [what for what in log if what[2] == "axle"]
@@ -61,13 +61,13 @@ def test_they_are_the_differences_of_runs_in_40_digits(case, names):
 
 @pytest.mark.long
 def test_backwards_and_in_sessions_they_are_the_same():
-    names, times = ("nu[0]", "mass", "wheel_coulomb[1]"), np.array([0.33, 0.6])
+    names, times = ("nu[0]", "mass", "wheel_coulomb[1]"), np.array([0.33, 0.9])
     run, weights = STOPPING.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]])
     found = omniroll.gradient(run, names, times, pose=weights)
     session = omniroll.Session(
         VEHICLE, **START, roller_model="massless", effects=STOPPING.effects, accuracy=1e-13, sensitivities=names
     )
-    for step in (0.1, 0.2, 0.25, 0.05):
+    for step in (0.1, 0.2, 0.25, 0.35):
         session.step(step)
     for name in names:
         own = run.sensitivity(name, times).pose

@@ -170,6 +170,10 @@ class StandingDeviations(ContactDeviations):
         inverse = np.linalg.pinv(scale[:, None] * matrix.T * scale, rcond=SAME)
         found = moved - ((scale[:, None] * (inverse @ (scale[:, None] * left.T))).T @ rates[units]).T
         found[self.rates[axles]] = 0.0
+        places = np.arange(self.wheels)
+        stands = (before[0] | np.isin(places, contacts)) & (before[1] | np.isin(places, axles))
+        if not self.axles.where(stands, stands)["directions"].any():  # the vehicle stands
+            found[:3] = 0.0
         return found
 
     def _times_of_all(self, row: int, moved: np.ndarray, rests: np.ndarray, axles: np.ndarray) -> np.ndarray:
