@@ -114,7 +114,7 @@ class AxleDeviations:
         times = np.zeros((len(changed), len(self.columns)))
         stops, jumps = before[changed] != 0, self._jumps(row, changed, jump)
         if stops.any():
-            times[stops] = self._times_of_stops(row, moved, changed[stops])
+            times[stops] = self.times_of_stops(row, moved, changed[stops])
         self._refuse_edges(row + 1)
         if (~stops & jumps).any():
             times[~stops] = self._times_of_release(row, moved, changed[~stops], inputs)
@@ -134,7 +134,7 @@ class AxleDeviations:
         stops = changed[self.axles.modes[row, changed] != 0]
         times = np.zeros((1, len(self.columns))) if knot is None else knot[None]
         if stops.size:
-            times = np.concatenate([times, self._times_of_stops(row, moved, stops)])
+            times = np.concatenate([times, self.times_of_stops(row, moved, stops)])
         self._refuse_edges(row + 1)
         self._refuse_apart(row, times, changed)
         return moved + jump[:, None] * times[0]
@@ -163,7 +163,7 @@ class AxleDeviations:
         own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in others]
         return not np.array_equal(*trajectory.drive[row : row + 2, own])
 
-    def _times_of_stops(self, row: int, moved: np.ndarray, axles: np.ndarray) -> np.ndarray:
+    def times_of_stops(self, row: int, moved: np.ndarray, axles: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which the rates of turning axles come to zero."""
         slopes = self.motion.rates[row, self.rates[axles]]
         slow = axles[np.abs(slopes) <= GRAZES * self._possible(row, axles)]

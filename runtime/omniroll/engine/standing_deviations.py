@@ -182,7 +182,7 @@ class StandingDeviations(ContactDeviations):
         if rests.size:
             parts.append(self._times_of_rests(row, moved, rests)[1])
         if axles.size:
-            parts.append(self.of_axles._times_of_stops(row, moved, axles))
+            parts.append(self.of_axles.times_of_stops(row, moved, axles))
         return np.concatenate(parts)
 
     # What is held
