@@ -3,7 +3,11 @@
 from typing import Any
 
 # Numbers of effects that the arguments of `prepare` call otherwise.
-CONSTANTS = {"wheel_viscous": "axle_damping", "roller_viscous": "roller_damping"}
+CONSTANTS = {
+    "wheel_viscous": "axle_damping", "wheel_coulomb": "axle_torque", "wheel_speed": "axle_fade_speed",
+    "roller_viscous": "roller_damping", "roller_coulomb": "roller_torque", "roller_speed": "roller_fade_speed",
+    "angle": "slope_angle",
+}  # fmt: skip
 
 
 def split(name: str) -> tuple[str, tuple[int, ...]]:

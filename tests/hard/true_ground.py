@@ -1,9 +1,10 @@
 """Wheels that may slip, in 40 digits: the motion under each law of the ground, with events and rules of its own.
 
-Of the generated formulas it takes the accelerations that given forces of the ground make, the slip velocities and the
-balance of the loads. The laws of friction, which contacts stick, what holds them, and loads that follow the motion are
-solved for here: unknown forces that keep a slip zero (hard.constrained). Effects beside the ground are torques and
-viscous friction of the wheels' axles.
+Of the generated formulas it takes the accelerations that given forces of the ground and given torques make, the slip
+velocities and the balance of the loads. The laws of friction, which contacts and axles stick, what holds them, and
+loads that follow the motion are solved for here: unknown forces and torques that keep slips and rates zero
+(hard.constrained). Effects beside the ground are torques and friction of the wheels' axles, viscous or Coulomb's as the
+set-valued law. Wheels whose contact and axle both stick must leave nu enough room for their forces to be determined.
 
 A slip on its way to rest has a direction that turns ever faster, so that the steps of the series shrink with it. What
 is left of it at RESTS, a force of this contact takes away at once: the square of that is left out.
@@ -85,6 +86,31 @@ class Friction:
         return across * across - load * load + (along * along if along_axle else 0)
 
 
+@dataclass
+class Axles:
+    """The torques of the axles' bearings (N,): of those that turn, and the largest of those at rest."""
+
+    sliding: Row
+    holding: Row
+
+    @classmethod
+    def of(cls, effects: list, wheels: int, name: str, change: Any) -> "tuple[Axles | None, bool]":
+        """Those of the effects, with the number of this name larger, and whether they have it."""
+        own = next((e for e in effects if isinstance(e, omniroll.Bearings) and e.wheel_coulomb is not None), None)
+        if own is None:
+            return None, False
+        number, place = split(name)
+        given = {"wheel_coulomb": own.wheel_coulomb, "wheel_break_away": own.wheel_break_away}
+        torques = {
+            key: [arb(float(v)) for v in np.broadcast_to(value, wheels)]
+            for key, value in given.items() if value is not None
+        }  # fmt: skip
+        if number in torques:
+            torques[number] = larger(torques[number], place, change)
+        sliding = torques["wheel_coulomb"]
+        return cls(sliding, torques.get("wheel_break_away", sliding)), number in torques
+
+
 class Vehicle:
     """The formulas of a task, with one of its numbers larger by `change`."""
 
@@ -96,6 +122,7 @@ class Vehicle:
         others = [e for e in task.effects.effects if e is not contact]
         given = {key: value for e in others for key, value in e.constants(task.vehicle).items()}
         effects += ["contact", "contact_coulomb", "contact_loads"]
+        effects += [] if "drive" in effects else ["drive"]
         self.kernel = own = kernel(
             task.vehicle, bound.roller_model, "python", effects=tuple(effects), constants=tuple(given.items())
         )
@@ -109,13 +136,15 @@ class Vehicle:
         if kernel_name in constants:
             constants[kernel_name], moved = larger(constants[kernel_name], place, change), True
         self.model = self.module.prepare(self.wheels, self.rollers, *constants.values())
-        if not moved and number not in ("nu", "chi", "pose", "spins", "wheel_rates", "contact_spins"):
-            raise ValueError(f"{name} is no number of this reference")
         self.mass, self.inertia = constants["mass"], constants["wheel_inertia"]
         self.joint = elementary().circle_ratio(arb(1)) / self.rollers
         radius, angles = constants["platform_radius"], constants["wheel_angles"]
         self.places = [[radius * a.cos(), radius * a.sin()] for a in angles]
         self.contact = contact
+        self.axles, of_axles = Axles.of(others, self.wheels, name, change)
+        moved = moved or of_axles
+        if not moved and number not in ("nu", "chi", "pose", "spins", "wheel_rates", "contact_spins"):
+            raise ValueError(f"{name} is no number of this reference")
         self.acting = Acting(task, arb) if others else None
 
     def start(self) -> tuple[Row, list[Row]]:
@@ -199,12 +228,17 @@ class Vehicle:
 
 
 class Phase:
-    """The motion in given modes of the contacts; unknown are what holds contacts, where slips begin to go, and loads.
+    """The motion in given modes of the contacts and axles; unknown are what holds contacts, where slips begin to go,
+    what holds axles, and loads.
 
     towards  (N,) signs of the slips of massless rollers
+    turning  (N,) signs of the rates of axles, 0 where one sticks
     """
 
-    def __init__(self, vehicle: Vehicle, modes: list[str], towards: list[int], inputs: dict[str, Any]):
+    def __init__(
+        self, vehicle: Vehicle, modes: list[str], towards: list[int], turning: list[int], inputs: dict[str, Any]
+    ):
+        self.turning = list(turning)
         self.v, self.modes, self.towards, self.inputs = vehicle, list(modes), list(towards), inputs
         self.own = (0, 1) if vehicle.heavy else (1,)  # directions in which contacts may slip
         self.places: dict[tuple[int, int], int] = {}
@@ -212,14 +246,20 @@ class Phase:
             if mode == STICKS or (mode == BEGINS and vehicle.heavy):
                 for c in self.own:
                     self.places[i, c] = len(self.places)
-        self.of_loads = len(self.places)
+        self.of_contacts = len(self.places)
+        stuck = [] if vehicle.axles is None else [i for i, sign in enumerate(turning) if not sign]
+        self.axles = {i: self.of_contacts + k for k, i in enumerate(stuck)}
+        self.of_loads = self.of_contacts + len(stuck)
         self.unknowns = self.of_loads + 3 * vehicle.is_loaded
         self.carries = [mode != OFF for mode in modes]
         self.at_rest = vehicle.loads_at_rest()
 
-    def signals(self, time: Any) -> dict[str, Any]:
+    def signals(self, time: Any, z: Row) -> dict[str, Any]:
         given, slopes = self.inputs.get("torque", ([arb(0)] * self.v.wheels,) * 2)
         torque = [value + slope * time for value, slope in zip(given, slopes, strict=True)]
+        if self.v.axles is not None:
+            signs = zip(torque, self.turning, self.v.axles.sliding, strict=True)
+            torque = [t + (z[self.axles[i]] if i in self.axles else -sign * s) for i, (t, sign, s) in enumerate(signs)]
         return {"torque": torque} | ({"momenta": self.inputs["momenta"]} if self.v.heavy else {})
 
     def loads(self, z: Row) -> Row:
@@ -245,19 +285,22 @@ class Phase:
         return slip[i] if self.modes[i] == SLIPS else [z[self.places[i, c]] for c in (0, 1)]
 
     def rates(self, time: Any, y: Row, z: Row) -> Row:
-        return self.v.rates(y, self.forces(y, z), self.signals(time))
+        return self.v.rates(y, self.forces(y, z), self.signals(time, z))
 
     def kept(self, time: Any, y: Row, z: Row) -> Row:
-        """The slips of contacts that stick; of those that begin to slip, less what the unknown direction makes."""
+        """The slips of contacts that stick; of those that begin to slip, less what the unknown direction makes; the
+        rates of axles that stick."""
+        rates = [self.v.parts(y)["rates"][i] for i in self.axles]
         if not self.places:
-            return []
+            return rates
         slip = self.v.slip(y)
-        return [slip[i][c] - (time * z[k] if self.modes[i] == BEGINS else 0) for (i, c), k in self.places.items()]
+        kept = [slip[i][c] - (time * z[k] if self.modes[i] == BEGINS else 0) for (i, c), k in self.places.items()]
+        return kept + rates
 
     def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
         if not self.v.is_loaded:
             return []
-        wanted = self.v.load_sums(y, rates, self.signals(time))
+        wanted = self.v.load_sums(y, rates, self.signals(time, z))
         return [a - b for a, b in zip(self.v.moments(self.loads(z)), wanted, strict=True)]
 
 
@@ -268,6 +311,8 @@ class Run:
     towards   signs of the slips of massless rollers
     resting   contacts whose slip has come to zero at this instant
     released  contacts that have used their friction up at this instant
+    turning   signs of the rates of axles, 0 where one sticks
+    axles_at_rest, axles_let_go  those that have come to rest, and whose bearings have used their friction up
     """
 
     def __init__(self, task: Task, name: str, change: Any):
@@ -278,6 +323,10 @@ class Run:
         self.resting: set[int] = set()
         self.released: set[int] = set()
         self.begun: dict[int, Row] = {}  # first guesses of where slips go
+        self.turning = [sign_of(rate) for rate in self.v.parts(self.y)["rates"]]
+        self.axles_at_rest = {i for i, sign in enumerate(self.turning) if not sign}
+        self.axles_let_go: set[int] = set()
+        self.turned = list(self.turning)  # when it was decided last
         self._see()
 
     def to_the_end(self) -> Row:
@@ -302,7 +351,7 @@ class Run:
                 v.acting.pass_time(v.acting.next_time(), None, v.parts(self.y)["nu"], None)
             v.acting.begin(self.now)
             inputs |= v.acting.signals
-        return Phase(v, self.modes, self.towards, inputs)
+        return Phase(v, self.modes, self.towards, self.turning, inputs)
 
     def _see(self) -> None:
         """Which contacts rest, of those that may."""
@@ -319,7 +368,10 @@ class Run:
         for i in self.resting:
             self.modes[i] = STICKS
         released = set(self.released)
-        for _ in range(self.v.wheels + 1):
+        if self.v.axles is not None:
+            for i in self.axles_at_rest:
+                self.turning[i], self.y[self._rate(i)] = 0, arb(0)
+        for _ in range(2 * self.v.wheels + 1):
             series = Series(self._phase(), self.y, 0, self._guess_at(self._phase()))
             z = [c[0] for c in series.z]
             phase = series.motion
@@ -328,6 +380,10 @@ class Run:
                 i: float(self.v.ground.used_up(forces[i], loads[i], self.v.heavy)) + (EDGE if i in released else 0)
                 for i, mode in enumerate(self.modes) if mode == STICKS
             }  # fmt: skip
+            axle = self._axle_that_gives(phase, z)
+            if axle is not None:
+                self.turning[axle] = -sign_of(z[phase.axles[axle]])
+                continue
             first = max(used, key=lambda i: used[i], default=None)
             if first is None or used[first] <= ZERO:
                 break
@@ -337,9 +393,29 @@ class Run:
         self._check_directions(series)
         now = [SLIPS if mode == BEGINS else mode for mode in self.modes]
         self.log += [(float(self.now), i, mode) for i, mode in enumerate(now) if mode != self.decided[i]]
+        if self.v.axles is not None:
+            kinds = {True: "sticks", False: "turns"}
+            pairs = enumerate(zip(self.turning, self.turned, strict=True))
+            self.log += [(float(self.now), i, "axle", kinds[new == 0]) for i, (new, old) in pairs if new != old]
+        self.turned = list(self.turning)
+        self.axles_at_rest.clear()
+        self.axles_let_go.clear()
         self.decided = now
         self.resting.clear()
         self.released.clear()
+
+    def _rate(self, i: int) -> int:
+        """The place of a wheel's rate in y."""
+        return 6 + self.v.wheels + i
+
+    def _axle_that_gives(self, phase: Phase, z: Row) -> int | None:
+        """The axle that is asked for most beyond what its bearing holds; None where all are held."""
+        beyond = {
+            i: abs(float(z[k])) - float(self.v.axles.holding[i]) + (EDGE if i in self.axles_let_go else 0)
+            for i, k in phase.axles.items()
+        }
+        first = max(beyond, key=lambda i: beyond[i], default=None)
+        return None if first is None or beyond[first] <= ZERO else first
 
     def _guess_at(self, phase: Phase) -> Row:
         guess = [arb(0)] * phase.unknowns
@@ -379,7 +455,7 @@ class Run:
             for k in found[1]:
                 margins[k][1]()
         self._rest_where_little_is_left()
-        if found is not None or self.resting or arrived:
+        if found is not None or self.resting or self.axles_at_rest or arrived:
             self._settle()
 
     def _margins(self, series: Series) -> list[tuple[Row, Any]]:
@@ -396,6 +472,7 @@ class Run:
             for i, load in enumerate(carried):
                 sign = 1 if self.modes[i] == OFF else -1
                 found.append((sign * load, lambda i=i: self._lift(i)))
+        found += self._margins_of_axles(phase, y, z)
         if self.v.ground.law == "coulomb":
             forces, loads, slip = phase.forces(y, z), phase.loads(z), self.v.slip(y)
             for i, mode in enumerate(self.modes):
@@ -407,6 +484,17 @@ class Run:
                     toward = -sum(a * b for a, b in zip(first, slip[i], strict=True)) / sum(a * a for a in first)
                     found.append((toward, lambda i=i: self.resting.add(i)))
         return [(coefficients(margin, count), happens) for margin, happens in found]
+
+    def _margins_of_axles(self, phase: Phase, y: Row, z: Row) -> list[tuple[Any, Any]]:
+        found: list[tuple[Any, Any]] = []
+        for i, sign in enumerate(self.turning if self.v.axles is not None else []):
+            if sign:
+                found.append((-sign * y[self._rate(i)], lambda i=i: self.axles_at_rest.add(i)))
+                continue
+            for side in (1, -1):
+                beyond = side * z[phase.axles[i]] - self.v.axles.holding[i]
+                found.append((beyond, lambda i=i: self.axles_let_go.add(i)))
+        return found
 
     def _lift(self, i: int) -> None:
         self.modes[i], self.towards[i] = SLIPS if self.modes[i] == OFF else OFF, 0
@@ -443,6 +531,8 @@ class Run:
         if rests:
             self._take_away()
         self.resting |= {i for i, mode in enumerate(self.modes) if mode == STICKS}
+        if self.v.axles is not None:
+            self.axles_at_rest |= {i for i, sign in enumerate(self.turning) if not sign}
         self._decide()
 
     def _take_away(self) -> None:
@@ -450,7 +540,11 @@ class Run:
         phase = self._phase()
         series = Series(phase, self.y, 0, self._guess_at(phase))
         slip = self.v.slip(self.y)
-        left = [slip[i][c] for i, c in phase.places] + [arb(0)] * (phase.unknowns - phase.of_loads)
+        left = [slip[i][c] for i, c in phase.places] + [arb(0)] * (phase.unknowns - phase.of_contacts)
         impulse = solved(series.matrix, [-value for value in left])
         for value, response in zip(impulse, series.response, strict=True):
             self.y = [(y + value * r).mid() for y, r in zip(self.y, response, strict=True)]
+
+
+def sign_of(value: Any) -> int:
+    return 0 if abs(float(value)) < STILL else 1 if float(value) > 0 else -1

@@ -9,7 +9,6 @@ import pytest
 import omniroll
 from omniroll import (
     Bearings,
-    Contact,
     Controller,
     FunctionController,
     InvalidValueError,
@@ -185,13 +184,6 @@ def test_effects_that_are_not_followed_are_refused():
     own = FunctionController(lambda t, measured: (0.0, 0.0, 0.0), 0.1)
     with pytest.raises(InvalidValueError, match="not followed"):
         Case("free", effects=(own,)).run(sensitivities=("mass",))
-
-
-@pytest.mark.parametrize("roller_model", ["free", "massless"])
-def test_axles_that_stick_beside_contacts_that_stick_are_refused(roller_model):
-    effects = (Contact(law="coulomb", friction=0.3), Bearings(wheel_coulomb=0.01))
-    with pytest.raises(InvalidValueError, match="wheel_speed"):
-        Case(roller_model, effects=effects).run(sensitivities=("mass",))
 
 
 def test_a_trajectory_that_was_not_asked_says_so_and_one_that_was_can_be_pickled():

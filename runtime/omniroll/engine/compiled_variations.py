@@ -32,8 +32,7 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    stands = plain.slips and deviations.sticking  # axles that stick beside wheels that slip
-    if deviations.spins_stick or deviations.loaded or stands:
+    if deviations.spins_stick or deviations.loaded or deviations.axles_stick:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)

@@ -27,6 +27,7 @@ from functools import cached_property
 
 import numpy as np
 
+from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES, slips
 from omniroll.engine.motion import Columns, Motion
 from omniroll.errors import NoDerivativeError
@@ -171,9 +172,14 @@ class ContactDeviations:
     def _inputs_jump(self, row: int) -> bool:
         """Whether drives jump between a row and the next."""
         trajectory = self.motion.trajectory
-        own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in MODES]
+        names = enumerate(trajectory.effects.drives())
+        own = [k for k, name in names if name not in MODES and not self._is_of_axles(name)]
         before, after = trajectory.drive[row : row + 2, own]
         return bool((np.abs(after - before) > JUMPS * np.maximum(np.abs(after), np.abs(before))).any())
+
+    def _is_of_axles(self, name: str) -> bool:
+        """Whether a drive is what the bearings of axles that may stick take."""
+        return name == TORQUE and self.motion.axles is not None
 
     # What happens
 
@@ -276,10 +282,7 @@ class ContactDeviations:
 
     def _time_of_modes(self, row: int) -> float:
         """For how long the contacts have had the modes of a row."""
-        modes = np.concatenate([self.contacts.sticks, self.contacts.carries], axis=1)
-        other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
-        elapsed = self.motion.trajectory.elapsed
-        return float(elapsed[row] - elapsed[other[-1] + 1 if len(other) else 0])
+        return self.motion.time_in_modes(np.concatenate([self.contacts.sticks, self.contacts.carries], axis=1), row)
 
     # What has no derivative
 

@@ -25,10 +25,6 @@ FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process wh
 
 def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
-    slipping = plain.signatures.get("slip_dynamics")
-    if slipping is not None and any(argument.name == "axle_sticks" for argument in slipping.inputs):
-        bound = "is not followed where wheels may slip and axles stick; give it a wheel_speed"
-        raise InvalidValueError("sensitivities", "Bearings", bound)
     if "disk_dynamics" in plain.signatures:
         bound = "is not followed beside Contact where rollers stick; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
+from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.holds import Holds
-from omniroll.engine.slopes import NOTHING
+from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -50,6 +51,29 @@ class Motion:
         return ContactModes(self.trajectory, self.plain, self.deviations) if has_modes else None
 
     @cached_property
+    def axles(self) -> AxleModes | None:
+        """Which axles stick where wheels may slip; None where none may."""
+        if not self.deviations.axles_stick:
+            return None
+        given = self.trajectory, self.plain, self.vector, self.y
+        stands = "standing_dynamics" in self.plain.signatures
+        return StandingAxles(*given, self.contacts.sticks) if stands else AxleModes(*given)
+
+    def time_in_modes(self, modes: np.ndarray, row: int) -> float:
+        """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
+        piece of a session does not know since when they are."""
+        other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
+        elapsed = self.trajectory.elapsed
+        return float(elapsed[row] - elapsed[other[-1] + 1] if len(other) else elapsed[-1])
+
+    def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
+        """What generated functions take of all that sticks in rows (...), by name."""
+        found: dict[str, np.ndarray] = {}
+        for own in (self.holds, self.contacts, self.axles):
+            found |= {} if own is None else own.at(rows)
+        return found
+
+    @cached_property
     def inputs(self) -> np.ndarray:
         """(T, U) what the rows' phases were given."""
         trajectory, shapes = self.trajectory, self.deviations.inputs
@@ -60,6 +84,8 @@ class Motion:
             )
         if "free_bearing" in shapes:
             given["free_bearing"] = self.holds.spins.torques
+        if self.axles is not None:
+            given["bearing_torque"] = self.axles.torques
         found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
         return found if self.contacts is None else self.contacts.headed(self.y, found, np.arange(len(trajectory)))
 
@@ -116,9 +142,7 @@ class Motion:
 
     def rates_in(self, y: np.ndarray, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """(..., m) the rates of what deviates in states (..., size), where what sticks is as in rows (...)."""
-        held = NOTHING if self.holds is None else self.holds.at(rows)
-        held = held if self.contacts is None else self.contacts.at(rows)
-        return self.deviations.rates_of(self.plain, y, inputs, held)
+        return self.deviations.rates_of(self.plain, y, inputs, self.held_at(rows))
 
     @cached_property
     def rates(self) -> np.ndarray:

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import Columns
-from omniroll.engine.sensitivities import Followed
+from omniroll.engine.sensitivities import Followed, axle_deviations
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
 from omniroll.results.trajectory import Trajectory
@@ -71,7 +72,8 @@ class _Slopes:
         deviations, contacts = self.motion.deviations, self.motion.contacts
         if not deviations.inputs:
             return np.zeros((len(self.times), 0))
-        found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives)
+        turning = {} if self.motion.axles is None else {TORQUE: self.motion.axles.torques[self.row]}
+        found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 
     def _nu_dot(self, spins: np.ndarray | None) -> np.ndarray:
@@ -85,8 +87,10 @@ class _Slopes:
         if "momenta" in given:
             given["momenta"] = bound.momenta(bound.axial_speeds(nu, chi, spins))
         held = {}
+        if motion.axles is not None:
+            held |= axle_deviations(motion, self.columns).carried(self.row)
         if contacts is not None:
-            held = contacts.moved(contacts.at(self.row), self.columns.constants, 1)
+            held |= contacts.moved(contacts.at(self.row), self.columns.constants, 1)
         if contacts is not None and contacts.turns:
             given["slip_heading"] = self._headings(bound, given["slip_heading"])
         inputs = deviations.joined(given) if given else self.inputs

@@ -12,6 +12,7 @@ changes at a time that deviates, d+ = d- + (f- - f+) dt.
 """
 
 import warnings
+from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import validation
+from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.columns import columns_of
 from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
@@ -29,6 +31,8 @@ from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.runs import Task
+from omniroll.engine.standing_axles import StandingAxles
+from omniroll.engine.standing_deviations import AxlesBesideContacts, StandingDeviations
 from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Held, Variations, gauss
 from omniroll.errors import NoDerivativeError, OneSidedWarning
@@ -65,13 +69,30 @@ def hold_deviations(motion: Motion, columns: Columns) -> HoldDeviations | None:
 
 def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | None:
     """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
-    return None if motion.contacts is None else ContactDeviations(motion, columns)
+    if motion.contacts is None:
+        return None
+    return (StandingDeviations if isinstance(motion.axles, StandingAxles) else ContactDeviations)(motion, columns)
+
+
+def axle_deviations(motion: Motion, columns: Columns) -> AxleDeviations | None:
+    """What deviations do where axles may stick beside wheels that may slip; None where none may."""
+    if motion.axles is None:
+        return None
+    return (AxlesBesideContacts if isinstance(motion.axles, StandingAxles) else AxleDeviations)(motion, columns)
 
 
 def held_in(motion: Motion, columns: Columns) -> Held | None:
     """What sticks in the steps of a run; None where nothing may."""
-    found = hold_deviations(motion, columns) or contact_deviations(motion, columns)
-    return None if found is None else found.held
+    made = (make(motion, columns) for make in (hold_deviations, contact_deviations, axle_deviations))
+    found = [own.held for own in made if own is not None]
+    if not found:
+        return None
+
+    def held(rows: np.ndarray) -> tuple[dict, dict]:
+        still, moving = zip(*(own(rows) for own in found), strict=True)
+        return dict(ChainMap(*still)), dict(ChainMap(*moving))
+
+    return held
 
 
 @dataclass(frozen=True)
@@ -200,6 +221,7 @@ class Sweep:
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
+        self.axles = axle_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
@@ -275,8 +297,7 @@ class Sweep:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
         row is filled then."""
         if row + 1 in self.switched:
-            if self.contacts is not None:
-                self.contacts.refuse_rests(row)
+            self._refuse_rests(row)
             return False
         if not self.moving and self.contacts is None:
             return False
@@ -295,6 +316,8 @@ class Sweep:
         times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, self.inputs_at(row))
+        if self.axles is not None and self.axles.changes[row]:
+            return self.axles.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
             return self.contacts.passed(row, moved, times, self.inputs_at(row))
         if times is None:
@@ -406,6 +429,7 @@ class Sweep:
         y = self.passage.whole(self.motion.y[0], state, kernel)
         own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         moved = self.passage.deviation(y).T
+        moved = moved if self.axles is None else self.axles.began(moved)
         return moved if self.contacts is None else self.contacts.began(0, moved), own
 
     def _begun(self, state: State) -> State:
@@ -432,8 +456,8 @@ class Sweep:
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
-        if self.holds is not None:
-            found |= self.holds.given(rows)
+        for own in (self.holds, self.axles):
+            found |= {} if own is None else own.given(rows)
         for k, name in enumerate(names):
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
@@ -462,13 +486,18 @@ class Sweep:
 
         Wheels that switch together still do where a number grows by its own size, or they do not.
         """
-        if self.contacts is not None:
-            self.contacts.refuse_rests(row)
+        self._refuse_rests(row)
         if self.switches.together[switch] or self.switches.grazed[switch]:
             found = self._passed_apart(row, moved)
             if found is not None:
                 return found
         return self.switches.through(switch, moved, self._axial_of_phase(), self.began)
+
+    def _refuse_rests(self, row: int) -> None:
+        """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
+        for own in (self.contacts, self.axles):
+            if own is not None:
+                own.refuse_rests(row)
 
     def _passed_apart(self, row: int, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray | None] | None:
         """The same where the wheels do not switch as one in the motions beside the run; None where they do."""
@@ -479,8 +508,9 @@ class Sweep:
         if not parted.any():
             return None
         self._refuse_impacts(before, parted, wheels)
-        if self.contacts is not None:
-            self.contacts.refuse_orders(row, wheels)
+        for own in (self.contacts, self.axles):
+            if own is not None:
+                own.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)
 
     def _axial_of_phase(self) -> np.ndarray | None:

@@ -81,6 +81,7 @@ class Deviations:
                they are constant, the torques of their bearings where they may stick
     sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
     spins_stick  whether free rollers may stick as well
+    axles_stick  whether axles may stick where wheels may slip
     grips      whether contacts may stick on the ground
     loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
     functions  generated functions that give the rates, in the order in which they are called
@@ -104,7 +105,8 @@ class Deviations:
         self.spins_stick = bound.rollers_stick and bound.has_spins
         if self.spins_stick:
             self.inputs["free_bearing"] = vector.shapes["spins"]
-        self.sticking = tuple(name for name in BEARINGS if name in self.inputs)
+        self.axles_stick = bound.slips and "bearing_torque" in self.inputs
+        self.sticking = () if bound.slips else tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
         functions = dict.fromkeys((*asked, *(PLAIN[1:] if bound.slips else (dynamics_with(asked), *PLAIN))))
         if self.sticking:

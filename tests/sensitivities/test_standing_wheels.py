@@ -1,0 +1,101 @@
+"""Sensitivities of runs in which contacts and axles stick side by side, under Coulomb's friction on the ground, against
+differences of runs in 40 digits, which hold both by unknown forces and torques (hard.true_ground)."""
+
+import numpy as np
+import pytest
+
+import omniroll
+from omniroll import Bearings, Contact, NoDerivativeError, Torque, TorqueTable, Vehicle
+from omniroll.engine.motion import Motion
+from tests.sensitivities.differences import START, VEHICLE, Case, derivative
+from tests.sensitivities.test_axles_on_the_ground import AT_REST, HELD_LONGER, RUBBING
+from tests.sensitivities.test_true_events import true
+
+SKID = Contact(law="coulomb", friction=0.1, wheel_rates=(3.0, -2.0, 1.0))
+STANDING = Contact(law="coulomb", friction=0.1)
+HELD = Contact(law="coulomb", friction=0.1, static_friction=0.15)
+PUSH = TorqueTable((0.0, 1.0), ((0, 0, 0), (0.2, -0.1, 0.05)))
+STRONG = TorqueTable((0.0, 1.0), ((0, 0, 0), (0.9, -0.5, 0.4)))
+BRAKES = Bearings(wheel_coulomb=0.2, wheel_break_away=0.3)
+LIGHT = Contact(law="coulomb", friction=0.3, static_friction=0.4, load=(12.0, 2.0, 2.0))
+BRAKES_OF_TWO = Bearings(wheel_coulomb=(0.01, 0.5, 0.5))
+PUSH_OF_ONE = TorqueTable((0.0, 1.0), ((0, 0, 0), (0.4, 0, 0)))
+STOPPING = Case("massless", effects=(SKID, RUBBING), duration=0.9)
+CASES = {
+    "comes to rest": (STOPPING, ("nu[0]", "mass", "wheel_coulomb[1]", "friction", "wheel_radius")),
+    "free": (
+        Case("free", effects=(STANDING, Bearings(wheel_coulomb=0.05, wheel_break_away=0.06)), duration=0.36),
+        ("mass", "wheel_coulomb"),
+    ),
+    "axles let go": (
+        Case("massless", effects=(STANDING, HELD_LONGER, PUSH), start=AT_REST, duration=0.9),
+        ("wheel_break_away", "mass", "wheel_radius"),
+    ),
+    "contacts let go": (
+        Case("massless", effects=(HELD, BRAKES, STRONG), start=AT_REST, duration=0.9), ("wheel_break_away", "mass")
+    ),
+    "a wheel that is pushed lets go": (
+        Case("massless", effects=(LIGHT, BRAKES_OF_TWO, PUSH_OF_ONE), start=AT_REST, duration=0.8),
+        ("static_friction", "load[1]", "wheel_radius"),
+    ),
+}  # fmt: skip
+
+
+def kinds(run):
+    """How wheels are in the rows: whether the contact sticks, and the axle."""
+    motion = Motion(run)
+    pairs = zip(motion.contacts.sticks.ravel(), motion.axles.modes.ravel() == 0, strict=True)
+    return {(bool(contact), bool(axle)) for contact, axle in pairs}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("case, names", CASES.values(), ids=CASES)
+def test_they_are_the_differences_of_runs_in_40_digits(case, names):
+    run = case.run(sensitivities=names, accuracy=1e-12)
+    assert (True, True) in kinds(run)
+    for name in names:
+        wanted, log = true(case, name)
+        assert [what for what in log if what[2] == "axle"]
+        assert np.abs(derivative(run, name) - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+@pytest.mark.long
+def test_backwards_and_in_sessions_they_are_the_same():
+    names, times = ("nu[0]", "mass", "wheel_coulomb[1]"), np.array([0.33, 0.9])
+    run, weights = STOPPING.run(sensitivities=names), np.array([[1.0, 2, 3], [0.5, -1, 2]])
+    found = omniroll.gradient(run, names, times, pose=weights)
+    session = omniroll.Session(
+        VEHICLE, **START, roller_model="massless", effects=STOPPING.effects, accuracy=1e-13, sensitivities=names
+    )
+    for step in (0.1, 0.2, 0.25, 0.35):
+        session.step(step)
+    for name in names:
+        own = run.sensitivity(name, times).pose
+        assert found[name] == pytest.approx(np.sum(weights * own), rel=1e-9, abs=1e-11)
+        assert session.sensitivity(name).pose == pytest.approx(own[1], rel=1e-9, abs=1e-11)
+
+
+def test_a_vehicle_that_stands_depends_on_nothing():
+    case = Case("massless", effects=(STANDING, RUBBING, Torque((0.01, 0, 0))), start=AT_REST, duration=0.1)
+    run = case.run(sensitivities=("nu[0]", "mass", "wheel_coulomb"))
+    assert kinds(run) == {(True, True)}
+    for name in ("nu[0]", "mass", "wheel_coulomb"):
+        assert not derivative(run, name).any()
+
+
+def test_a_wheel_that_stands_by_all_the_friction_of_its_axle_has_none():
+    case = Case("massless", effects=(STANDING, RUBBING, Torque((0.02, 0, 0))), start=AT_REST, duration=0.1)
+    with pytest.raises(NoDerivativeError, match="all its friction") as error:
+        case.run(sensitivities=("mass",))
+    assert error.value.wheels == (0,) and error.value.t == 0
+
+
+def test_wheels_whose_forces_are_not_determined_have_none_where_they_let_go():
+    """Four wheels hold three speeds."""
+    vehicle = Vehicle.paper(4, 5)
+    push = TorqueTable((0.0, 1.0), ((0,) * 4, (0.2, -0.1, 0.05, 0.1)))
+    start = AT_REST | {"chi": (0.1, -0.2, 0.15, 0.05)}
+    case = Case("massless", effects=(STANDING, HELD_LONGER, push), start=start, duration=0.9, vehicle=vehicle)
+    with pytest.raises(NoDerivativeError, match="not determined") as error:
+        case.run(sensitivities=("mass",))
+    assert error.value.wheels == (0, 1, 2, 3)
