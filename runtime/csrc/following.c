@@ -3,11 +3,15 @@
  *
  * variations.c   a step
  * slipping.c     forces on contacts that slip under Coulomb's friction
+ * turning.c      contacts that slip and stick, in its equations
+ * blockwise.c    these equations, in blocks
  * apart.c        numbers of its core that hang together through nu alone
- * passages.c     a switch */
+ * passages.c     a switch
+ * rests.c        slips that come to rest */
 #include "variations.c"
 
 #include "passages.c"
+#include "rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -27,9 +31,10 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->core = 3 + core_size(wheels, run->rollers_per_wheel);
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
     w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels);
-    w->directions = w->core + w->felt + w->inputs;
+    w->equations = w->core + SET_TURNS*wheels;
+    w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
-    const long long groups = w->groups, unknowns = NODES*w->core;
+    const long long groups = w->groups, equations = w->equations, unknowns = NODES*equations;
     const long long model = LANES_MODEL_SIZE(wheels, run->rollers_per_wheel)*lane;
     w->vehicle = part(base, &size, models*(long long)sizeof *w->vehicle);
     w->column = part(base, &size, groups*(long long)sizeof *w->column);
@@ -41,23 +46,37 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
     w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
-    w->pushed = part(base, &size, SET_GRIPS*12*wheels*lane);
+#if SET_GRIPS
+    w->pushed = part(base, &size, 12*wheels*lane);
+    w->towards = part(base, &size, 2*wheels*lane);
+    w->slipping = part(base, &size, wheels*lane);
+    w->turned = part(base, &size, 2*wheels*lane);
+    w->towards_at = part(base, &size, 2*wheels*nodes);
+    w->slipping_at = part(base, &size, wheels*nodes);
+    w->slip_slope = part(base, &size, 2*wheels*slip_directions(w)*nodes);
+    w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
+    w->block = part(base, &size, equations*equations*NODES*nodes);
+    w->right = part(base, &size, unknowns*groups*lane);
+    w->pivot_row = part(base, &size, 3*NODES*(long long)sizeof *w->pivot_row);
+    w->system = part(base, &size, blockwise_memory(w->equations, 3, NODES/LANES, w->groups)*lane);
+#else
+    w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
+#endif
     w->axial = part(base, &size, wheels*w->rollers*groups*lane);
     w->held = part(base, &size, 2*HELD_SIZE*lane);
     w->momenta = part(base, &size, 2*wheels*(long long)sizeof(double));
     w->free_axial = part(base, &size, wheels*w->rollers*(long long)sizeof(double));
     w->point = part(base, &size, point_size(w)*lane);
     w->along = part(base, &size, (point_size(w) + groups)*lane);
-    w->slope = part(base, &size, w->core*w->directions*nodes);
-    w->core_by = part(base, &size, numbers*w->core*nodes);
+    w->slope = part(base, &size, equations*w->directions*nodes);
+    w->core_by = part(base, &size, numbers*equations*nodes);
     w->chi_by = part(base, &size, numbers*wheels*nodes);
     w->pose_by = part(base, &size, numbers*3*nodes);
     w->felt_at = part(base, &size, (w->felt + 1)*NODES*groups*lane);
     w->core_at = part(base, &size, w->core*NODES*groups*lane);
     w->carried_at = part(base, &size, (wheels + 3)*NODES*groups*lane);
-    w->system = part(base, &size, unknowns*(unknowns/LANES + groups)*lane);
     w->row = part(base, &size, unknowns*(long long)sizeof *w->row);
-    w->is_still = part(base, &size, w->core*w->directions*(long long)sizeof(int));
+    w->is_still = part(base, &size, equations*w->directions*(long long)sizeof(int));
     w->answer = part(base, &size, (w->core - 3)*NODES*nodes);
     w->answer_at = part(base, &size, (w->core - 3)*(long long)sizeof(int));
     w->answered = part(base, &size, NODES*groups*lane);
@@ -223,6 +242,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
                 return row;
+#if SET_GRIPS
+            if (!switching && changes_modes(w, row) && !pass_modes(w, row))
+                return row;
+#endif
             if (switching) {
                 pass_switch(w, phase++, row, direction);
                 memcpy(w->began, w->moved, w->size*w->groups*sizeof *w->moved);

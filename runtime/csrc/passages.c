@@ -43,7 +43,10 @@ NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *ra
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
+#if SET_GRIPS
+    put_directions(w, row, &at, &along);
     put_pushes(w, row, 0, &at, &along);
+#endif
     rates_along(wheels, &at, &along, rate, moved);
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);

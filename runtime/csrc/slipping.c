@@ -1,12 +1,21 @@
-/* Forces on contacts that slip under Coulomb's friction: they go against the slip, whatever its size.
- *
- * With the slip s, its size |s| and its direction e = s/|s|, e' = (s' - e (e . s'))/|s|. That is regular at the nodes of a
- * step, which are inside it, while slips begin and come to rest at its ends. Massless rollers slip one way alone. */
+/* Forces on contacts that slip under Coulomb's friction, at the nodes of a step: they go against the slip, whatever its
+ * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
+ * Massless rollers slip one way alone. */
 
 #if SET_GRIPS
-/* Where a contact slips, and how that moves: from its slip, where this is not rounding, else as the row says. */
-ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const lanes_t *slip, const lanes_t *moved,
-                                 lanes_t *towards, lanes_t *turned)
+ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
+{
+    return w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
+}
+
+/* Whether a contact slips under a load, in a direction that turns. */
+ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
+{
+    return SET_HAS_CONTACT_SPEEDS && !sticks_in(w, row, i) && w->run->grip[i] > 0;
+}
+
+/* Where a contact slips: by its slip, where this is not rounding, else as the row says. */
+ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const lanes_t *slip, lanes_t *towards)
 {
     const int wheels = w->wheels, turns = SET_HAS_CONTACT_SPEEDS;
     const double heading = w->run->drive[(row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i];
@@ -14,35 +23,147 @@ ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, co
     const lanes_t size = lanes_sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
     const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
     const lanes_t inverse = 1/lanes_select(known, size, lanes_of(1));
-    const lanes_t along = (slip[0]*moved[0] + slip[1]*moved[1])*inverse;
-    for (int c = 0; c < 2; c++) {
+    for (int c = 0; c < 2; c++)
         towards[c] = lanes_select(known, slip[c]*inverse, given[c]);
-        turned[c] = lanes_select(known, (moved[c] - towards[c]*along)*inverse, lanes_of(0));
+}
+
+/* The directions of contacts at a point of the phase of a row, and the parts of their slips along these. */
+NEVER_INLINE void put_directions(const variations_t *w, long long row, const point_t *at, const point_t *along)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    slips_along(wheels, at, along, slip, moved);
+    for (int i = 0; i < wheels; i++) {
+        put_direction(w, row, i, slip + 2*i, w->towards + 2*i);
+        w->slipping[i] = slip[2*i]*w->towards[2*i] + slip[2*i + 1]*w->towards[2*i + 1];
     }
+}
+
+/* The forces in these directions, into a point, and how they move with one of the numbers, or with none. */
+NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
+{
+    const int wheels = OWN_WHEELS(w->wheels), pair = 2*MOST_WHEELS;
+    const double *const grip = w->run->grip, *const grown = grip + 3*wheels*model;
+    lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
+    lanes_t slope[2*pair], slope_moved[2*pair];
+    for (int i = 0; i < wheels; i++) {
+        const double slides = !sticks_in(w, row, i);
+        load[i] = lanes_of(slides*grip[i]), load_moved[i] = lanes_of(model ? slides*grown[i] : 0);
+        for (int c = 2*i; c < 2*i + 2; c++) {
+            friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);
+            still[c] = lanes_of(0);
+        }
+    }
+    set_sliding_forces_along(wheels, at->vehicle, w->towards, load, friction, still, load_moved, friction_moved,
+                             at->ground_push, slope, along->ground_push, slope_moved);
+    for (int k = 0; k < 2*wheels; k++)      /* by the angle of the direction */
+        w->turned[k] = slope[2*k + 1]*w->towards[k/2*2] - slope[2*k]*w->towards[k/2*2 + 1];
 }
 #endif
 
-/* The forces at a point of the phase of a row, into it, and how they move: with one of the numbers, or with none. */
-ALWAYS_INLINE void put_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
-{
 #if SET_GRIPS
-    const int wheels = OWN_WHEELS(w->wheels), pair = 2*MOST_WHEELS;
-    const double *const grip = w->run->grip, *const grown = grip + 3*wheels*model;
-    lanes_t slip[pair], moved[pair], towards[pair], turned[pair], load[MOST_WHEELS], load_moved[MOST_WHEELS];
-    lanes_t friction[pair], friction_moved[pair], slope[2*pair], slope_moved[2*pair];
-    memset(at->ground_push, 0, 2*wheels*sizeof *slip);
-    memset(along->ground_push, 0, 2*wheels*sizeof *slip);
+/* The numbers whose slopes the slips have: those of the core and what it feels, then those of the vehicle. */
+ALWAYS_INLINE int slip_directions(const variations_t *w) { return w->core + w->felt + w->run->models - 1; }
+ALWAYS_INLINE nodes_t *slope_of_slip(const variations_t *w, int i, int component)
+{
+    return w->slip_slope + (2*i + component)*slip_directions(w);
+}
+
+NEVER_INLINE void put_slope_of_slips(const variations_t *w, int place, int b, const point_t *at, const point_t *along)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
     slips_along(wheels, at, along, slip, moved);
-    for (int i = 0; i < wheels; i++) {
-        const lanes_t slides = 1 - at->inputs[SET_MODES_INPUT*wheels + i];
-        put_direction(w, row, i, slip + 2*i, moved + 2*i, towards + 2*i, turned + 2*i);
-        load[i] = slides*grip[i], load_moved[i] = slides*(model ? grown[i] : 0);
-        for (int c = 2*i; c < 2*i + 2; c++)
-            friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);
+    for (int k = 0; k < 2*wheels; k++)
+        slope_of_slip(w, k/2, k%2)[place].lanes[b] = moved[k];
+}
+
+/* The slopes of the slips at a block of nodes, by each number of theirs. */
+static void put_slopes_of_slips(const variations_t *w, int b)
+{
+    const int felt = w->core + w->felt;
+    for (int place = 0; place < slip_directions(w); place++) {
+        const point_t at = point_of(w, &w->vehicle[place < felt ? 0 : place - felt + 1], w->point);
+        const point_t along = point_of(w, at.vehicle, w->along);
+        lanes_t *const way = place < felt ? &w->along[place_of_direction(w, place)] : 0;
+        if (way)
+            *way = lanes_of(1);
+        put_slope_of_slips(w, place, b, &at, &along);
+        if (way)
+            *way = lanes_of(0);
     }
-    set_sliding_forces_along(wheels, at->vehicle, towards, load, friction, turned, load_moved, friction_moved,
-                             at->ground_push, slope, along->ground_push, slope_moved);
+}
+
+#define CONTACT_SPEEDS (1 + SET_HAS_CONTACT_SPEEDS)     /* numbers of the core by which the slip of a contact goes */
+
+/* The number of the core that is such a speed. */
+ALWAYS_INLINE int contact_speed(const variations_t *w, int i, int k) { return 3 + k*w->wheels + i; }
+
+/* The slope of such a speed of a contact that sticks by another number of the slips, in a block: what keeps the slip
+ * zero. */
+ALWAYS_INLINE lanes_t slope_of_speed(const variations_t *w, int i, int k, int place, int b)
+{
+    const nodes_t *const y = slope_of_slip(w, i, 1);
+    const int first = contact_speed(w, i, 0);
+#if SET_HAS_CONTACT_SPEEDS
+    const nodes_t *const x = slope_of_slip(w, i, 0);
+    const int second = contact_speed(w, i, 1);
+    const lanes_t both = x[first].lanes[b]*y[second].lanes[b] - x[second].lanes[b]*y[first].lanes[b];
+    return k == 0 ? (x[second].lanes[b]*y[place].lanes[b] - x[place].lanes[b]*y[second].lanes[b])/both
+                  : (x[place].lanes[b]*y[first].lanes[b] - x[first].lanes[b]*y[place].lanes[b])/both;
 #else
-    (void)w, (void)row, (void)model, (void)at, (void)along;
+    (void)k;
+    return -y[place].lanes[b]/y[first].lanes[b];
 #endif
 }
+
+/* Whether a direction is a speed of a contact that sticks. */
+ALWAYS_INLINE int follows(const variations_t *w, long long row, int d)
+{
+    return d >= 3 && d < 3 + CONTACT_SPEEDS*w->wheels && sticks_in(w, row, (d - 3)%w->wheels);
+}
+
+/* Whether nothing moves in a direction by itself: such a speed, or the turn of a slip that does not turn. */
+ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
+{
+    const int turning = d - first_turn(w);
+    return d < w->directions && (turning < 0 ? follows(w, row, d) : !turns_in(w, row, turning));
+}
+
+/* Such speeds as a direction moves them, or not at all. */
+static void let_speeds_follow(const variations_t *w, long long row, int place, int b)
+{
+    for (int i = 0; i < w->wheels; i++)
+        for (int k = 0; k < CONTACT_SPEEDS && sticks_in(w, row, i); k++)
+            w->along[contact_speed(w, i, k)] = place < 0 ? lanes_of(0) : slope_of_speed(w, i, k, place, b);
+}
+
+/* The forces on contacts at a block of nodes, and the slopes of the slips there. */
+static void put_ground(const variations_t *w, long long row, int b)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    put_directions(w, row, &at, &along);
+    put_pushes(w, row, 0, &at, &along);
+    for (int k = 0; k < 2*wheels; k++)
+        w->towards_at[k].lanes[b] = w->towards[k];
+    for (int i = 0; i < wheels; i++)
+        w->slipping_at[i].lanes[b] = w->slipping[i];
+    put_slopes_of_slips(w, b);
+}
+
+/* What moves of contacts in a direction: forces with the turn of a slip or with a number, and speeds that follow. */
+static void put_ground_along(const variations_t *w, long long row, int d, int b, const point_t *at,
+                             const point_t *along)
+{
+    const int wheels = OWN_WHEELS(w->wheels), felt = w->core + w->felt, number = d - w->directions;
+    const int turning = d - first_turn(w);
+    if (number >= 0)
+        put_pushes(w, row, number + 1, at, along);
+    else if (turning >= 0) {
+        memset(along->ground_push, 0, 2*wheels*sizeof *along->ground_push);
+        memcpy(along->ground_push + 2*turning, w->turned + 2*turning, 2*sizeof *w->turned);
+    }
+    let_speeds_follow(w, row, number >= 0 ? felt + number : d < felt ? d : -1, b);
+}
+#endif

@@ -17,13 +17,15 @@
 
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
+#define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
     const omniroll_variations_t *run;
     int wheels, rollers, columns, groups;
     int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
-    int size, core, felt, inputs, directions;   /* numbers: all, of the core, of what it feels, that it is given */
+    int size, core, felt, inputs;       /* numbers: all, of the core, of what it feels, that it is given    */
+    int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
     lanes_t *moved;             /* size x groups: deviations now                                */
@@ -34,16 +36,23 @@ typedef struct {
     lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
     double *free_axial;         /* wheels*(rollers - 1): at its start, by place                 */
     lanes_t *point, *along;     /* state, inputs and rates at nodes, and a direction            */
-    nodes_t *slope;             /* core x directions                                            */
-    nodes_t *core_by, *chi_by, *pose_by;    /* of each number: core, wheels, 3                  */
+    nodes_t *slope;             /* equations x directions                                       */
+    nodes_t *core_by, *chi_by, *pose_by;    /* of each number: equations, wheels, 3             */
     nodes_t pose_slope[3][4];   /* of the rates of the pose by nu and the heading               */
     double carries[MOST_WHEELS + 1][CARRYING(MOST_WHEELS)];     /* W                            */
     nodes_t twice[NODES], once[NODES];      /* T^2 and T by rows                                */
     nodes_t node;               /* where the nodes are, from 0 to 1                             */
     lanes_t *pushed;            /* 2 x 6*wheels: forces on contacts at a point, and how these move */
+    lanes_t *towards, *slipping, *turned;   /* 2*wheels, wheels, 2*wheels: directions of slips at a point, the slips
+                                             * along these, the slopes of the forces by the directions' angles */
+    nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
+    nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
+    int *kind;                  /* what blockwise.c works on                                    */
+    nodes_t *block;
+    lanes_t *right, **pivot_row;
     int numbered, *numbered_column, *number_of; /* the columns of numbers of the vehicle, and which these are */
     lanes_t *felt_at, *core_at, *carried_at;    /* at the nodes: felt x NODES, core x NODES, (wheels + 3) x NODES */
-    int *is_still;              /* core x directions: whether a slope is zero                   */
+    int *is_still;              /* equations x directions: whether a slope is zero              */
     nodes_t *answer;            /* (core - 3) x NODES, and whose a number has: apart.c          */
     int *answer_at;
     lanes_t *answered;          /* NODES x groups                                               */
@@ -73,6 +82,9 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
 
 /* Where a number of the core stands among the deviations. */
 ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a : a + 3 + w->wheels; }
+
+/* The first direction that is the turn of a slip's direction; those before it are numbers of a point. */
+ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->felt + w->inputs; }
 
 /* The place of a direction among those. */
 ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
@@ -131,11 +143,21 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
 {
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
+#if SET_GRIPS
+    put_ground(w, row, b);
+#endif
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
-        lanes_t *const way = number < 0 ? &w->along[place_of_direction(w, d)] : 0;
-        nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->core;
+        lanes_t *const way = d < first_turn(w) ? &w->along[place_of_direction(w, d)] : 0;
+        nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
+#if SET_GRIPS
+        if (is_idle(w, row, d)) {
+            for (int a = 0; a < w->core; a++)
+                to[a*stride].lanes[b] = lanes_of(0);
+            continue;
+        }
+#endif
         if (way)
             *way = lanes_of(1);
         if (d == 0 || number >= 0)
@@ -143,13 +165,18 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];
-        put_pushes(w, row, number + 1 > 0 ? number + 1 : 0, &at, &along);
+#if SET_GRIPS
+        put_ground_along(w, row, d, b, &at, &along);
+#endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
         if (way)
             *way = lanes_of(0);
     }
+#if SET_GRIPS
+    let_speeds_follow(w, row, -1, b);
+#endif
 }
 
 #if SET_SLIPS
@@ -230,16 +257,22 @@ static void put_point(variations_t *w, long long step, long long row, int b)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
 
-static void put_slopes(variations_t *w, long long step, long long row)
+ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
 {
-    for (int b = 0; b < w->blocks; b++) {
-        put_point(w, step, row, b);
-        slopes_of_core(w, row, b);
-#if !SET_SLIPS
-        slopes_of_wheels(w, b);
-#endif
-        slopes_of_pose(w, b);
-    }
+    lane_mask_t any = {0};
+    for (int b = 0; b < w->blocks; b++)
+        any |= x->lanes[b] != 0;
+    long long found = 0;
+    for (int k = 0; k < LANES; k++)
+        found |= any[k];
+    return !found;
+}
+
+/* Which slopes of the core are zero at all nodes. */
+static void put_still(variations_t *w)
+{
+    for (int k = 0; k < w->equations*w->directions; k++)
+        w->is_still[k] = is_zero(w, &w->slope[k]);
 }
 
 /* Add what the numbers of the vehicle do by themselves, each in the lane of its column: to the vectors of columns at a
@@ -318,51 +351,6 @@ static void put_felt(variations_t *w, double h)
     }
 }
 
-ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
-{
-    lane_mask_t any = {0};
-    for (int b = 0; b < w->blocks; b++)
-        any |= x->lanes[b] != 0;
-    long long found = 0;
-    for (int k = 0; k < LANES; k++)
-        found |= any[k];
-    return !found;
-}
-
-/* Which slopes of the core are zero at all nodes. */
-static void put_still(variations_t *w)
-{
-    for (int k = 0; k < w->core*w->directions; k++)
-        w->is_still[k] = is_zero(w, &w->slope[k]);
-}
-
-/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
- * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
-static void put_matrix(variations_t *w, double h, int a, int solved)
-{
-    const nodes_t *const slope = w->slope + a*w->directions;
-    for (int c = 0; c < solved; c++) {
-        nodes_t twice = {{{0}}};
-        for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
-            for (int b = 0; b < w->blocks; b++)
-                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-        const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
-        for (int j = 0; j < w->nodes; j++) {
-            lanes_t *const to = w->row[a*w->nodes + j] + c*w->blocks;
-            for (int b = 0; b < w->blocks; b++) {
-                lanes_t sum = {0};
-                if (linear)
-                    sum -= h*slope[c].node[j]*w->once[j].lanes[b];
-                if (squared)
-                    sum -= h*h*twice.node[j]*w->twice[j].lanes[b];
-                to[b] = sum;
-            }
-            if (c == a)
-                to[j/LANES][j%LANES] += 1;
-        }
-    }
-}
-
 /* What a deviation does by its slopes at some nodes. */
 ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t *sum)
 {
@@ -395,7 +383,7 @@ static void put_right(variations_t *w, double h, int a, int width)
                 row[j + i][width + g] = sum[i];
         }
     for (int j = 0; j < w->nodes; j++)
-        add_numbers(w, w->core_by, w->core, a, j, row[j] + width);
+        add_numbers(w, w->core_by, w->equations, a, j, row[j] + width);
 }
 
 /* Linear equations in rows: `width` vectors of the matrix, then `groups` of right sides. */
@@ -469,7 +457,27 @@ NEVER_INLINE void solve(const equations_t *e)
     }
 }
 
+#if SET_GRIPS
+#include "turning.c"
+#else
 #include "apart.c"
+#endif
+
+static void put_slopes(variations_t *w, long long step, long long row)
+{
+    for (int b = 0; b < w->blocks; b++) {
+        put_point(w, step, row, b);
+        slopes_of_core(w, row, b);
+#if !SET_SLIPS
+        slopes_of_wheels(w, b);
+#endif
+        slopes_of_pose(w, b);
+    }
+#if SET_GRIPS
+    put_contacts(w, row);
+#endif
+    put_still(w);
+}
 
 /* The deviations of the core at the nodes, from its rates. */
 static void put_core(variations_t *w, double h, int width)
@@ -555,10 +563,44 @@ static int are_seen(const variations_t *w, double h, int width)
     return 1;
 }
 
-/* The rates of the core at the nodes, as right sides behind the `width` vectors of a system. Returns the width. */
-static int put_core_rates(variations_t *w, double h)
+#if SET_GRIPS
+static int put_core_rates(variations_t *w, long long row, double h)
 {
-    put_still(w);
+    put_rates_on_ground(w, row, h);
+    return 0;
+}
+#else
+/* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
+ * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
+static void put_matrix(variations_t *w, double h, int a, int solved)
+{
+    const nodes_t *const slope = w->slope + a*w->directions;
+    for (int c = 0; c < solved; c++) {
+        nodes_t twice = {{{0}}};
+        for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
+            for (int b = 0; b < w->blocks; b++)
+                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
+        const int linear = !w->is_still[a*w->directions + c], squared = !is_zero(w, &twice);
+        for (int j = 0; j < w->nodes; j++) {
+            lanes_t *const to = w->row[a*w->nodes + j] + c*w->blocks;
+            for (int b = 0; b < w->blocks; b++) {
+                lanes_t sum = {0};
+                if (linear)
+                    sum -= h*slope[c].node[j]*w->once[j].lanes[b];
+                if (squared)
+                    sum -= h*h*twice.node[j]*w->twice[j].lanes[b];
+                to[b] = sum;
+            }
+            if (c == a)
+                to[j/LANES][j%LANES] += 1;
+        }
+    }
+}
+
+/* The rates of the core at the nodes, as right sides behind the `width` vectors of a system. Returns the width. */
+static int put_core_rates(variations_t *w, long long row, double h)
+{
+    (void)row;
     const int apart = w->core > 3 && !SET_SLIPS && stand_apart(w), solved = apart ? 3 : w->core;
     const int unknowns = w->nodes*solved, width = unknowns/LANES;
     for (int a = 3; apart && a < w->core; a++)
@@ -579,6 +621,7 @@ static int put_core_rates(variations_t *w, double h)
         put_rates_apart(w, a, width);
     return width;
 }
+#endif
 
 /* The deviations at the end of a step, from those at its start; rates (nodes x size x columns), or null. Returns whether
  * the nodes are enough, where the run asks that; nothing has been done otherwise. */
@@ -588,7 +631,7 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
     const int groups = w->groups;
     put_slopes(w, step, row);
     put_felt(w, h);
-    const int width = put_core_rates(w, h);
+    const int width = put_core_rates(w, row, h);
     if (w->run->most_last > 0 && !are_seen(w, h, width))
         return 0;
     put_core(w, h, width);

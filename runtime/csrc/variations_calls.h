@@ -29,7 +29,10 @@ typedef struct {
                                              * of its columns are absent, 3; how the directions move with each number */
     const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and
                                              * along the rolling direction; behind the first how they move. Or null */
+    const double *per_reach;                /* N x 2: one over the squares of what friction can hold; or null */
     const double *slip_rounding;            /* T x N: slips within these are zero; or null              */
+    double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
+                                             * how fast a slip comes to rest that only just does        */
     const double *dense;                    /* S x degree + 1 x row_size                                */
     const long long *step_of, *step_rows;   /* T: the step that starts in this row, or -1; S: and back  */
     const long long *phase_start;           /* K: the rows at which phases start                        */
@@ -48,7 +51,7 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes. -1 - row: the step from this row asks for more nodes. */
+ * grazes, or contacts change their modes as rests.c does not know. -1 - row: the step from this row asks for more nodes. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

@@ -10,6 +10,7 @@ import pytest
 from omniroll import Bearings, Contact, Slope
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.compiled_variations import library_of
+from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.kernels import sets
 from omniroll.results.dense import weights_at
@@ -77,15 +78,24 @@ def apart(one, other):
     }
 
 
-def in_c_and_python(case, names, monkeypatch, others=(), switches=2):
-    """The derivatives of the run in C and in Python, and those in Python of what `others` make of it."""
-    times, own = np.linspace(0, case.duration, 23), case.run(sensitivities=names)
-    assert own.followed.compiled is not None and len(own.switches) >= switches
+def runs_in_c_and_python(case, names, monkeypatch, others=()):
+    """The run with its derivatives in C and in Python, and what `others` make of it, in Python."""
+    own = case.run(sensitivities=names)
     with monkeypatch.context() as context:
         context.setattr(sensitivities, "library_of", lambda motion: None)
         runs = [case.run(sensitivities=names), *(other(case.run()) for other in others)]
-        assert all(run.followed.compiled is None for run in runs)
-        return parts_of(own, names, times), *(parts_of(run, names, times) for run in runs)
+    assert own.followed.compiled is not None and all(run.followed.compiled is None for run in runs)
+    return own, *runs
+
+
+def in_c_and_python(case, names, monkeypatch, others=(), switches=2):
+    """The derivatives of the run in C and in Python, and those in Python of what `others` make of it."""
+    times, runs = np.linspace(0, case.duration, 23), runs_in_c_and_python(case, names, monkeypatch, others)
+    assert len(runs[0].switches) >= switches
+    with monkeypatch.context() as context:
+        context.setattr(sensitivities, "library_of", lambda motion: None)
+        reference = [parts_of(run, names, times) for run in runs[1:]]
+    return parts_of(runs[0], names, times), *reference
 
 
 def sizes_of(parts):
@@ -116,6 +126,37 @@ def test_with_effects_too(case, names, monkeypatch):
 @pytest.mark.parametrize("case, names", ON_THE_GROUND.values(), ids=ON_THE_GROUND)
 def test_wheels_that_slip_under_smooth_laws_too(case, names, monkeypatch):
     same_as_in_python(case, names, monkeypatch)
+
+
+@pytest.mark.long
+def test_the_rows_before_a_rest_too(monkeypatch):
+    """Speeds of 1 m/s are known to a rounding, and the direction of a slip to that over the slip; its derivative is no
+    better known. Where it has come to rest C was 7e-2 off while the direction of a slip was no unknown of its own."""
+    case, changes = ON_COULOMB_GROUND["rolling, free"]
+    own, reference = runs_in_c_and_python(case, tuple(changes), monkeypatch)
+    apart, size = np.abs(own.followed.rows - reference.followed.rows), np.abs(reference.followed.rows).max(axis=(0, 1))
+    slips = np.where(own.sticks, np.inf, np.linalg.norm(own.slip, axis=-1)).min(axis=1)
+    assert (slips == 0).sum() == 4 and (slips < 1e-8).sum() > 10
+    turned = ROUNDINGS + np.minimum(np.finfo(float).eps / np.maximum(slips, 1e-16), 1e-4)
+    assert (apart <= turned[:, None, None] * size).all()
+
+
+@pytest.mark.long
+def test_rests_are_passed_in_c(monkeypatch):
+    """Those that change nothing else. Where the slip of a massless roller turns back they are left to Python."""
+    passed = []
+
+    def noted(deviations, row, *given):
+        passed.append(row)
+        return own(deviations, row, *given)
+
+    own = ContactDeviations.passed
+    monkeypatch.setattr(ContactDeviations, "passed", noted)
+    for name, rests in {"rolling, free": 0, "rolling, massless": 0, "turns back": 6}.items():
+        passed.clear()
+        case, changes = ON_COULOMB_GROUND[name]
+        run = case.run(sensitivities=tuple(changes))
+        assert run.followed.compiled is not None and len(passed) == rests, name
 
 
 @pytest.mark.long
@@ -193,9 +234,9 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
 
 
 # Times the instructions of the run with its control, and the same with what Python does, where that is held.
-MOST = dict.fromkeys(TASKS, 5.0) | {"coulomb": 13.8, "massless, coulomb": 5.5}
-WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 10.2, "coulomb": 23.2,
-         "massless, coulomb": 10.2, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2}  # fmt: skip
+MOST = dict.fromkeys(TASKS, 5.0) | {"coulomb": 5.5}
+WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 10.2, "coulomb": 6.0,
+         "massless, coulomb": 6.8, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2}  # fmt: skip
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ import pytest
 from omniroll import Bearings, Contact, TorqueTable
 from omniroll.vocabulary import STANDARD_GRAVITY
 from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative
-from tests.sensitivities.test_sticking_contacts import ROLLING, STILL
+from tests.sensitivities.test_sticking_contacts import ROLLING, SKID, STILL
 
 pytest.importorskip("flint")
 
@@ -75,6 +75,33 @@ def test_derivatives_of_runs_are_differences_of_runs_in_40_digits(case, number):
     assert log
     found = derivative(case.run(sensitivities=(number,), accuracy=1e-12), number)
     assert np.abs(found - wanted).max() <= 1e-9 * np.abs(wanted).max()
+
+
+def before_a_rest(run, which):
+    """The last row before one of the rests in which that slip is larger than 1e-7 m/s."""
+    rest = np.flatnonzero((run.sticks[1:] & ~run.sticks[:-1]).any(axis=1))[which]
+    contact = np.flatnonzero(run.sticks[rest + 1] & ~run.sticks[rest])[0]
+    return np.flatnonzero(np.linalg.norm(run.slip[:rest, contact], axis=-1) > 1e-7)[-1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("rest", range(3))
+def test_just_before_a_slip_comes_to_rest(rest):
+    """There the direction of the slip turns fast, and with it the deviations of the wheels' rates and of the rollers'
+    speeds, which rows have as well."""
+    case = Case("free", effects=(SKID,), duration=0.3)
+    run = case.run(sensitivities=("mass",))
+    row = before_a_rest(run, rest)
+    setting = Setting(case.roller_model, case.switching, "compiled")
+    with digits(true_sensitivities.DIGITS, true_sensitivities.ORDER):
+        task = setting.task(VEHICLE, **START, spins=SPINS, effects=case.effects, duration=float(run.t[row]))
+        change = arb(true_sensitivities.CHANGE) * true_sensitivities.size(task, "mass")
+        runs = [true_ground.Run(task, "mass", side * change) for side in (1, -1)]
+        for beside in runs:
+            beside.to_the_end()
+        wanted = true_sensitivities.difference([beside.y for beside in runs], change)
+    assert sum(what[2] == "sticks" for what in runs[0].log) == rest
+    assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-9 * np.abs(wanted).max()
 
 
 @pytest.mark.long

@@ -40,6 +40,7 @@ COEFFICIENTS = ("coefficient", "friction", "static_friction")
 UNDECIDED = "what a wheel holds on which contact and axle stick, and the loads, are not found for each other"
 LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
 OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
+OF_LOADS = {"mass", "platform_radius", "wheel_angles", "wheel_places", "center_of_mass"}  # at rest, of the vehicle
 
 
 def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
@@ -204,7 +205,7 @@ class Contact(Effect):
         if self.is_loaded:  # what turns about an axle does so with the wheel
             follows = self.spin_inertia is None and "wheel_inertia" in moved
             return {"spin_inertia": np.broadcast_to(moved["wheel_inertia"], vehicle.wheels)} if follows else {}
-        if self.law == "viscous" or self.load is not None:
+        if self.law == "viscous" or self.load is not None or not OF_LOADS & moved.keys():
             return {}
 
         def carrying(name: str) -> np.ndarray:

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 
 from omniroll.codegen.along import SUFFIX
+from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
@@ -221,6 +222,8 @@ class CompiledVariations:
             numbers["allowed"] = holds.tables
         if motion.contacts is not None:
             numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": motion.contacts.roundings(motion.y)}
+            numbers["per_reach"] = motion.contacts.per_reach()
+            run.jumps, run.reached, run.grazes = JUMPS, REACHED, GRAZES * motion.contacts.friction_rate()
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

@@ -45,8 +45,12 @@ class ContactDeviations:
     def __init__(self, motion: Motion, columns: Columns):
         self.motion, self.columns, self.contacts = motion, columns, motion.contacts
         self.deviations, self.wheels = motion.deviations, motion.plain.wheels
-        self.carrying = TangentKernel(motion.plain)
         self.own = slice(self.contacts.first, 2)  # components of slips
+
+    @cached_property
+    def carrying(self) -> TangentKernel:
+        """The functions of a motion, on numbers that carry tangents; no number of the vehicle deviates."""
+        return TangentKernel(self.motion.plain)
 
     def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
         """What generated functions take of the contacts in rows (k,), by name; and the same with the tangents of the Q
@@ -93,8 +97,7 @@ class ContactDeviations:
         if not self.contacts.grips:
             return moved
         still = np.flatnonzero(self._still(row) & (self.contacts.sticks | self.contacts.slides)[row])
-        slip = self._slips(row, moved)[:, still, self.own]
-        if not still.size or not slip.any():
+        if not still.size or not self._slips(row, moved)[:, still, self.own].any():
             return moved
         loose = still[self.contacts.slides[row, still]]
         if loose.size and self._slips(row, moved)[:, loose, self.own].any():
@@ -209,9 +212,7 @@ class ContactDeviations:
         known = self._known(row, self.contacts.sticks[row])
         accelerations = known["slip_dot"][0].real[rests]
         speeds = np.einsum("kc,kc->k", along, accelerations)
-        grip = self.contacts.grip
-        friction = (grip.loads[:, None] * grip.sliding).max() / self.motion.plain.vehicle.mass
-        slow = rests[-speeds <= GRAZES * friction]
+        slow = rests[-speeds <= GRAZES * self.contacts.friction_rate()]
         if slow.size:
             raise self._none(row, "a slip only just comes to rest, so that a change however small lets it go on", slow)
         return speeds, -np.einsum("pkc,kc->kp", own, along) / speeds[:, None]

@@ -116,6 +116,18 @@ class ContactModes:
             moving["friction"] = with_tangent(friction, tangent("ground_friction", friction))
         return dict(found) | moving
 
+    def per_reach(self) -> np.ndarray:
+        """(N, 2) in 1/N^2, one over the squares of what static friction can hold under loads that are given."""
+        reach = self.grip.loads[:, None] * np.broadcast_to(self.grip.static, (self.plain.wheels, 2))
+        with np.errstate(divide="ignore"):
+            found = np.where(reach > 0, reach**-2.0, 0.0)
+        found[:, : self.first] = 0.0
+        return found
+
+    def friction_rate(self) -> float:
+        """In m/s^2, what the largest friction would do to the vehicle as a whole."""
+        return float((self.grip.loads[:, None] * self.grip.sliding).max()) / self.plain.vehicle.mass
+
     def roundings(self, y: np.ndarray) -> np.ndarray:
         """(..., N) in m/s, within which slips are zero in states (..., size)."""
         views = self.deviations.vector.views(y)

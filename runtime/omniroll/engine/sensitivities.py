@@ -242,7 +242,8 @@ class Sweep:
             self._run_in_python()
 
     def _run_compiled(self, compiled: CompiledVariations) -> None:
-        """In C from one row to the next at which something is left to Python, and up to switches that are not plain."""
+        """In C from one row to the next at which something is left to Python, and up to switches that are not plain, or
+        changes of contacts' modes that are not."""
         last, row, given = len(self.trajectory) - 1, 0, 0
         self._put_start(compiled)
         stops = np.append(np.flatnonzero(self._stops()), last)
@@ -259,7 +260,8 @@ class Sweep:
             phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             reached = compiled.follow(row, end, phase)
             if reached < end:
-                self._pass_together(compiled, reached)
+                if not self._jumped(reached):
+                    self._pass_together(compiled, reached)
                 reached += 1
             row = reached
             self._phase_begun(row)
@@ -268,7 +270,6 @@ class Sweep:
         """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
         found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
         if self.contacts is not None:
-            found[:-1] |= self.contacts.changes
             found[self.contacts.rests_at_switches] = True
         if not self.moving:
             return found
