@@ -274,6 +274,42 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
     }
 }
 
+void omniroll_rates_in_rows(const omniroll_variations_t *run, long long count, const long long *rows,
+                            const long long *phases, double *rates)
+{
+    variations_t own, *const w = &own;
+    prepare(w, run);
+    lanes_t rate[w->size];
+    long long phase = -1;
+    for (long long k = 0; k < count; k++) {
+        if (phase < 0 || phases[k] != phase)
+            enter_phase(w, phase = phases[k]);
+        rates_in_row(w, rows[k], rate);
+        for (int place = 0; place < w->size; place++)
+            rates[k*w->size + place] = rate[place][0];
+    }
+}
+
+void omniroll_turning_rows(const omniroll_variations_t *run, double *rows)
+{
+#if SET_SLIPS
+    (void)run, (void)rows;
+#else
+    variations_t own, *const w = &own;
+    prepare(w, run);
+    const int wheels = OWN_WHEELS(w->wheels);
+    const lanes_t still[3] = {{0}};
+    for (int number = 1; number < run->models; number++)
+        for (int d = 0; d < 3; d++) {
+            lanes_t nu[3] = {{0}}, rate[MOST_WHEELS], moved[MOST_WHEELS];
+            nu[d] = lanes_of(1);
+            set_wheel_speeds_along(wheels, &w->vehicle[number], nu, still, rate, moved);
+            for (int i = 0; i < wheels; i++)
+                rows[((number - 1)*wheels + i)*3 + d] = moved[i][0];
+        }
+#endif
+}
+
 int omniroll_variations_nodes(int nodes)
 {
     return nodes < NODES && nodes%LANES == 0 ? nodes : NODES;

@@ -62,6 +62,13 @@ int omniroll_variations_nodes(int nodes);
 void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, const long long *steps,
                              const long long *phases, double *rates);
 
+/* The rates of what deviates, m, in each of some rows, each in its phase. */
+void omniroll_rates_in_rows(const omniroll_variations_t *run, long long count, const long long *rows,
+                            const long long *phases, double *rates);
+
+/* How the rates of the wheels for each of nu move with the numbers: models - 1 x N x 3. */
+void omniroll_turning_rows(const omniroll_variations_t *run, double *rows);
+
 /* The names of the numbers of the core beside nu, and of the inputs, in their order. */
 const char *omniroll_variations_states(void);
 const char *omniroll_variations_inputs(void);

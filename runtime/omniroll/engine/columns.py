@@ -50,13 +50,14 @@ def columns_of(names: Sequence[str], plain: Kernel, effects: Sequence[Effect]) -
         raise InvalidValueError("sensitivities", names, "must be a sequence of names")
     if len(set(names)) < len(names):
         raise InvalidValueError("sensitivities", names, "must name each number once")
-    return tuple(_column(name, plain, effects) for name in names)
+    of_vehicle = values_of(plain, ())
+    return tuple(_column(name, plain, of_vehicle, effects) for name in names)
 
 
-def _column(name: str, plain: Kernel, effects: Sequence[Effect]) -> Column:
+def _column(name: str, plain: Kernel, of_vehicle: Mapping[str, np.ndarray], effects: Sequence[Effect]) -> Column:
     match = NAME.fullmatch(name)
     number, place = ("", ()) if match is None else (match[1], tuple(map(int, re.findall(r"\d+", match[2]))))
-    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, effects)
+    found = _of_start(name, number, place, plain) or _of_vehicle(name, number, place, plain, of_vehicle, effects)
     for k in range(len(effects)):
         found = found or _of_effect(name, number, place, plain, k, effects)
     if found is None:
@@ -86,9 +87,13 @@ def _of_start(name: str, number: str, place: tuple[int, ...], plain: Kernel) -> 
 
 
 def _of_vehicle(
-    name: str, number: str, place: tuple[int, ...], plain: Kernel, effects: Sequence[Effect]
+    name: str,
+    number: str,
+    place: tuple[int, ...],
+    plain: Kernel,
+    values: Mapping[str, np.ndarray],
+    effects: Sequence[Effect],
 ) -> Column | None:
-    values = values_of(plain, ())
     if number in VEHICLE_SCALARS and number not in values:
         _moved(name, (), place)
         return Column(name)  # massless rollers do not feel their inertia

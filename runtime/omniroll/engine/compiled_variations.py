@@ -12,7 +12,7 @@ import numpy as np
 from omniroll.codegen.along import SUFFIX
 from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
-from omniroll.engine.hold_deviations import HoldDeviations
+from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.variations import gauss
 from omniroll.engine.workspace import NODES
@@ -162,6 +162,20 @@ class CompiledVariations:
         self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
         return rates
 
+    def _turning_rows(self) -> np.ndarray:
+        """(Q, N, 3) how the wheels' rates for each of nu move with the numbers."""
+        found = np.empty((len(self.models) - 1, self.motion.plain.wheels, 3))
+        self.module.lib.omniroll_turning_rows(self.struct, self._pointer(found, float))
+        return found
+
+    def _rates_in_rows(self, rows: np.ndarray) -> np.ndarray:
+        """(k, m) the rates of what deviates in rows (k,)."""
+        found = np.empty((len(rows), self.rows.shape[1]))
+        phases = np.searchsorted(self.motion.phases, rows, side="right") - 1
+        pointers = self._pointer(rows, np.int64), self._pointer(phases, np.int64), self._pointer(found, float)
+        self.module.lib.omniroll_rates_in_rows(self.struct, len(rows), *pointers)
+        return found
+
     def _take_nodes(self, wanted: int) -> None:
         """Work with so many nodes in a step, where vectors are no wider."""
         count = self.module.lib.omniroll_variations_nodes(wanted)
@@ -218,8 +232,6 @@ class CompiledVariations:
             "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
             "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
-        if holds is not None:
-            numbers["allowed"] = holds.tables
         if motion.contacts is not None:
             numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": motion.contacts.roundings(motion.y)}
             numbers["per_reach"] = motion.contacts.per_reach()
@@ -232,3 +244,6 @@ class CompiledVariations:
         memory = np.empty(size + ALIGNMENT // 8)
         start = -memory.ctypes.data % ALIGNMENT // 8
         run.work = self._pointer(memory[start : start + size], float)
+        if holds is not None:
+            holds.in_c = InC(self._turning_rows, self._rates_in_rows)
+            run.allowed = self._pointer(holds.tables, float)

@@ -13,6 +13,7 @@ from omniroll.effects.effect import Effect, Process
 from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import spread
 from omniroll.effects.torque import Torque, TorqueTable
+from omniroll.engine.motion import Columns
 from omniroll.errors import InvalidValueError
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
@@ -37,13 +38,12 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
 class DriveDeviations:
     """P columns of tangents of what the drives give.
 
-    effects  of the run, in its order
-    bound    TangentKernel of the columns, (P,)
-    signals  (P, ...) tangents of the effects' fields, by place of the effect and field
+    columns  Columns of the run
     """
 
-    def __init__(self, effects: Sequence[Effect], bound: TangentKernel, signals: Mapping, start_time: float):
-        self.bound, (self.columns,) = bound, bound.columns
+    def __init__(self, columns: Columns, start_time: float):
+        self.columns, self.count, self.wheels = columns, len(columns), columns.plain.wheels
+        effects, signals = columns.effects, columns.signals
         self.motor = next((effect for effect in effects if isinstance(effect, Motor)), None)
         self.curves: list[tuple[str, _Curve]] = []  # by the signal that they are added to
         self.torques: list[_Curve] = []  # that motors have no part in
@@ -51,12 +51,12 @@ class DriveDeviations:
         for k, effect in enumerate(effects):
             given = {name: signals[place, name] for place, name in signals if place == k}
             if isinstance(effect, Controller):
-                self.samplers.append(_Sampling(effect, bound, given, start_time))
+                self.samplers.append(_Sampling(effect, columns.kernel, given, start_time))
             if isinstance(effect, Torque | TorqueTable):
-                self.torques.append(_Curve(effect, "torque", bound.wheels, {}, self.columns, start_time))
+                self.torques.append(_Curve(effect, "torque", self.wheels, {}, self.count, start_time))
             for name in ("torque", "voltage"):
                 if given and name in effect.signals:
-                    curve = _Curve(effect, name, bound.wheels, given, self.columns, start_time)
+                    curve = _Curve(effect, name, self.wheels, given, self.count, start_time)
                     self.curves.append((name, curve))
 
     def hold(self, held: Mapping[str, list[np.ndarray]]) -> None:
@@ -114,7 +114,7 @@ class DriveDeviations:
 
         drive, slopes  (S, N) torque and damping of the run from there on, and how fast they change
         """
-        zero = np.zeros((len(elapsed), self.columns, self.bound.wheels))
+        zero = np.zeros((len(elapsed), self.count, self.wheels))
         found = {name: (zero, zero) for name in ("torque", "voltage")}
         for name, curve in self.curves:
             found[name] = tuple(a + tangent_of(b) for a, b in zip(found[name], curve.after(elapsed), strict=True))
@@ -133,10 +133,11 @@ class DriveDeviations:
 
     def _of_motors(self, found: Mapping, own: np.ndarray, own_slope: np.ndarray, damping: np.ndarray) -> dict:
         """Torque and damping of the motors in their modes, whose torques are `own` and change with `own_slope`."""
-        limit, *_ = self.bound.motor_laws(np.ones(self.bound.wheels))
+        bound = self.columns.kernel
+        limit, *_ = bound.motor_laws(np.ones(self.wheels))
         modes = np.where(self._at_limit(own, limit[0].real, damping), np.sign(own * limit[0].real), 0.0)
         sets, which = np.unique(modes, axis=0, return_inverse=True)  # a run has few
-        laws = [self.bound.motor_laws(own_modes)[:3] for own_modes in sets]
+        laws = [bound.motor_laws(own_modes)[:3] for own_modes in sets]
         at_zero, per_volt, lost = (np.array(parts)[which.reshape(-1)] for parts in zip(*laws, strict=True))
         with np.errstate(divide="ignore", invalid="ignore"):
             volts, volts_slope = (
@@ -154,7 +155,7 @@ class DriveDeviations:
         """(S, N) bool: a motor at its limit does not feel the rate."""
         if self.motor.current_limit is None:
             return np.zeros(own.shape, bool)
-        lost = self.bound.motor_laws(np.zeros(self.bound.wheels))[2]
+        lost = self.columns.kernel.motor_laws(np.zeros(self.wheels))[2]
         return damping == 0 if lost.real.any() else np.abs(own) >= (1 - ROUNDINGS * EPS) * np.abs(limit)
 
 

@@ -91,8 +91,9 @@ class Chain(Sweep):
         super()._put_start(compiled)
         self._phase_begun(0)
 
-    def _stops(self) -> np.ndarray:
-        found = super()._stops()
+    def _samples(self) -> np.ndarray:
+        """Also the phases' starts: what controllers remember deviates anew there."""
+        found = super()._samples()
         found[self.motion.phases] = True
         return found
 

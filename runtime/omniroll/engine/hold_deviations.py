@@ -17,7 +17,7 @@ Where a rate comes to zero without any acceleration, or what holds comes to its 
 side of the run stick, or break away, and those on the other side do not: there is no derivative.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,20 +28,27 @@ from omniroll.engine.motion import Columns, Motion
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
-FIELDS = {"bearing_torque": "wheel", "contact_bearing": "roller"}  # how the effect's numbers begin
+AXLES = "bearing_torque"
+FIELDS = {AXLES: "wheel", "contact_bearing": "roller"}  # how the effect's numbers begin
 JUMPS = 1e-9  # of a rate: it does not jump by less
 TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
 REACHED = 1e-6  # of what a facet takes: it has been reached
 GRAZES = 1e-6  # of the rate that it could have: what comes to zero more slowly grazes it
 
+Inputs = Callable[[], np.ndarray]
+
 
 class HoldDeviations:
-    """The deviations of one run in P columns, where its bearings come to rest and break away."""
+    """The deviations of one run in P columns, where its bearings come to rest and break away.
+
+    in_c  what a library computes in the place of generated functions in Python; None where there is none
+    """
 
     def __init__(self, motion: Motion, columns: Columns):
         self.motion, self.columns, self.holds = motion, columns, motion.holds
         self.trajectory, self.plain = motion.trajectory, motion.plain
         self.wheels = motion.plain.wheels
+        self.in_c: InC | None = None
 
     # What numbers do to the rows G, to the directions A, and to the torques
 
@@ -50,7 +57,7 @@ class HoldDeviations:
         found = []
         for unit in np.eye(3):
             given = {
-                "bearing_torque": lambda unit=unit: kernel.call("wheel_speeds", unit),
+                AXLES: lambda unit=unit: kernel.call("wheel_speeds", unit),
                 "contact_bearing": lambda unit=unit: kernel.call("wheel_rates", unit, chi)[1],
             }
             parts = [given[name]() for name in self.holds.names]
@@ -61,7 +68,11 @@ class HoldDeviations:
     @cached_property
     def turning_rows(self) -> np.ndarray:
         """(P, B, 3) dG, where chi is 0."""
-        return tangent_of(self._rows(self.columns.kernel, np.zeros(self.wheels)))
+        if self.in_c is None or self.holds.names != (AXLES,):
+            return tangent_of(self._rows(self.columns.kernel, np.zeros(self.wheels)))
+        found = np.zeros((len(self.columns), self.wheels, 3))
+        found[self.columns.numbered] = self.in_c.turning_rows()
+        return found
 
     @cached_property
     def turning(self) -> np.ndarray:
@@ -71,9 +82,9 @@ class HoldDeviations:
         lengths = np.linalg.norm(holds.rows, axis=1, keepdims=True)
         for k, sticking in enumerate(holds.sets):
             rows, turning = (holds.rows / lengths)[sticking], (self.turning_rows / lengths)[:, sticking]
-            if not turning.any():
-                continue
             asked = turning @ holds.allowed[k]
+            if not asked.any():
+                continue
             found[k] = -np.linalg.pinv(rows) @ asked
             left = np.abs(rows @ found[k] + asked).max(axis=(1, 2)) > TOGETHER * np.abs(turning).max(axis=(1, 2))
             if left.any():
@@ -148,23 +159,48 @@ class HoldDeviations:
         same = np.append(False, starts[:-1] & (sticks[:-1] == sticks[1:]).all(axis=1))
         return starts & sticks.any(axis=1) & ~same
 
+    @cached_property
+    def meets(self) -> np.ndarray:
+        """(k,) the rows in which deviations may meet bearings that have begun to stick, or that stick no more."""
+        return np.flatnonzero(self.enters | np.append(False, self.changes))
+
+    @cached_property
+    def rates(self) -> np.ndarray:
+        """(T, m) the rates of what deviates, in those rows and in the ones before them."""
+        if self.in_c is None:
+            return self.motion.rates
+        rows = np.unique(np.concatenate([self.meets, self.meets - 1]).clip(min=0))
+        found = np.zeros((len(self.trajectory), len(self.motion.deviations.state)))
+        found[rows] = self.in_c.rates(rows)
+        return found
+
+    @cached_property
+    def _met(self) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 3, 3) the mass matrices in the rows `meets`, and what they let forces do."""
+        mass = self.plain.mass_matrix(self.motion.vector.view(self.motion.y[self.meets], "chi"))
+        return mass, self._yields(self.meets, mass)
+
+    def _yields(self, rows: np.ndarray, mass: np.ndarray) -> np.ndarray:
+        """(k, 3, 3) A (A^T M* A)^-1 A^T, where what sticks is as in rows (k,): what forces do to nu."""
+        sets = self.holds.which[rows]
+        A = self.holds.allowed[sets]
+        back = A.swapaxes(1, 2)
+        return A @ np.linalg.solve(back @ mass @ A + self.holds.absent[sets][:, :, None] * np.eye(3), back)
+
     def projected(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which what sticks in a row leaves those before it."""
         holds, motion = self.holds, self.motion
-        k, nu = holds.which[row], motion.y[row, :3]
-        chi = motion.vector.view(motion.y[row], "chi")
+        k, nu, chi = holds.which[row], motion.y[row, :3], motion.vector.view(motion.y[row], "chi")
         if holds.spins is None:
-            mass = self.plain.mass_matrix(chi)
+            mass, yields = (own[np.searchsorted(self.meets, row)] for own in self._met)
             pull = mass @ moved[:3]
         else:
             stuck = (holds.spins.modes[row] == 0).ravel()
             mass, pull = self._with_stuck_spins(chi, moved, stuck)
-        A = holds.allowed[k]
-        beside = (self.turning[k] @ (A.T @ nu)).T
+            (yields,) = self._yields(np.array([row]), mass[None])
+        beside = (self.turning[k] @ (holds.allowed[k].T @ nu)).T
         found = np.array(moved)
-        found[:3] = beside + A @ np.linalg.solve(
-            A.T @ mass @ A + np.diag(holds.absent[k]), A.T @ (pull - mass @ beside)
-        )
+        found[:3] = beside + yields @ (pull - mass @ beside)
         if "spins" in motion.deviations.rates:
             still = np.zeros(motion.vector.shapes["spins"])
             jump = self.plain.spins_from_axial((found - moved)[:3].T, chi, still)
@@ -209,7 +245,7 @@ class HoldDeviations:
         goes_on = (self.modes[1:] != self.modes[:-1]) & (self.modes[1:] != 0)
         return self.holds.spins.alone & np.append(False, goes_on.any(axis=1))
 
-    def turned(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    def turned(self, row: int, moved: np.ndarray, inputs: Inputs) -> np.ndarray:
         """(m, P) the deviations after free rollers have turned back or broken away in a row."""
         return self._after(self._event_alone(row), moved, None, inputs)
 
@@ -220,24 +256,24 @@ class HoldDeviations:
         if self.holds.spins is not None:
             motion.deviations.views(given)["free_bearing"][...] = self.holds.spins.torques[row - 1]
         before = motion.rates_in(motion.y[row], given, np.array(row - 1))
-        return Event(row, row - 1, row, np.stack([before, motion.rates[row]]), given)
+        return Event(row, row - 1, row, np.stack([before, self.rates[row]]), given)
 
-    def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
+    def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: Inputs) -> np.ndarray:
         """(m, P) the deviations after bearings have changed their modes between a row and the next.
 
         knot    (P,) by how much the time deviates at which a drive jumps there; None where none does
-        inputs  (U, 1 + P) how fast the phase's inputs change, and their deviations
+        inputs  gives (U, 1 + P) how fast the phase's inputs change, and their deviations
         """
         before, after = self.modes[row : row + 2]
         changed = before != after
-        event = Event(row, row, row + 1, self.motion.rates[row : row + 2], self.motion.inputs[row])
+        event = Event(row, row, row + 1, self.rates[row : row + 2], self.motion.inputs[row])
         if not (changed & ((before == 0) | (after != 0))).any() and knot is None:
             if not self._inputs_jump(row):
                 self._refuse_grazing(event, np.flatnonzero(changed))
             return self.projected(row + 1, moved)
         return self._after(event, moved, knot, inputs)
 
-    def _after(self, event: "Event", moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
+    def _after(self, event: "Event", moved: np.ndarray, knot: np.ndarray | None, inputs: Inputs) -> np.ndarray:
         """(m, P) the deviations after an event at which rates jump."""
         if not self._jumps(event.rates):
             return moved
@@ -249,7 +285,7 @@ class HoldDeviations:
         elif self._inputs_jump(row):
             times = np.zeros((1, len(self.columns))) if knot is None else knot[None]
         else:
-            times = self._times_of_release(event, moved, inputs)
+            times = self._times_of_release(event, moved, inputs())
         if stopped.any() and knot is not None:
             times = np.concatenate([times, knot[None]])
         apart = np.ptp(times, axis=0) > TOGETHER * np.abs(times).max(axis=0)
@@ -367,6 +403,18 @@ class HoldDeviations:
         plane, slots = len(self.holds.sliding), self.plain.rollers_per_wheel - 1
         wheels = {int(place) % self.wheels if place < plane else int(place - plane) // slots for place in places}
         return NoDerivativeError(reason, t=float(self.trajectory.t[row]), wheels=tuple(sorted(wheels)))
+
+
+@dataclass(frozen=True)
+class InC:
+    """What a library computes for holds.
+
+    turning_rows  gives (Q, N, 3) how the wheels' rates for each of nu move with the numbers
+    rates         of rows (k,) gives (k, m) the rates of what deviates
+    """
+
+    turning_rows: Callable[[], np.ndarray]
+    rates: Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)

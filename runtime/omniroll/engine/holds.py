@@ -7,7 +7,7 @@ the columns of A with G A = 0, whatever the state is. Those of free rollers are 
 
 import numpy as np
 
-from omniroll.effects.complementarity import span
+from omniroll.effects.complementarity import PARALLEL, directions
 from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.effects.sticking_bearings import StickingBearings
 from omniroll.engine.spin_holds import SpinHolds
@@ -50,8 +50,10 @@ class Holds:
         if isinstance(bearings, StickingBearings) and plain.has_spins:
             self.spins = SpinHolds(trajectory, bearings, trajectory.effects.state_vector(plain).slices["spins"])
         self.modes = self._modes(trajectory)
-        self.sets, which = np.unique(self.modes == 0, axis=0, return_inverse=True)
-        self.which = which.reshape(-1)
+        sticks = [row.tobytes() for row in self.modes == 0]
+        places = {own: k for k, own in enumerate(dict.fromkeys(sticks))}
+        self.which = np.array([places[own] for own in sticks])
+        self.sets = np.array([np.frombuffer(own, bool) for own in places])
         self.allowed = np.array([directions_left(self.rows[sticking]) for sticking in self.sets])
         self.absent = (~self.allowed.any(axis=1)).astype(float)
 
@@ -65,11 +67,12 @@ class Holds:
         modes = np.where(np.abs(rates) > rest, np.sign(rates), at_rest)  # of rows between two transitions
         if not len(first):
             return modes.astype(int)
-        inside = trajectory.dense[:, :, :3] @ self.rows.T
-        sticks = np.abs(inside).max(axis=1) <= rest[first + 1]
+        values = np.ascontiguousarray(trajectory.dense[:, :, : 3 + wheels].swapaxes(0, 1))
+        inside = values[:, :, :3] @ self.rows.T
+        sticks = np.abs(inside).max(axis=0) <= rest[first + 1]
         if "bearing_torque" in self.names:  # an angle that is held does not change at all
-            sticks[:, :wheels] &= ~np.ptp(trajectory.dense[:, :, 3 : 3 + wheels], axis=1).astype(bool)
-        of_steps = np.where(sticks, 0, np.sign(inside.mean(axis=1)))
+            sticks[:, :wheels] &= ~np.ptp(values[:, :, 3:], axis=0).astype(bool)
+        of_steps = np.where(sticks, 0, np.sign(inside.mean(axis=0)))
         modes[first + 1] = of_steps
         modes[first] = of_steps
         return modes.astype(int)
@@ -84,7 +87,10 @@ class Holds:
 
 def directions_left(rows: np.ndarray) -> np.ndarray:
     """(3, 3) orthonormal columns that span the nu which leave all rates `rows` nu at zero; 0 where there are fewer."""
-    basis = span(rows)
+    if not len(rows):
+        return np.eye(3)
+    _, sizes, basis = np.linalg.svd(directions(rows))
+    rank = np.count_nonzero(sizes > PARALLEL)
     columns = np.zeros((3, 3))
-    columns[:, : 3 - len(basis)] = np.linalg.svd(basis)[2][len(basis) :].T if len(basis) else np.eye(3)
+    columns[:, : 3 - rank] = basis[rank:].T
     return columns

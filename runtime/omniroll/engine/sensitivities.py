@@ -15,7 +15,7 @@ import warnings
 from collections import ChainMap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -247,6 +247,7 @@ class Sweep:
         last, row, given = len(self.trajectory) - 1, 0, 0
         self._put_start(compiled)
         stops = np.append(np.flatnonzero(self._stops()), last)
+        samples = np.append(np.flatnonzero(self._samples()), last)
         while row < last:
             end = int(stops[np.searchsorted(stops, row, side="right")])
             if self.motion.starts_step[row]:
@@ -255,8 +256,8 @@ class Sweep:
                 row += 1
                 continue
             if row >= given:
-                self._give(row, end)
-                given = end
+                given = int(samples[np.searchsorted(samples, row, side="right")])
+                self._give(row, given)
             phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             reached = compiled.follow(row, end, phase)
             if reached < end:
@@ -268,18 +269,24 @@ class Sweep:
 
     def _stops(self) -> np.ndarray:
         """(T,) bool: rows at which something is left to Python: samples, and where rates jump at times that deviate."""
-        found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
+        found, trajectory = self._samples(), self.trajectory
         if self.contacts is not None:
             found[self.contacts.rests_at_switches] = True
         if not self.moving:
             return found
-        first = trajectory.step_rows
-        times = self.drives.samples(trajectory.elapsed[-1])
-        found[first[np.unique(np.searchsorted(trajectory.elapsed[first], times)).clip(max=len(first) - 1)]] = True
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
         if self.holds is not None:
             found |= self.holds.enters
             found[:-1] |= self.holds.changes
+        return found
+
+    def _samples(self) -> np.ndarray:
+        """(T,) bool: rows at which samples are due, up to which it is known what drives give."""
+        found, trajectory = np.zeros(len(self.trajectory), bool), self.trajectory
+        if self.moving:
+            first = trajectory.step_rows
+            times = self.drives.samples(trajectory.elapsed[-1])
+            found[first[np.unique(np.searchsorted(trajectory.elapsed[first], times)).clip(max=len(first) - 1)]] = True
         return found
 
     def _phase_begun(self, row: int) -> None:
@@ -288,7 +295,7 @@ class Sweep:
     def _enter(self, row: int, moved: np.ndarray) -> None:
         """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
         if self.holds is not None and self.holds.turns_alone[row]:
-            moved[:] = self.holds.turned(row, moved, self.inputs_at(row))
+            moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
         if self.holds is not None and self.holds.enters[row]:
             moved[:] = self.holds.entered(row, moved)
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
@@ -316,7 +323,7 @@ class Sweep:
         the next; None where neither has."""
         times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
-            return self.holds.passed(row, moved, times, self.inputs_at(row))
+            return self.holds.passed(row, moved, times, partial(self.inputs_at, row))
         if self.axles is not None and self.axles.changes[row]:
             return self.axles.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
@@ -469,8 +476,7 @@ class Sweep:
 
     @cached_property
     def drives(self) -> DriveDeviations:
-        columns = self.columns
-        return DriveDeviations(columns.effects, columns.kernel, columns.signals, self.trajectory.start_time)
+        return DriveDeviations(self.columns, self.trajectory.start_time)
 
     # Switches
 
