@@ -27,7 +27,7 @@ from omniroll.effects.complementarity import Facets, allowed_by, directions_allo
 from omniroll.effects.ground import AT_EDGE, HELD_ROUNDINGS, MOVES, Grip, Ground
 from omniroll.effects.ground import AT_REST as CONTACT_AT_REST
 from omniroll.effects.guards import EPS, PASSED, Guard
-from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_axles import BesideAxles, SlippingAxles
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
@@ -41,7 +41,7 @@ SAME_BOUND = 1e-9  # of a force: bounds that are nearer to each other are reache
 Evaluate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 
 
-class GroundWithAxles(Ground):
+class GroundWithAxles(BesideAxles, Ground):
     """Contacts and axles in one run.
 
     axles   with their modes
@@ -93,16 +93,6 @@ class GroundWithAxles(Ground):
         return state.with_contact_axial(np.where(self.resting, turning, state.contact_axial()))
 
     # What has happened
-
-    def moved(self) -> None:
-        """Some time has passed."""
-        super().moved()
-        self.axles.moved()
-
-    def switched(self, directions: np.ndarray) -> None:
-        """Wheels have passed to their next rollers, directions (N,)."""
-        super().switched(directions)
-        self.axles.switched()
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Guards that have ended the phase: of turning axles, of contacts, of dragged axles, of standing wheels, and
