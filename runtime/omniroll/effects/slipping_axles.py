@@ -117,8 +117,7 @@ class SlippingAxles:
 
 
 class BesideAxles:
-    """Contacts, a class before which this one stands, beside `axles` of the same wheels: what happens, happens to both.
-    """
+    """Contacts, of a class behind this one, beside `axles` of the same wheels: what happens, happens to both."""
 
     axles: SlippingAxles
 
