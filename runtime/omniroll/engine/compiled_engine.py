@@ -49,8 +49,6 @@ REASONS = {
     TOO_LONG: TOO_MANY_ROWS,
 }
 
-STANDING_UNDER_LOADS = {"axle_sticking", "contact_coulomb", "contact_loads"}  # effects
-
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
@@ -59,11 +57,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
-    if kernel.wheels > MOST_WHEELS:
-        return f"room for more than {MOST_WHEELS} wheels"
-    if STANDING_UNDER_LOADS.issubset(kernel.effects):
-        return "axles that stick beside contacts that stick, where loads follow the motion"
-    return ""
+    return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""
 
 
 def can_run(task: Task) -> bool:
