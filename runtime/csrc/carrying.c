@@ -42,6 +42,9 @@ typedef struct {
 #if SET_LOADED_AXLES
     axles_of_set_t axles;
 #endif
+#if SET_STANDS
+    int axle_mode[MOST_WHEELS];
+#endif
 #if SET_GRIPS
     double ground_force[2*MOST_WHEELS];
 #endif
@@ -118,6 +121,17 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
 #if SET_GRIPS
     now.point.loads->responds = responds;
 #endif
+#if SET_STANDS
+    vector3_t rows[MOST_WHEELS];
+    rows_of_wheels(run, work, rows);
+    for (int lane = 0; lane < LANES; lane++) {
+        const carrying_t *const set = sets + (lane < count ? lane : 0);
+        int sticks[MOST_WHEELS];
+        for (int i = 0; i < wheels; i++)
+            sticks[i] = set->carries[i] && holds[i];
+        stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->axle_mode, lane, &now);
+    }
+#endif
     core_rates(wheels, &now.point, nu_dot);
     for (int lane = 0; lane < count; lane++) {
         for (int i = 0; i < wheels; i++)
@@ -143,6 +157,11 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
 #if SET_LOADED_AXLES
     for (int k = 0; k < count; k++)
         begin_axles_of_set(run, &sets[k].axles);
+#endif
+#if SET_STANDS
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < run->wheels; i++)
+            sets[k].axle_mode[i] = own_bearings(run)[i].mode;
 #endif
     do {
         evaluate_sets(run, work, holds, sets, count);

@@ -230,6 +230,39 @@ static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int 
         grip->towards[SET_FIRST_DIRECTION + j] = begun[j]/sqrt(size);
 }
 
+#if SET_LOADS
+/* Which contacts carry, where those stick that `holds` says; those of `rests` that carry rest. Returns whether there are
+ * such loads. */
+static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const int *holds, const int *rests)
+{
+    decide_loads(run, work, holds);
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->resting = rests[i] && grip->carries;
+        grip->sticks = holds[i] && grip->carries;
+    }
+    return !run->ground.failure;
+}
+
+/* Whether there are loads where all stick that `rests`. They are taken, or those of the last state: friction that would
+ * lift wheels may give way before. */
+static int carries_at_rest(omniroll_run_t *run, const work_t *work, const int *rests)
+{
+    double before[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        before[i] = run->grips[i].load;
+    const int found = decide_carrying_beside(run, work, rests, rests);
+    for (int i = 0; i < run->wheels && !found; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        grip->carries &= !grip->dropped;
+        grip->load = grip->carries ? before[i] : 0;
+        grip->resting = rests[i] && grip->carries;
+    }
+    put_carrying(run);
+    return found;
+}
+#endif
+
 #if !SET_STANDS
 /* Which of the resting contacts slip, by rounds (rule 3). `beyond`: those that ask for more than they can hold. */
 static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, const int *beyond)
@@ -275,19 +308,6 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
 }
 
 #if SET_LOADS
-/* Which contacts carry, where those stick that `holds` says; those of `rests` that carry rest. Returns whether there are
- * such loads. */
-static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const int *holds, const int *rests)
-{
-    decide_loads(run, work, holds);
-    for (int i = 0; i < run->wheels; i++) {
-        omniroll_grip_t *const grip = run->grips + i;
-        grip->resting = rests[i] && grip->carries;
-        grip->sticks = holds[i] && grip->carries;
-    }
-    return !run->ground.failure;
-}
-
 /* Friction for the loads, and the loads for the friction, until nothing changes; of contacts that rest `rests`. Returns
  * whether that has come to an end. */
 static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rests, const int *beyond)
@@ -321,23 +341,24 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
 /* The modes of all contacts in the phase that begins now. */
 static void decide_contacts(omniroll_run_t *run, const work_t *work)
 {
-    int released = 0, resting = 0, slipping = 0, too_much = 0, beyond[MOST_WHEELS];
+    int released = 0, resting = 0, slipping = 0, too_much = 0, may_stick = 1, beyond[MOST_WHEELS];
     run->ground.knows_rates = 0;
     find_resting_contacts(run, work);
 #if SET_LOADS
     int rests[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         rests[i] = run->grips[i].resting;
-    if (!decide_carrying_beside(run, work, rests, rests))
-        return;
+    may_stick = carries_at_rest(run, work, rests);
 #endif
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->sticks = grip->resting, beyond[i] = 0;
         resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
+    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
+        return;
     put_modes(run);
-    if (resting && !released) {
+    if (resting && may_stick && !released) {
 #if !SET_LOADS                                  /* with them the forces have just been found                */
         rates_at_this_instant(run, work, run->wheels, work->nu_dot);
         run->ground.knows_rates = 1;
@@ -348,7 +369,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
                 too_much |= beyond[i] = taken > GRIP_PASSED*GRIP_NOISE(taken);
             }
     }
-    if (resting && (released || too_much)) {
+    if (resting && (released || too_much || !may_stick)) {
 #if SET_LOADS
         if (!settle_loads(run, work, rests, beyond))
             return;
@@ -357,7 +378,7 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
 #endif
         put_modes(run);
     }
-    run->ground.knows_rates &= resting && !slipping && !released && !too_much;
+    run->ground.knows_rates &= resting && !slipping && !released && !too_much && may_stick;
     run->ground.undecided = 0;
 }
 

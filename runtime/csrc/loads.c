@@ -47,6 +47,10 @@ ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_
     for (int i = 0; i < wheels; i++)
         all[count++] = at->axle_holding[i];
 #endif
+#if SET_STANDS
+    for (int k = 0; k < 3; k++)
+        all[count++] = at->held_force[k];
+#endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
         all[count++] = at->ground_force[k];
@@ -66,6 +70,10 @@ ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes
 #if SET_AXLES_STICK
     for (int i = 0; i < wheels; i++)
         at->axle_holding[i] = all[count++];
+#endif
+#if SET_STANDS
+    for (int k = 0; k < 3; k++)
+        at->held_force[k] = all[count++];
 #endif
 #if SET_GRIPS
     for (int k = 0; k < 2*wheels; k++)
@@ -99,7 +107,7 @@ NEVER_INLINE void find_load_response(const int wheels, const point_t *at, const 
 static void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
     loads_t *const loads = at->loads;
-    lanes_t all[3 + 6*MOST_WHEELS], off[2];
+    lanes_t all[RESPONDING], off[2];
     rates_of_sums(wheels, at, nu_dot, off);
     const int count = gather_rates(wheels, at, nu_dot, all);
     if (!loads->knows_response)

@@ -27,6 +27,7 @@
  * linear.c       vectors of three numbers, and linear equations
  * loads.c        rates with loads that follow the motion
  * loaded_axles.c  which axles stick then, where contacts do not
+ * standing_sets.c what sets of contacts and axles that stick leave of nu
  * carrying.c     which contacts carry then
  * transitions.c  what happens at an instant
  * inputs.c       what acts on the vehicle between two events
@@ -75,6 +76,7 @@
 #include "cones.c"
 #endif
 #include "loaded_axles.c"
+#include "standing_sets.c"
 #include "carrying.c"
 #include "grip.c"
 #include "standing.c"

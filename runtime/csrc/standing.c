@@ -8,18 +8,6 @@
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/* The rates of the wheels for each of nu. */
-static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
-{
-    for (int k = 0; k < 3; k++) {
-        const lanes_t nu[3] = {lanes_of(k == 0), lanes_of(k == 1), lanes_of(k == 2)};
-        lanes_t speeds[MOST_WHEELS];
-        set_wheel_speeds(run->wheels, &work->vehicle, nu, speeds);
-        for (int i = 0; i < run->wheels; i++)
-            rows[i][k] = speeds[i][0];
-    }
-}
-
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
@@ -35,9 +23,9 @@ static void stand(omniroll_run_t *run, const work_t *work)
         const omniroll_grip_t *const grip = run->grips + i;
         const omniroll_bearing_t *const axle = own_bearings(run) + i;
         for (int k = 0; k < 2; k++)
-            standing->of_ground[2*i + k] = grip->load*grip->staying[k];
+            standing->of_ground[2*i + k] = (SET_LOADS ? 1 : grip->load)*grip->staying[k];
         for (int k = 0; k < 3; k++)
-            standing->size[k] += standing->radius*fabs(rows[i][k])*standing->of_ground[2*i + 1];
+            standing->size[k] += standing->radius*fabs(rows[i][k])*(grip->load*grip->staying[1]);
         standing->holding[i] = axle->holding;
         standing->stands[i] = grip->sticks && axle->mode == 0;
         run->hold.count += axle->mode == 0;
@@ -111,6 +99,10 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
         now->force[k] = work->held_force[k][0];
     for (int i = 0; i < run->wheels; i++)
         now->asked[i] = work->own.holding[i][0], now->along[i] = work->ground_force[2*i][0];
+#if SET_LOADS
+    for (int i = 0; i < run->wheels; i++)
+        now->load[i] = work->loads[LOADS_NOW].compression[i][0];
+#endif
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm (rule 5). */
@@ -192,8 +184,10 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
 {
     const standing_t *const standing = work->standing;
     int count = release_facets(run, work, now, PASSED);
+    asked_t none;
+    memset(&none, 0, sizeof none);
     for (int i = 0; i < run->wheels; i++) {
-        double none = 0;
+        double rate;
         if (run->grips[i].sticks) {
             const double taken = taken_now(run, work, i);
             const int passed = taken > GRIP_PASSED*GRIP_NOISE(taken);
@@ -204,7 +198,7 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
             continue;
         double most = standing->holding[i];
         if (standing->stands[i])
-            most += standing->radius*left_of_ground(standing, i, now->along[i], &none);
+            most += standing->radius*left_of_ground(standing, i, now, &none, &rate);
         if (fabs(now->asked[i]) - most > PASSED*rounding_of_holding(now->asked[i], most)) {
             let_go(run, standing, i, now);
             count++;
@@ -214,6 +208,29 @@ static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
 }
 
 /* ---- which give way ------------------------------------------------------------------------------------------- */
+
+/* The rates at an instant under its pushes, in N: loads that follow the motion are those of the contacts. */
+static void rates_of_given_loads(const omniroll_run_t *run, const work_t *work, const instant_t *now, lanes_t *nu_dot)
+{
+#if SET_LOADS
+    for (int i = 0; i < run->wheels; i++)
+        now->point.loads->factor[i] = lanes_of(1);
+    rates_under_loads_there(run->wheels, &now->point, nu_dot);
+    for (int i = 0; i < run->wheels; i++)
+        now->point.loads->compression[i] = lanes_of(run->grips[i].load);
+#else
+    core_rates_there(run->wheels, &now->point, nu_dot);
+#endif
+    (void)work;
+}
+
+/* The forces of the contacts that slip. */
+static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+{
+    forces_now(run, work, push);
+    for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
+        push[k] *= run->grips[k/2].load;
+}
 
 /* Contacts and axles at rest, as parts of one problem: contacts first. */
 typedef struct {
@@ -236,7 +253,7 @@ static void rates_of_free(const omniroll_run_t *run, const work_t *work, const l
         kept[i] = work->own.sticks[i], work->own.sticks[i] = lanes_of(0);
     }
     memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
-    core_rates_there(run->wheels, &now.point, nu_dot);
+    rates_of_given_loads(run, work, &now, nu_dot);
     for (int i = 0; i < run->wheels; i++)
         work->own.sticks[i] = kept[i];
 }
@@ -266,7 +283,7 @@ static void put_problem(const omniroll_run_t *run, const work_t *work, const par
     const int width = 2 - SET_FIRST_DIRECTION, size = rest->count*width;
     lanes_t given[2*MOST_WHEELS], turning[MOST_WHEELS];
     problem->count = rest->count, problem->width = width;
-    forces_now(run, work, given);
+    forces_in_newtons(run, work, given);
     for (int i = 0; i < run->wheels; i++)
         turning[i] = lanes_of(-own_bearings(run)[i].mode*own_bearings(run)[i].sliding);
     for (int first = 0; first < size; first += LANES - 1) {
@@ -362,13 +379,10 @@ static void decide_together(omniroll_run_t *run, const work_t *work)
             take_axle_mode(own_bearings(run) + rest.wheel[k], &problem, k, slips[k]);
 }
 
-/* The modes of all contacts and axles in the phase that begins now. */
-static void decide_all(omniroll_run_t *run, const work_t *work)
+/* The modes of contacts and axles under the loads that the contacts have, and what they are asked for then. */
+static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
 {
     int released = 0;
-    asked_t now;
-    lanes_t nu_dot[3];
-    put_all_to_rest(run, work);
     for (int i = 0; i < run->wheels; i++) {
         run->grips[i].sticks = run->grips[i].resting;
         released |= run->grips[i].released || own_bearings(run)[i].released;
@@ -376,13 +390,148 @@ static void decide_all(omniroll_run_t *run, const work_t *work)
     if (released)
         decide_together(run, work);
     for (int turn = 0; turn <= 2*run->wheels; turn++) {
+        lanes_t nu_dot[3];
         stand(run, work);
+#if SET_LOADS
+        instant_t instant;
+        at_this_instant(run, work, run->wheels, &instant);
+        forces_in_newtons(run, work, instant.arrays.ground_push);
+        rates_of_given_loads(run, work, &instant, nu_dot);
+#else
         rates_at_this_instant(run, work, run->wheels, nu_dot);
-        asked_now(run, work, &now);
-        if (!overdone(run, work, &now))
+#endif
+        asked_now(run, work, now);
+        if (!overdone(run, work, now))
             break;
         decide_together(run, work);
     }
+}
+
+#if SET_LOADS
+/* What is let go at this instant. */
+typedef struct {
+    int contacts[MOST_WHEELS], axles[MOST_WHEELS];
+} let_go_t;
+
+static void keep_released(const omniroll_run_t *run, let_go_t *kept)
+{
+    for (int i = 0; i < run->wheels; i++)
+        kept->contacts[i] = run->grips[i].released, kept->axles[i] = own_bearings(run)[i].released;
+}
+
+static void put_released(omniroll_run_t *run, const let_go_t *kept)
+{
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].released = kept->contacts[i], own_bearings(run)[i].released = kept->axles[i];
+}
+
+/* Axles at rest stick so far. */
+static void stop_resting_axles(omniroll_run_t *run)
+{
+    for (int i = 0; i < run->wheels; i++)
+        own_bearings(run)[i].mode = own_bearings(run)[i].resting ? 0 : own_bearings(run)[i].mode;
+}
+
+/* Modes for the loads, and loads for the modes, until nothing changes; of contacts that rest `rests`. What is let go
+ * under loads that are not the last is decided anew. Returns whether that has come to an end. */
+static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
+{
+    let_go_t let_go;
+    asked_t now;
+    keep_released(run, &let_go);
+    for (int turn = 0; turn < TURNS; turn++) {
+        double before[MOST_WHEELS], changed = 0;
+        int holds[MOST_WHEELS];
+        for (int i = 0; i < run->wheels; i++)
+            before[i] = run->grips[i].load;
+        put_released(run, &let_go);
+        stop_resting_axles(run);
+        decide_modes(run, work, &now);
+        stand(run, work);
+        for (int i = 0; i < run->wheels; i++)
+            holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
+        if (!decide_carrying_beside(run, work, holds, rests))
+            return 0;
+        for (int i = 0; i < run->wheels; i++)
+            changed = fmax(changed, fabs(run->grips[i].load - before[i]));
+        if (changed <= LOADS_SETTLED*run->ground.weight)
+            return 1;
+    }
+    carrying_t last;
+    try_present_set(run, work, &last);
+    fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
+    return 0;
+}
+
+/* Whether in the modes of the contacts loads and axles determine each other: whether the coupled matrix has a positive
+ * determinant whichever of the axles at rest stick (rule 3 of loaded_ground_with_axles.py). */
+static int is_determined(omniroll_run_t *run, const work_t *work)
+{
+    int resting[MOST_WHEELS], holds[MOST_WHEELS], count = 0, tried = 0;
+    carrying_t sets[LANES];
+    for (int i = 0; i < run->wheels; i++) {
+        holds[i] = run->grips[i].sticks;
+        if (own_bearings(run)[i].resting)
+            resting[count++] = i;
+    }
+    for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
+        carrying_t *const set = sets + tried++;
+        for (int i = 0; i < run->wheels; i++)
+            set->carries[i] = run->grips[i].carries, set->axle_mode[i] = own_bearings(run)[i].mode;
+        for (int k = 0; k < count; k++)
+            set->axle_mode[resting[k]] = choice >> k & 1;
+        if (tried < LANES && choice + 1 < 1 << count)
+            continue;
+        evaluate_sets(run, work, holds, sets, tried);
+        for (; tried > 0; tried--)
+            if (!(sets[tried - 1].determinant > DETERMINED)) {
+                fail(run, OMNIROLL_LOADS_UNDETERMINED, sets + tried - 1);
+                return 0;
+            }
+    }
+    return 1;
+}
+
+/* Modes and loads for each other, and what is asked for then. Returns whether there are such. */
+static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *now)
+{
+    lanes_t nu_dot[3];
+    int rests[MOST_WHEELS], resting = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const int gone = grip->released && grip->load <= FITS*run->ground.weight;       /* rule 5                  */
+        grip->dropped |= gone, grip->released &= !gone;
+        rests[i] = grip->resting;
+    }
+    stop_resting_axles(run);
+    turn_own(run, work, 1);
+    const int may_stick = carries_at_rest(run, work, rests);
+    for (int i = 0; i < run->wheels; i++)
+        resting |= run->grips[i].resting;
+    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
+        return 0;
+    if (!settle_standing(run, work, rests) || !is_determined(run, work))
+        return 0;
+    stand(run, work);
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    asked_now(run, work, now);
+    run->ground.knows_rates = 0;
+    return 1;
+}
+#endif
+
+/* The modes of all contacts and axles in the phase that begins now. */
+static void decide_all(omniroll_run_t *run, const work_t *work)
+{
+    asked_t now;
+    put_all_to_rest(run, work);
+#if SET_LOADS
+    run->ground.knows_rates = 0;
+    if (!decide_with_loads(run, work, &now))
+        return;
+#else
+    decide_modes(run, work, &now);
+#endif
     find_all_torques(run, work, &now);
     size_own(run, work);
     run->hold.undecided = run->ground.undecided = 0;
@@ -402,7 +551,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     s->standing = work->standing;
-    s->facets = run->wheels;                    /* contacts come before the axles among the events             */
+    /* contacts, and their loads, come before the axles among the events */
+    s->facets = run->wheels + (SET_LOADS ? run->wheels + 1 : 0);
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)
@@ -416,7 +566,7 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 /* Some time has passed: what has come to its end at the end of the step is let go, or rests. */
 static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
-    const int first = s->wheels + s->guards + s->wheels, landed = s->landing - first;
+    const int first = s->wheels + s->guards + s->facets, landed = s->landing - first;
     omniroll_bearing_t *const axles = own_bearings(run);
     lanes_t nu_dot[3];
     asked_t now;

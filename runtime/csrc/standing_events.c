@@ -10,8 +10,8 @@
 ALWAYS_INLINE void largest_forces(const standing_t *standing, int wheel, int sign, const asked_t *now, asked_t *change,
                                   double *force, double *rate)
 {
-    rate[0] = change->along[wheel], rate[1] = sign*change->asked[wheel]/standing->radius;
-    force[0] = left_of_ground(standing, wheel, now->along[wheel], rate);
+    rate[1] = sign*change->asked[wheel]/standing->radius;
+    force[0] = left_of_ground(standing, wheel, now, change, rate);
     force[1] = (standing->holding[wheel] + sign*now->asked[wheel])/standing->radius;
 }
 
@@ -45,8 +45,7 @@ static void asked_at_end(const step_t *s, asked_t *now, asked_t *change)
     }
     for (int k = 0; k < s->standing->count; k++) {
         const int i = s->standing->wheel[k];
-        now->along[i] = weighted(&s->along[i], &gauss_end) + s->asked_late.along[i];
-        change->along[i] = weighted(&s->along[i], &gauss_end_slope)/s->h;
+        asked_of_ground_at_end(s, i, now, change);
         now->asked[i] = weighted(s->own->held + i, &gauss_end) + s->own->late[i];
         change->asked[i] = weighted(s->own->held + i, &gauss_end_slope)/s->h;
     }
@@ -75,7 +74,7 @@ static double length_to_facets(step_t *s, const int wheels, double length)
         const double reached = rate > 0 ? s->h - value/rate : s->h/2;
         if (reached < length) {
             length = reached;
-            s->landing = wheels + s->guards + 2*wheels + f;
+            s->landing = wheels + s->guards + s->facets + wheels + f;
         }
     }
     return length;
@@ -92,6 +91,9 @@ static double turn_of_standing(const step_t *s)
         for (int k = 0; k < s->standing->count; k++) {
             const int i = s->standing->wheel[k];
             now.along[i] = s->along[i].node[m], now.asked[i] = s->own->held[i].node[m];
+#if SET_LOADS
+            now.load[i] = s->weight_carried*s->compressed[i].node[m];
+#endif
         }
         for (int f = 0; f < s->standing->facet_count; f++) {
             double rate, rounding;

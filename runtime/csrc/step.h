@@ -76,7 +76,8 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 typedef struct {
     int count, wheel[MOST_WHEELS], stands[MOST_WHEELS];     /* which; and of each whether it does          */
     bearings_t rows;                            /* their rates for each of nu                              */
-    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
+    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N; under loads that
+                                                 * follow the motion, of each N of load                    */
     double holding[MOST_WHEELS];                /* and its bearing, in N m                                 */
     double radius, size[3], per_force;          /* what a force on nu is rounded against; nu' that it gives */
     int facet_count;
@@ -84,9 +85,12 @@ typedef struct {
 } standing_t;
 
 /* What they ask for: the force that holds nu, the torque of each bearing where the ground took nothing along the
- * rolling direction, and the ground's forces along the axles. */
+ * rolling direction, the ground's forces along the axles, and the loads that follow the motion. */
 typedef struct {
     double force[3], asked[MOST_WHEELS], along[MOST_WHEELS];
+#if SET_LOADS
+    double load[MOST_WHEELS];                   /* in N                                                    */
+#endif
 } asked_t;
 #endif
 

@@ -68,11 +68,6 @@ def test_a_later_run_without_contacts_takes_the_file_away(written, tmp_path):
         ("coefficient = 30\nload = 3", "", "[contact] load"),
         ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"', "", "[contact] height"),
         ('law = "coulomb"\nfriction = 0.4\nloads = "dynamic"\nheight = 0.1\nload = 7', "", "[contact] load"),
-        (
-            'law = "coulomb"\nfriction = 0.4\nloads = "dynamic"\nheight = 0.1',
-            "[bearings]\nwheel_coulomb = 0.1",
-            "wheel_speed",
-        ),
     ],
 )
 def test_what_makes_no_sense_is_named(written, contact, more, said):

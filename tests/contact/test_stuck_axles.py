@@ -15,7 +15,6 @@ from omniroll import (
     Bearings,
     Contact,
     Controller,
-    InvalidValueError,
     Motor,
     Session,
     Slope,
@@ -258,10 +257,3 @@ def test_a_session_is_the_run():
     run = simulate(vehicle, duration=0.15, control=False, **options)
     assert session.wheel_speeds == pytest.approx(run.quantity("rates")[-1], rel=1e-8, abs=1e-9)
     assert session.nu == pytest.approx(run.nu[-1], rel=1e-8, abs=1e-9)
-
-
-def test_what_is_not_solved_is_refused():
-    bearings = Bearings(wheel_coulomb=0.1)
-    loaded = {"loads": "dynamic", "height": 0.05}
-    with pytest.raises(InvalidValueError, match="wheel_speed"):
-        simulate(CROSS, nu=(1, 0, 0), duration=0.1, effects=[Contact(law="coulomb", friction=0.3, **loaded), bearings])

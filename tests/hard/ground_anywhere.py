@@ -1,5 +1,6 @@
 """Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
-stick where that is solved, and in scenes of their own rollers.
+stick in them but for those of the law coulomb under dynamic loads (tests/contact/test_standing_under_loads.py has such
+scenes), and in scenes of their own rollers.
 
 A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`.
 """

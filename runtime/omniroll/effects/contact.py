@@ -36,8 +36,6 @@ OPTIONAL = {
     "regularised": ("load", "normal_gravity"),
 }
 COEFFICIENTS = ("coefficient", "friction", "static_friction")
-# Why axles that stick cannot stand beside contacts that stick under loads that follow the motion.
-UNDECIDED = "what a wheel holds on which contact and axle stick, and the loads, are not found for each other"
 LEAST_CARRYING = 3  # contacts, whose loads follow from their sum and moments
 OF_DYNAMIC_LOADS = ("height", "wheel_mass", "platform_products", "spin_inertia")
 OF_LOADS = {"mass", "platform_radius", "wheel_angles", "wheel_places", "center_of_mass"}  # at rest, of the vehicle
@@ -66,8 +64,7 @@ class Contact(Effect):
     {entries}
 
     Locked rollers are refused: to stop a roller on its disk at a switch takes an impulse that no friction of the ground
-    gives. So is Coulomb's friction in the wheels' axles without a wheel_speed, beside the law coulomb with loads that
-    follow the motion. The law of a switch has no part in such a run.
+    gives. The law of a switch has no part in such a run.
 
     Raises InvalidValueError for numbers out of their bounds, and for those that the law needs or does not have;
     simulate raises it for a number of loads, rates or spins that is not N, for contact_spins of massless rollers, which
@@ -146,10 +143,6 @@ class Contact(Effect):
     def check(self, vehicle: Vehicle, others: Sequence[Effect]) -> None:
         for name in ("wheel_rates", "contact_spins"):
             self._given(name, vehicle.wheels)
-        sticking = any("axle_sticking" in effect.kernel_effects() for effect in others)
-        if sticking and self.is_loaded and self.law == "coulomb":
-            bound = f"must be given beside the law coulomb with loads that follow the motion: {UNDECIDED}"
-            raise InvalidValueError("wheel_speed", None, bound)
         if sum(isinstance(effect, Contact) for effect in others) > 1:
             raise InvalidValueError("effects", self, "there is one ground")
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)

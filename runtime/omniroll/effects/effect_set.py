@@ -21,6 +21,7 @@ from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
+from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.slipping_rollers import SlippingRollers
@@ -254,6 +255,8 @@ class EffectRun:
             axles, self.slipping_axles = self.slipping_axles, None
             if not grip.sticks:
                 return GroundBesideAxles(self.kernel, grip, axles, self.bound_rates)
+            if grip.balance is not None:
+                return LoadedGroundWithAxles(self.kernel, grip, axles, self.bound_rates)
             return GroundWithAxles(self.kernel, grip, axles, self.bound_rates.buffers)
         if grip.balance is None:
             return Ground(self.kernel, grip)
@@ -369,12 +372,15 @@ class EffectRun:
             plain(0.0, y)
 
         none = np.zeros(self.kernel.wheels, bool)
-        slip = GroundFlow(ground, rates, flow(none, none, ground.axles.torques())).slip(y)
-        ground.begin(slip, evaluate)
-        self._keep_modes()
+        kind = GroundFlow if ground.grip.balance is None else LoadedFlow
+        slip = kind(ground, rates, flow(none, none, ground.axles.torques())).slip(y)
+        try:
+            ground.begin(slip, evaluate)
+        finally:
+            self._keep_modes()
         turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
         plain = flow(ground.sticks, ground.axles.modes == 0, ground.axles.torques())
-        return GroundFlow(ground, rates, plain), Guards([*guards, *turning], layout.size)
+        return kind(ground, rates, plain), Guards([*guards, *turning], layout.size)
 
     def _on_smooth_ground(self, constants: Mapping[str, np.ndarray], y: np.ndarray) -> SmoothFlow:
         """The rates where contacts carry or are off, which is decided for the phase that starts now."""
@@ -529,7 +535,7 @@ class EffectRun:
         if self.slipping_rollers is not None:
             flow(time, y)
             drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
-        if isinstance(self.ground, GroundWithAxles):
+        if isinstance(self.ground, GroundWithAxles) and isinstance(flow, GroundFlow):
             flow(time, y)
             drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()
         if isinstance(flow, GroundFlow):

@@ -136,6 +136,11 @@ class Ground:
 
     # What has happened
 
+    @property
+    def guards_of_contacts(self) -> int:
+        """How many guards contacts and their loads have."""
+        return len(self.sticks)
+
     def moved(self) -> None:
         """Some time has passed."""
         self.resting = self.sticks.copy()

@@ -45,11 +45,12 @@ SumsOf = Callable[[np.ndarray], np.ndarray]  # from loads (..., N) that friction
 
 
 class GroundFailsError(ArithmeticError):
-    """The ground and the vehicle do not go on together; `wheel` is the number of one that has to do with it."""
+    """The ground and the vehicle do not go on together; `wheel` is the number of one that has to do with it, and
+    `failure` one of FAILURES."""
 
-    def __init__(self, reason: str, wheel: int):
+    def __init__(self, reason: str, wheel: int, failure: str):
         super().__init__(reason)
-        self.wheel = wheel
+        self.wheel, self.failure = wheel, failure
 
 
 @dataclass(frozen=True)
@@ -219,7 +220,7 @@ class Loads:
             f"the vehicle tips over the edge of its wheels {min(edge)} and {max(edge)}: the loads act there{over}, and "
             "no wheel holds beyond"
         )
-        raise GroundFailsError(reason, min(edge))
+        raise GroundFailsError(reason, min(edge), NONE)
 
     def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""
@@ -229,4 +230,4 @@ class Loads:
             f"weighs {self.weight:.6g} N, and the determinant of the coupled matrix is {float(found.determinant):.3g} "
             "(it must stay positive); a lower centre of mass or less friction makes it so"
         )
-        raise GroundFailsError(reason, wheel)
+        raise GroundFailsError(reason, wheel, what)

@@ -27,7 +27,7 @@ from omniroll.effects.complementarity import Facets, allowed_by, directions_allo
 from omniroll.effects.ground import AT_EDGE, HELD_ROUNDINGS, MOVES, Grip, Ground
 from omniroll.effects.ground import AT_REST as CONTACT_AT_REST
 from omniroll.effects.guards import EPS, PASSED, Guard
-from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_axles import BesideAxles, SlippingAxles
 from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
@@ -41,7 +41,7 @@ SAME_BOUND = 1e-9  # of a force: bounds that are nearer to each other are reache
 Evaluate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 
 
-class GroundWithAxles(Ground):
+class GroundWithAxles(BesideAxles, Ground):
     """Contacts and axles in one run.
 
     axles   with their modes
@@ -52,9 +52,12 @@ class GroundWithAxles(Ground):
 
     def __init__(self, kernel: Kernel, grip: Grip, axles: SlippingAxles, held: dict[str, np.ndarray]):
         super().__init__(kernel, grip)
+        self._put_axles(axles, held)
+
+    def _put_axles(self, axles: SlippingAxles, held: dict[str, np.ndarray]) -> None:
         self.axles, self.held = axles, held
-        self.stands = np.zeros(kernel.wheels, bool)
-        self.radius, self.rows = kernel.vehicle.wheel_radius, kernel.wheel_rows
+        self.stands = np.zeros(self.kernel.wheels, bool)
+        self.radius, self.rows = self.kernel.vehicle.wheel_radius, self.kernel.wheel_rows
         self.facets = Facets.of(self.rows[:0], np.zeros(0))
         # The largest rounding of a slip, in m/s, since all rested: then what a thousandth of a second may make.
         self.least = CONTACT_AT_REST * EPS * self.settles * FROM_REST
@@ -94,21 +97,11 @@ class GroundWithAxles(Ground):
 
     # What has happened
 
-    def moved(self) -> None:
-        """Some time has passed."""
-        super().moved()
-        self.axles.moved()
-
-    def switched(self, directions: np.ndarray) -> None:
-        """Wheels have passed to their next rollers, directions (N,)."""
-        super().switched(directions)
-        self.axles.switched()
-
     def pass_guards(self, passed: np.ndarray) -> None:
-        """Guards that have ended the phase: of turning axles, of contacts, of dragged axles, of standing wheels, and
-        facets."""
+        """Guards that have ended the phase: of turning axles, of contacts and loads, of dragged axles, of wheels that
+        stand, and facets."""
         turning, dragged, standing = self._kinds()
-        ends = np.cumsum([len(turning), len(self.sticks), len(dragged), len(standing)])
+        ends = np.cumsum([len(turning), self.guards_of_contacts, len(dragged), len(standing)])
         of_turning, of_contacts, of_dragged, of_standing, of_facets = np.split(passed, ends)
         self.axles.resting[turning[of_turning]] = True
         super().pass_guards(of_contacts)
@@ -144,13 +137,17 @@ class GroundWithAxles(Ground):
     def _intervals(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(S,) in N, of standing wheels: what the ground can take at most along the rolling direction, and the bounds
         that the bearings set to it."""
-        stands, reach = self.stands, self.load[:, None] * self.grip.static
-        of_ground = reach[stands, 1]
-        if self.directions.start == 0:
-            along = self.held["ground_force"][stands, 0] / reach[stands, 0]
-            of_ground = of_ground * np.sqrt(np.maximum(1 - along**2, 0.0))
+        stands, of_ground = self.stands, self._left_of_ground()
         asked, most = self.held["axle_holding"][stands], self.axles.holding[stands]
         return of_ground, (asked - most) / self.radius, (asked + most) / self.radius
+
+    def _left_of_ground(self) -> np.ndarray:
+        """(S,) in N, what the ground can take at most along the rolling direction."""
+        stands, reach = self.stands, self.load[:, None] * self.grip.static
+        if self.directions.start:
+            return reach[stands, 1]
+        along = self.held["ground_force"][stands, 0] / reach[stands, 0]
+        return reach[stands, 1] * np.sqrt(np.maximum(1 - along**2, 0.0))
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """(S,) in N, the intervals of the forces on standing wheels along the rolling direction."""

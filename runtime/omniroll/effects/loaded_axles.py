@@ -25,7 +25,7 @@ from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Grip
 from omniroll.effects.ground_loads import DETERMINED, MOST, UNDETERMINED, Carried, Loads, SumsOf, carried
 from omniroll.effects.guards import EPS, PASSED
-from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_axles import BesideAxles, SlippingAxles
 from omniroll.effects.smooth_ground import SmoothGround
 from omniroll.effects.sticking import AT_BOUND, HELD_ROUNDINGS, MOVES
 from omniroll.kernels.kernel import Kernel
@@ -71,7 +71,7 @@ class LoadsBesideAxles(Loads):
         return found
 
 
-class GroundBesideAxles(SmoothGround):
+class GroundBesideAxles(BesideAxles, SmoothGround):
     """Contacts and axles in one run.
 
     axles  with their modes
@@ -85,14 +85,6 @@ class GroundBesideAxles(SmoothGround):
     def at_rest(self, state: State) -> State:
         """The state with the rates of resting axles at zero."""
         return self.axles.at_rest(state)
-
-    def moved(self) -> None:
-        super().moved()
-        self.axles.moved()
-
-    def switched(self, directions: np.ndarray) -> None:
-        super().switched(directions)
-        self.axles.switched()
 
     def pass_guards(self, passed: np.ndarray) -> None:
         """Guards that have ended the phase: of turning axles, of loads with the coupled matrix, of axles that stick."""

@@ -1,8 +1,11 @@
 """The ground in a run whose loads follow the motion: the modes of its contacts, and the rates of a phase.
 
 Where contacts at rest may give way, their friction depends on the loads and the loads on their friction: one is found
-for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. The
-laws that are smooth have no contacts that stick; theirs carry or are off (smooth_ground.py).
+for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. That
+begins with the loads where all of them stick; where there are none, since friction would lift wheels that gives way
+before, with those of the last state.
+
+The laws that are smooth have no contacts that stick; theirs carry or are off (smooth_ground.py).
 """
 
 import numpy as np
@@ -10,7 +13,7 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import HELD_ROUNDINGS, Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import MOVED, GroundFlow
-from omniroll.effects.ground_loads import UNSETTLED, Carried, GroundFailsError, Loads
+from omniroll.effects.ground_loads import NONE, UNSETTLED, Carried, GroundFailsError, Loads
 from omniroll.effects.guards import EPS, PASSED
 from omniroll.kernels.kernel import Flow, Kernel
 
@@ -59,6 +62,10 @@ class LoadedGround(Ground):
         super().moved()
         self.loads.moved()
 
+    @property
+    def guards_of_contacts(self) -> int:
+        return 2 * len(self.sticks) + 1
+
     def pass_guards(self, passed: np.ndarray) -> None:
         count = len(self.sticks)
         super().pass_guards(passed[:count])
@@ -77,16 +84,30 @@ class LoadedGround(Ground):
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on
         self.aim(slip, ~rests)
         unit = self.sliding_forces(np.ones(len(self.sticks)))
-        self._carry(unit, rests, dynamics)
+        may_stick = self._carries_at_rest(unit, rests, dynamics)
         self.resting = rests & ~self.off
         if not self.resting.any():
             return
-        if not self.released.any():
+        if may_stick and not self.released.any():
             held, _ = self._under(self.load, dynamics, self.sticks, unit * self._slides[:, None])
             beyond, rounding = self.used_up(held)
             if not (self.sticks & (beyond > PASSED * rounding)).any():
                 return
         self._settle(rests, dynamics)
+
+    def _carries_at_rest(self, unit: np.ndarray, rests: np.ndarray, dynamics: Dynamics) -> bool:
+        """Whether there are loads where all `rests` (N,) bool stick. They are taken, or those of the last state."""
+        try:
+            self._carry(unit, rests, dynamics)
+        except GroundFailsError as fails:
+            if fails.failure != NONE:
+                raise
+            self.off = ~self.loads.carries | self.loads.dropped
+            self.load = np.where(self.off, 0.0, self.load)
+            if not (rests & ~self.off).any():
+                raise
+            return False
+        return True
 
     @property
     def _slides(self) -> np.ndarray:

@@ -116,6 +116,22 @@ class SlippingAxles:
         self.modes[axles] = in_rounds(self.released[axles], self.sliding[axles], self.holding[axles], nearest)
 
 
+class BesideAxles:
+    """Contacts, of a class behind this one, beside `axles` of the same wheels: what happens, happens to both."""
+
+    axles: SlippingAxles
+
+    def moved(self) -> None:
+        """Some time has passed."""
+        super().moved()  # type: ignore[misc]
+        self.axles.moved()
+
+    def switched(self, directions: np.ndarray) -> None:
+        """Wheels have passed to their next rollers, directions (N,)."""
+        super().switched(directions)  # type: ignore[misc]
+        self.axles.switched()
+
+
 def rate_per_speed(kernel: Kernel) -> float:
     """The largest rate of a wheel that rolls, where |nu| is 1."""
     return float(np.linalg.norm(kernel.wheel_rows, axis=1).max())

@@ -56,7 +56,7 @@ FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
 def lacking(kernel: Kernel) -> str:
-    """What such a vehicle needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
+    """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""
 
 

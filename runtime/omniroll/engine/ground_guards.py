@@ -41,8 +41,12 @@ class GroundGuards(MotionGuards):
         return np.where(self.ground.off, -1.0, values), np.where(self.ground.sticks, of_excess, rounding / PASSED)
 
     def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
-        probed = super()._rising(time, y, rates, values) if self.ground.sticks.any() else values
-        return np.where(self.ground.sticks, probed, self._approach(time, y)[1])
+        """The rates of what is no slip are probed."""
+        count = len(self.ground.sticks)
+        needed = self.ground.sticks.any() or len(values) > count
+        probed = super()._rising(time, y, rates, values) if needed else values
+        ends = np.where(self.ground.sticks, probed[:count], self._approach(time, y)[1])
+        return np.append(ends, probed[count:])
 
     def longest_step(self, time: float, y: np.ndarray, rates: np.ndarray) -> float:
         """A slip with a direction may not come to rest within a step: there the direction turns without end."""
@@ -56,8 +60,8 @@ class GroundGuards(MotionGuards):
 class LoadedGuards(GroundGuards):
     """The same, then one of each load (N,), which vanishes or comes back, and one of the coupled matrix."""
 
-    def __init__(self, guards: Guards, flow: LoadedFlow):
-        super().__init__(guards, flow, len(flow.ground.sticks) + 1)
+    def __init__(self, guards: Guards, flow: LoadedFlow, further: int = 0):
+        super().__init__(guards, flow, len(flow.ground.sticks) + 1 + further)
         self.flow: LoadedFlow = flow
 
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -65,28 +69,22 @@ class LoadedGuards(GroundGuards):
         beyond, of_loads = self.ground.loads.beyond(self.flow.carried)
         return np.append(values, beyond), np.append(rounding, of_loads)
 
-    def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
-        probed, count = MotionGuards._rising(self, time, y, rates, values), len(self.ground.sticks)
-        ends = np.where(self.ground.sticks, probed[:count], self._approach(time, y)[1])
-        return np.append(ends, probed[count:])
-
 
 class AxleGuards(GroundGuards):
     """The same as GroundGuards, then those of axles that stick: of dragged wheels, of standing ones, and the facets of
     what these can take together."""
 
-    def __init__(self, guards: Guards, flow: GroundFlow):
-        super().__init__(guards, flow, len(flow.ground.excess()[0]))
+    def __init__(self, guards: Guards, flow: GroundFlow, further: int = 0):
+        super().__init__(guards, flow, len(flow.ground.excess()[0]) + further)
 
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, rounding = super()._own(time, y)
         beyond, of_axles = self.ground.excess()
         return np.append(values, beyond), np.append(rounding, of_axles)
 
-    def _rising(self, time: float, y: np.ndarray, rates: np.ndarray, values: np.ndarray) -> np.ndarray:
-        probed, count = MotionGuards._rising(self, time, y, rates, values), len(self.ground.sticks)
-        ends = np.where(self.ground.sticks, probed[:count], self._approach(time, y)[1])
-        return np.append(ends, probed[count:])
+
+class LoadsAndAxlesGuards(AxleGuards, LoadedGuards):
+    """Those of LoadedGuards, then those of axles that stick."""
 
 
 class LoadGuards(MotionGuards):
@@ -119,5 +117,5 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):
-        return AxleGuards(guards, flow)
+        return (LoadsAndAxlesGuards if isinstance(flow, LoadedFlow) else AxleGuards)(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)
