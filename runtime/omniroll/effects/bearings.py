@@ -42,8 +42,6 @@ COEFFICIENTS = (
 )
 # Effects of the registry beside which rollers cannot stick, and why.
 UNDECIDED = {
-    "contact_coulomb": "the law coulomb: a wheel whose contact and roller both stick holds the vehicle along its axle, "
-    "and several hold it together",
     "contact_loads": "loads that follow the motion: these follow from theta'', and whether a roller sticks from them",
 }
 SPEEDS = (("wheel_speed", "axle_fade_speed"), ("roller_speed", "roller_fade_speed"))  # field, argument of prepare
@@ -63,7 +61,7 @@ class Bearings(Effect):
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
     coefficients that is not N, for break_away below coulomb, and for rollers that stick where wheels may slip, if they
-    are massless, if the ground's law is coulomb or if loads follow the motion.
+    are massless or if loads follow the motion.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}

@@ -17,12 +17,14 @@ from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Tabl
 from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
+from omniroll.effects.ground_with_bearings import GroundWithBearings
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_bearings import MOMENTS, SlippingBearings, Torques
 from omniroll.effects.slipping_rollers import SlippingRollers
 from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
@@ -35,6 +37,8 @@ from omniroll.vehicles.vehicle import Vehicle
 # Inputs of the kernel that drives give, and the torques of bearings that may stick: a trajectory's columns.
 BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in contact
 DRIVES = ("torque", "damping", *BEARINGS)
+# Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
+BESIDE = {"roller_sticking", "contact_coulomb"}
 
 
 @dataclass(frozen=True)
@@ -189,8 +193,9 @@ class EffectSet:
         present = {name for effect in self.effects for name in effect.kernel_effects()}
         entries = generated_data.load("effects")["effects"]
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
-        recorded = (name for effect in self.effects for name in effect.recorded())
-        return (*(name for name in DRIVES if name in given), *recorded)
+        recorded = [name for effect in self.effects for name in effect.recorded()]
+        moments = MOMENTS if present >= BESIDE else ()
+        return (*(name for name in DRIVES if name in given), *moments, *recorded)
 
     @kept
     def potentials(self) -> dict[str, str]:
@@ -240,18 +245,23 @@ class EffectRun:
         slipping = (axles for e in effects.effects if (axles := e.slipping_axles(bound)) is not None)
         self.slipping_axles = next(slipping, None)
         of_rollers = next((own for e in effects.effects if (own := e.roller_torques(bound)) is not None), None)
-        self.slipping_rollers = None if of_rollers is None else self._rollers(*of_rollers)
+        grip = effects.grip(bound.vehicle)
+        beside = of_rollers is not None and grip is not None and grip.sticks
+        self.slipping_rollers = None if of_rollers is None or beside else self._rollers(*of_rollers)
         found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
         self.bearings = next(found, None)
-        grip = effects.grip(bound.vehicle)
-        self.ground = None if grip is None else self._ground(grip)
+        self.ground = None if grip is None else self._ground(grip, of_rollers if beside else None)
 
     def _rollers(self, sliding: np.ndarray, holding: np.ndarray) -> SlippingRollers:
         return SlippingRollers(self.kernel, sliding, holding, self.bound_rates.buffers)
 
-    def _ground(self, grip: Grip) -> Ground | SmoothGround:
-        if self.slipping_axles is not None:  # the ground has them then
-            axles, self.slipping_axles = self.slipping_axles, None
+    def _ground(self, grip: Grip, rollers: Torques | None) -> Ground | SmoothGround:
+        axles, self.slipping_axles = self.slipping_axles, None  # the ground has them then
+        if rollers is not None:
+            of_axles = None if axles is None else (axles.sliding, axles.holding)
+            bearings = SlippingBearings(self.kernel, of_axles, rollers)
+            return GroundWithBearings(self.kernel, grip, bearings, self.bound_rates.buffers)
+        if axles is not None:
             if not grip.sticks:
                 return GroundBesideAxles(self.kernel, grip, axles, self.bound_rates)
             return GroundWithAxles(self.kernel, grip, axles, self.bound_rates.buffers)
@@ -260,8 +270,9 @@ class EffectRun:
         return (LoadedGround if grip.sticks else SmoothGround)(self.kernel, grip, self.bound_rates)
 
     @property
-    def own_axles(self) -> SlippingAxles | None:
-        """The axles where wheels may slip and their bearings stick, also those that the ground has."""
+    def own_axles(self) -> SlippingAxles | SlippingBearings | None:
+        """The axles where wheels may slip and their bearings stick, also those that the ground has; with rollers where
+        these stick beside contacts that do."""
         beside = isinstance(self.ground, GroundWithAxles | GroundBesideAxles)
         return self.ground.axles if beside else self.slipping_axles
 
@@ -357,19 +368,22 @@ class EffectRun:
         """The rates and guards in the modes of contacts and axles, which are decided for the phase that starts now."""
         rates, layout = self.bound_rates, self.state_vector
 
-        def flow(sticks: np.ndarray, axle_sticks: np.ndarray, torques: np.ndarray) -> Flow:
-            directions = ground.directions_of_nu(sticks & axle_sticks)
-            modes = {"sticks": sticks, "axle_sticks": axle_sticks, "directions": directions.ravel()}
-            self.signals["bearing_torque"] = Signal.constant(torques)
-            return rates.flow({**constants, **modes, "absent": ~directions.any(axis=0)}, self.signals)
+        def flow(sticks: np.ndarray, stuck: np.ndarray, torques: np.ndarray) -> Flow:
+            inputs = ground.inputs(sticks, stuck, torques)
+            for name in BEARINGS:
+                if name in inputs:
+                    self.signals[name] = Signal.constant(inputs.pop(name))
+            return rates.flow({**constants, **inputs}, self.signals)
 
-        def evaluate(sticks: np.ndarray, axle_sticks: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
-            plain = flow(sticks, axle_sticks, torques)
+        def evaluate(sticks: np.ndarray, stuck: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
+            plain = flow(sticks, stuck, torques)
             rates.buffers["ground_push"][:] = pushed
             plain(0.0, y)
 
-        none = np.zeros(self.kernel.wheels, bool)
-        slip = GroundFlow(ground, rates, flow(none, none, ground.axles.torques())).slip(y)
+        for name in set(MOMENTS) & set(self.drives):
+            self.signals[name] = Signal.constant(np.zeros(self.kernel.wheels))  # drive_in has them
+        none, turns = np.zeros(self.kernel.wheels, bool), np.zeros(len(ground.axles.modes), bool)
+        slip = GroundFlow(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         ground.begin(slip, evaluate)
         self._keep_modes()
         turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
@@ -531,7 +545,9 @@ class EffectRun:
             drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
         if isinstance(self.ground, GroundWithAxles):
             flow(time, y)
-            drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()
+            for name, torques in self.ground.torques_in_rows().items():
+                if name in self.drives:
+                    drive[self.drives.index(name)] = torques
         if isinstance(flow, GroundFlow):
             drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
@@ -547,7 +563,11 @@ class EffectRun:
             sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
-        if self.own_axles is not None:
+        if isinstance(self.ground, GroundWithBearings):
+            for name, own in self.ground.axles.sizes_in_rows().items():
+                if name in self.drives:
+                    sizes[self.drives.index(name)] = own
+        elif self.own_axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.own_axles.torque_sizes()
         if self.slipping_rollers is not None:
             sizes[self.drives.index("contact_bearing")] = self.slipping_rollers.torque_sizes()

@@ -52,12 +52,15 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
+NOT_COMPILED = "bearing_dynamics"  # a generated function of sets that run on the Python engine alone
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
 def lacking(kernel: Kernel) -> str:
     """What such a vehicle needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
-    return f"room for more than {MOST_WHEELS} wheels" if kernel.wheels > MOST_WHEELS else ""
+    if kernel.wheels > MOST_WHEELS:
+        return f"room for more than {MOST_WHEELS} wheels"
+    return "rollers that stick beside contacts that stick" if NOT_COMPILED in kernel.signatures else ""
 
 
 def can_run(task: Task) -> bool:

@@ -29,7 +29,7 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if slipping is not None and any(argument.name == "axle_sticks" for argument in slipping.inputs):
         bound = "is not followed where wheels may slip and axles stick; give it a wheel_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
-    if "disk_dynamics" in plain.signatures:
+    if "disk_dynamics" in plain.signatures or "bearing_dynamics" in plain.signatures:
         bound = "is not followed beside Contact where rollers stick; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:

@@ -5,11 +5,12 @@ import numpy as np
 from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
+from omniroll.effects.ground_with_bearings import GroundWithBearings
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_ground import LoadedFlow
 from omniroll.effects.smooth_ground import SmoothFlow
-from omniroll.engine.holding import MotionGuards
+from omniroll.engine.holding import START, MotionGuards
 
 
 class GroundGuards(MotionGuards):
@@ -89,6 +90,19 @@ class AxleGuards(GroundGuards):
         return np.append(ends, probed[count:])
 
 
+class AllBearingGuards(AxleGuards):
+    """The same as GroundGuards, then of each bearing (B,) how far it is beyond the end of its mode, and of what holds
+    wheels that stand the least use."""
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        """A bearing that has just begun to turn is as slow at first as its rate's polynomial is wrong."""
+        missed, own = np.zeros(values.shape[1]), slice(len(self.ground.sticks), -1)
+        largest = np.abs(values[:, own]).max(axis=0)
+        starts = (self.ground.axles.modes != 0) & (np.abs(values[0, own]) <= START * largest)
+        missed[own] = np.where(starts, START * largest, 0.0)
+        return missed
+
+
 class LoadGuards(MotionGuards):
     """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
 
@@ -118,6 +132,8 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
     if isinstance(flow, SmoothFlow):
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
+    if isinstance(flow.ground, GroundWithBearings):
+        return AllBearingGuards(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):
         return AxleGuards(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)
