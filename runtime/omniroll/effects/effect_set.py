@@ -21,6 +21,7 @@ from omniroll.effects.ground_with_bearings import GroundWithBearings
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_axles import GroundBesideAxles
+from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
@@ -38,7 +39,7 @@ from omniroll.vehicles.vehicle import Vehicle
 BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in contact
 DRIVES = ("torque", "damping", *BEARINGS)
 # Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
-BESIDE = {"roller_sticking", "contact_coulomb"}
+ON_ACCELERATIONS = {"contact_coulomb", "contact_loads"}
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ class EffectSet:
         entries = generated_data.load("effects")["effects"]
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
         recorded = [name for effect in self.effects for name in effect.recorded()]
-        moments = MOMENTS if present >= BESIDE else ()
+        moments = MOMENTS if "roller_sticking" in present and present & ON_ACCELERATIONS else ()
         return (*(name for name in DRIVES if name in given), *moments, *recorded)
 
     @kept
@@ -246,7 +247,7 @@ class EffectRun:
         self.slipping_axles = next(slipping, None)
         of_rollers = next((own for e in effects.effects if (own := e.roller_torques(bound)) is not None), None)
         grip = effects.grip(bound.vehicle)
-        beside = of_rollers is not None and grip is not None and grip.sticks
+        beside = of_rollers is not None and grip is not None
         self.slipping_rollers = None if of_rollers is None or beside else self._rollers(*of_rollers)
         found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
         self.bearings = next(found, None)
@@ -260,6 +261,8 @@ class EffectRun:
         if rollers is not None:
             of_axles = None if axles is None else (axles.sliding, axles.holding)
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
+            if not grip.sticks:
+                return GroundBesideBearings(self.kernel, grip, bearings, self.bound_rates)
             return GroundWithBearings(self.kernel, grip, bearings, self.bound_rates.buffers)
         if axles is not None:
             if not grip.sticks:
@@ -310,6 +313,8 @@ class EffectRun:
         if not self.effects:
             return self.kernel.flow(momenta), NO_GUARDS
         guards = self.begin_phase(elapsed, carry)
+        for name in set(MOMENTS) & set(self.drives):
+            self.signals[name] = Signal.constant(np.zeros(self.kernel.wheels))  # drive_in has them
         feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if isinstance(self.ground, GroundWithAxles):
@@ -369,10 +374,7 @@ class EffectRun:
         rates, layout = self.bound_rates, self.state_vector
 
         def flow(sticks: np.ndarray, stuck: np.ndarray, torques: np.ndarray) -> Flow:
-            inputs = ground.inputs(sticks, stuck, torques)
-            for name in BEARINGS:
-                if name in inputs:
-                    self.signals[name] = Signal.constant(inputs.pop(name))
+            inputs = self._put_torques(ground.inputs(sticks, stuck, torques))
             return rates.flow({**constants, **inputs}, self.signals)
 
         def evaluate(sticks: np.ndarray, stuck: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
@@ -380,8 +382,6 @@ class EffectRun:
             rates.buffers["ground_push"][:] = pushed
             plain(0.0, y)
 
-        for name in set(MOMENTS) & set(self.drives):
-            self.signals[name] = Signal.constant(np.zeros(self.kernel.wheels))  # drive_in has them
         none, turns = np.zeros(self.kernel.wheels, bool), np.zeros(len(ground.axles.modes), bool)
         slip = GroundFlow(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         ground.begin(slip, evaluate)
@@ -405,15 +405,23 @@ class EffectRun:
         """The rates and guards where contacts carry or are off and axles stick or turn, which is decided for the phase
         that starts now."""
         rates, layout, axles = self.bound_rates, self.state_vector, ground.axles
+        self._put_torques(ground.inputs(axles.modes, axles.sliding))
         plain = rates.flow(constants, self.signals)
         try:
             ground.decide(lambda: plain(0.0, y))
         finally:
             self._keep_modes()
-            self.signals["bearing_torque"] = Signal.constant(axles.torques())
-        turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
-        plain = rates.flow({**constants, "axle_sticks": axles.modes == 0}, self.signals)
+            inputs = self._put_torques(ground.inputs(axles.modes, axles.sliding))
+        turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        plain = rates.flow({**constants, **inputs}, self.signals)
         return SmoothFlow(ground, plain), Guards([*guards, *turning], layout.size)
+
+    def _put_torques(self, inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Puts the torques of axles and rollers in contact among the signals; returns the other inputs, by name."""
+        for name in BEARINGS:
+            if name in inputs:
+                self.signals[name] = Signal.constant(inputs.pop(name))
+        return inputs
 
     def _keep_modes(self) -> None:
         """The modes of the contacts among the signals."""
@@ -537,13 +545,11 @@ class EffectRun:
         if self.slipping_axles is not None:
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axle_holding
-        if isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow):
-            flow(time, y)
-            drive[self.drives.index("bearing_torque")] += self.ground.holding
         if self.slipping_rollers is not None:
             flow(time, y)
             drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
-        if isinstance(self.ground, GroundWithAxles):
+        beside = isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow)
+        if isinstance(self.ground, GroundWithAxles) or beside:
             flow(time, y)
             for name, torques in self.ground.torques_in_rows().items():
                 if name in self.drives:
@@ -563,8 +569,8 @@ class EffectRun:
             sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
-        if isinstance(self.ground, GroundWithBearings):
-            for name, own in self.ground.axles.sizes_in_rows().items():
+        if isinstance(self.own_axles, SlippingBearings):
+            for name, own in self.own_axles.sizes_in_rows().items():
                 if name in self.drives:
                     sizes[self.drives.index(name)] = own
         elif self.own_axles is not None:

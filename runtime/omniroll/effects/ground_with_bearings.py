@@ -16,7 +16,7 @@ The rules of ground_with_axles.py hold, and for rollers those of slipping_roller
 4. The forces of least norm among those that are possible are reported, and the torques beside them.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,24 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
 AMPLE = 8.0  # times what bearings may be asked for
+TINY = 1e-300  # where no bearing takes anything
 USED = 1e-6  # below the least use: what is used so much has come to its bound
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What has a part in holding wheels that stand in m directions.
+
+    contacts  (S,) the wheels
+    bearings  (m,) in the list of all, one for each direction
+    arms      (m,) in m, what it takes of a unit force there
+    uses      of the contacts (S,), then of the bearings (m,)
+    """
+
+    contacts: np.ndarray
+    bearings: np.ndarray
+    arms: np.ndarray
+    uses: Uses
 
 
 class GroundWithBearings(GroundWithAxles):
@@ -48,8 +65,6 @@ class GroundWithBearings(GroundWithAxles):
 
     def __init__(self, kernel: Kernel, grip: Grip, bearings: SlippingBearings, held: dict[str, np.ndarray]):
         super().__init__(kernel, grip, bearings, held)
-        for name in ("axle_sticks", "axle_holding"):  # of axles that cannot stick
-            held.setdefault(name, np.zeros(kernel.wheels))
         _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
         self.rows_along = spins.T * (kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius)
         self.stands = np.zeros((kernel.wheels, 2), bool)
@@ -111,73 +126,53 @@ class GroundWithBearings(GroundWithAxles):
         """Guards that have ended the phase: of contacts, of bearings, and the least use."""
         of_contacts, of_bearings, of_use = np.split(passed, np.cumsum([len(self.sticks), len(self.axles.modes)]))
         Ground.pass_guards(self, of_contacts)
-        stuck = self.axles.modes == 0
-        self.axles.resting |= of_bearings & ~stuck
-        self._let_go(of_bearings & stuck, self._asked())
+        self.axles.pass_guards(of_bearings, self._asked())
         if of_use.any():
             self._release_used()
 
     def _asked(self) -> np.ndarray:
         """(B,) what holds the bearings that stick, without the forces along directions in which wheels stand."""
-        return self.axles.whole(self.held["axle_holding"], self.held["contact_holding"], self.held["free_holding"])
-
-    def _let_go(self, bearings: np.ndarray, asked: np.ndarray) -> None:
-        self.axles.released[bearings] = -np.sign(asked[bearings]).astype(int)
+        return self.axles.asked_in(self.held)
 
     # What wheels that stand can take
 
-    def _parts(self) -> tuple[np.ndarray, np.ndarray, Uses]:
-        """Of the directions (m,) in which wheels stand: the wheels and which direction of theirs, and what their forces
-        use: of the contacts (S,) first, and of a bearing for each direction."""
+    def _parts(self) -> Parts:
+        """What has a part in holding the wheels that stand."""
         wheels, ways = np.nonzero(self.stands)
-        contacts = np.flatnonzero(self.stands.any(axis=1))
-        count, first = len(wheels), len(contacts)
-        reach = self.load[:, None] * self.grip.static
-        per_force, given = np.zeros((first + count, 2, count)), np.zeros((first + count, 2))
-        for k, (wheel, way) in enumerate(zip(wheels, ways, strict=True)):
-            per_force[np.searchsorted(contacts, wheel), way, k] = 1 / reach[wheel, way]
-        given[:first] = np.where(self.stands[contacts], 0.0, self.held["ground_force"][contacts] / reach[contacts])
-        own, most = self._own_bearings(wheels, ways), max(float(self.axles.holding.max()), 1e-300)
+        contacts, count = np.flatnonzero(self.stands.any(axis=1)), len(wheels)
+        reach, first = self.load[:, None] * self.grip.static, len(contacts)
+        bearings = np.where(ways == 0, self.axles.contact[wheels], wheels)
         arms = np.where(ways == 0, self._reach(self.held["chi"])[wheels], -self.radius)
-        holding = np.maximum(self.axles.holding[own], LEAST_REACH * most)
+        holding = np.maximum(self.axles.holding[bearings], LEAST_REACH * self.axles.holding.max() + TINY)
+        per_force, given = np.zeros((first + count, 2, count)), np.zeros((first + count, 2))
+        per_force[np.searchsorted(contacts, wheels), ways, np.arange(count)] = 1 / reach[wheels, ways]
         per_force[first + np.arange(count), 0, np.arange(count)] = arms / holding
-        given[first:, 0] = self._asked()[own] / holding
-        return wheels, ways, Uses(per_force, given)
+        given[:first] = np.where(self.stands[contacts], 0.0, self.held["ground_force"][contacts] / reach[contacts])
+        given[first:, 0] = self._asked()[bearings] / holding
+        return Parts(contacts, bearings, arms, Uses(per_force, given))
 
-    def _own_bearings(self, wheels: np.ndarray, ways: np.ndarray) -> np.ndarray:
-        """(m,) the bearings that hold wheels along their ways: rollers in contact, or axles."""
-        return np.where(ways == 0, self.axles.contact[wheels], wheels)
-
-    def _use(self) -> tuple[float, np.ndarray, Uses]:
-        """The least use, forces (m,) that make it, and what they use; the rates have been computed."""
-        _, _, uses = self._parts()
-        use, forces = least_use(self._rows(self.stands).T, self.held["held_force"], uses)
-        return use, forces, uses
+    def _least_use(self, parts: Parts) -> tuple[float, np.ndarray]:
+        """The least use, and forces (m,) that make it; the rates have been computed."""
+        return least_use(self._rows(self.stands).T, self.held["held_force"], parts.uses)
 
     def _release_used(self) -> None:
         """What has to take all that it can is let go."""
-        wheels, ways, _ = self._parts()
-        use, forces, uses = self._use()
-        first = int(self.stands.any(axis=1).sum())
-        used = uses.of(forces) >= use * (1 - USED)
-        self.released[np.flatnonzero(self.stands.any(axis=1))[used[:first]]] = True
-        own = self._own_bearings(wheels, ways)
-        takes = (uses.per_force @ forces + uses.given)[first:, 0]
-        self.axles.released[own[used[first:]]] = -np.sign(takes[used[first:]]).astype(int)
+        parts = self._parts()
+        use, forces = self._least_use(parts)
+        used, first = parts.uses.of(forces) >= use * (1 - USED), len(parts.contacts)
+        self.released[parts.contacts[used[:first]]] = True
+        takes = (parts.uses.per_force @ forces + parts.uses.given)[first:, 0]
+        self.axles.released[parts.bearings[used[first:]]] = -np.sign(takes[used[first:]]).astype(int)
 
     def excess(self) -> tuple[np.ndarray, np.ndarray]:
         """(B + 1,) how far each bearing is beyond the end of its mode, where no wheel stands by it, and how far the
         least use is beyond 1; and the rounding of that. The rates have been computed."""
-        bearings, asked = self.axles, np.abs(self._asked())
-        beyond, rounding = asked - bearings.holding, HELD_ROUNDINGS * EPS * (asked + bearings.holding)
-        stuck = bearings.modes == 0
-        values = np.where(stuck, beyond, -bearings.modes * bearings.rates(self.held))
-        values[~bearings.may_stick] = -1.0
-        rounded = np.where(stuck, rounding, EPS * bearings.sizes)
+        values, rounded = self.axles.excess(self._asked(), self.held)
         use = 0.0
         if self.stands.any():
-            values[self._own_bearings(*np.nonzero(self.stands))] = -1.0
-            use = self._use()[0]
+            parts = self._parts()
+            values[parts.bearings] = -1.0
+            use, _ = self._least_use(parts)
         return np.append(values, use - 1), np.append(rounded, HELD_ROUNDINGS * EPS * (1 + use))
 
     # What follows
@@ -187,10 +182,9 @@ class GroundWithBearings(GroundWithAxles):
         of least norm (rule 4)."""
         torques = self.axles.torques() + self._asked()
         if self.stands.any():
-            wheels, ways, uses = self._parts()
-            forces = least_norm(self._rows(self.stands).T, self.held["held_force"], uses)
-            arms = np.where(ways == 0, self._reach(self.held["chi"])[wheels], -self.radius)
-            torques[self._own_bearings(wheels, ways)] += arms * forces
+            parts = self._parts()
+            forces = least_norm(self._rows(self.stands).T, self.held["held_force"], parts.uses)
+            torques[parts.bearings] += parts.arms * forces
         return torques
 
     def inputs(self, sticks: np.ndarray, stuck: np.ndarray, torques: np.ndarray) -> dict[str, np.ndarray]:
@@ -226,7 +220,7 @@ class GroundWithBearings(GroundWithAxles):
         passed = values > PASSED * rounded
         bearings = passed[:-1] & (self.axles.modes == 0)
         self.released |= contacts
-        self._let_go(bearings, self._asked())
+        self.axles.let_go(bearings, self._asked())
         if passed[-1]:
             self._release_used()
         return bool(contacts.any() or bearings.any() or passed[-1])
@@ -237,6 +231,5 @@ class GroundWithBearings(GroundWithAxles):
 
     def accelerations(self) -> np.ndarray:
         """(B,) of the bearings' rates, as the rates that were computed last say."""
-        held = self.held
-        return self.axles.whole(held["rates_dot"], held["contact_spin_dot"], held["spins_dot"])
+        return self.axles.accelerations_in(self.held)
 

@@ -30,6 +30,7 @@ class SlippingBearings:
     modes     int: 0 sticks, +-1 is the sign of the rate
     released  int: signs of those that have been let go at this instant
     may_stick bool: of axles without such friction False, which turn with the mode 1 and take no torque
+    asked     in N m, torques that hold those that stick, at the start of the phase; else 0
     least     in rad/s, what rates are rounded against at least
     sizes     in rad/s, what they are rounded against
     """
@@ -44,7 +45,7 @@ class SlippingBearings:
         self.may_stick = np.arange(count) >= (self.wheels if axles is None else 0)
         self.modes = np.where(self.may_stick, 0, 1)
         self.reach = self.by_kind(rate_per_speed(kernel), spin_per_speed(kernel))
-        self.least, self.sizes = np.zeros(count), np.zeros(count)
+        self.asked, self.least, self.sizes = np.zeros(count), np.zeros(count), np.zeros(count)
 
     # Parts of the list
 
@@ -101,7 +102,34 @@ class SlippingBearings:
             rollers[wheel] = np.roll(rollers[wheel], directions[wheel])
         self.released[:] = 0
 
+    def pass_guards(self, passed: np.ndarray, asked: np.ndarray) -> None:
+        """Functions of the phase, (B,) bool, have ended it: of each bearing that of its mode, asked for (B,)."""
+        stuck = self.modes == 0
+        self.resting |= passed & ~stuck
+        self.let_go(passed & stuck, asked)
+
+    def let_go(self, bearings: np.ndarray, asked: np.ndarray) -> None:
+        """Those of `bearings` (B,) bool are let go, which are asked for (B,)."""
+        self.released[bearings] = -np.sign(asked[bearings]).astype(int)
+
     # What follows
+
+    def asked_in(self, buffers: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(B,) what holds those that stick, as the rates that were computed last have it."""
+        none = np.zeros(self.wheels)
+        return self.whole(buffers.get("axle_holding", none), buffers["contact_holding"], buffers["free_holding"])
+
+    def accelerations_in(self, buffers: Mapping[str, np.ndarray]) -> np.ndarray:
+        """(B,) in rad/s^2, the same of their rates."""
+        return self.whole(buffers["rates_dot"], buffers["contact_spin_dot"], buffers["spins_dot"])
+
+    def excess(self, asked: np.ndarray, state: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """(B,) how far each is beyond the end of its mode, and its rounding: asked for (B,), in a state by name."""
+        size, stuck = np.abs(asked), self.modes == 0
+        beyond, rounding = size - self.holding, HELD_ROUNDINGS * EPS * (size + self.holding)
+        values = np.where(stuck, beyond, -self.modes * self.rates(state))
+        values[~self.may_stick] = -1.0
+        return values, np.where(stuck, rounding, EPS * self.sizes)
 
     def torques(self) -> np.ndarray:
         """(B,) of those that turn; 0 where one sticks."""
