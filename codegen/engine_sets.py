@@ -361,12 +361,14 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
+# Where rollers may stick beside contacts that do, or under loads that follow: the Python engine alone runs such sets.
+NOT_RUN = ("bearing_dynamics", "disk_momenta")
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION))
+    runs = all(map(effects.function, MOTION)) and not any(map(effects.function, NOT_RUN))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

@@ -17,13 +17,16 @@ from omniroll.effects.effect import Called, Effect, Modal, Sampler, Signal, Tabl
 from omniroll.effects.ground import Grip, Ground
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
+from omniroll.effects.ground_with_bearings import GroundWithBearings
 from omniroll.effects.guards import NO_GUARDS, Guard, Guards
 from omniroll.effects.kept import kept
 from omniroll.effects.loaded_axles import GroundBesideAxles
+from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
+from omniroll.effects.slipping_bearings import MOMENTS, SlippingBearings, Torques
 from omniroll.effects.slipping_rollers import SlippingRollers
 from omniroll.effects.smooth_ground import SmoothFlow, SmoothGround
 from omniroll.effects.state_vector import StateVector
@@ -36,6 +39,8 @@ from omniroll.vehicles.vehicle import Vehicle
 # Inputs of the kernel that drives give, and the torques of bearings that may stick: a trajectory's columns.
 BEARINGS = ("bearing_torque", "contact_bearing")  # of axles, of rollers in contact
 DRIVES = ("torque", "damping", *BEARINGS)
+# Where rows have MOMENTS beside them: where rollers stick and the ground's forces depend on the accelerations.
+ON_ACCELERATIONS = {"contact_coulomb", "contact_loads"}
 
 
 @dataclass(frozen=True)
@@ -190,8 +195,9 @@ class EffectSet:
         present = {name for effect in self.effects for name in effect.kernel_effects()}
         entries = generated_data.load("effects")["effects"]
         given = {name for entry in entries if entry["name"] in present for name in entry["inputs"]}
-        recorded = (name for effect in self.effects for name in effect.recorded())
-        return (*(name for name in DRIVES if name in given), *recorded)
+        recorded = [name for effect in self.effects for name in effect.recorded()]
+        moments = MOMENTS if "roller_sticking" in present and present & ON_ACCELERATIONS else ()
+        return (*(name for name in DRIVES if name in given), *moments, *recorded)
 
     @kept
     def potentials(self) -> dict[str, str]:
@@ -241,18 +247,25 @@ class EffectRun:
         slipping = (axles for e in effects.effects if (axles := e.slipping_axles(bound)) is not None)
         self.slipping_axles = next(slipping, None)
         of_rollers = next((own for e in effects.effects if (own := e.roller_torques(bound)) is not None), None)
-        self.slipping_rollers = None if of_rollers is None else self._rollers(*of_rollers)
+        grip = effects.grip(bound.vehicle)
+        beside = of_rollers is not None and grip is not None
+        self.slipping_rollers = None if of_rollers is None or beside else self._rollers(*of_rollers)
         found = (bearings for e in effects.effects if (bearings := e.sticking_bearings(bound)) is not None)
         self.bearings = next(found, None)
-        grip = effects.grip(bound.vehicle)
-        self.ground = None if grip is None else self._ground(grip)
+        self.ground = None if grip is None else self._ground(grip, of_rollers if beside else None)
 
     def _rollers(self, sliding: np.ndarray, holding: np.ndarray) -> SlippingRollers:
         return SlippingRollers(self.kernel, sliding, holding, self.bound_rates.buffers)
 
-    def _ground(self, grip: Grip) -> Ground | SmoothGround:
-        if self.slipping_axles is not None:  # the ground has them then
-            axles, self.slipping_axles = self.slipping_axles, None
+    def _ground(self, grip: Grip, rollers: Torques | None) -> Ground | SmoothGround:
+        axles, self.slipping_axles = self.slipping_axles, None  # the ground has them then
+        if rollers is not None:
+            of_axles = None if axles is None else (axles.sliding, axles.holding)
+            bearings = SlippingBearings(self.kernel, of_axles, rollers)
+            if not grip.sticks:
+                return GroundBesideBearings(self.kernel, grip, bearings, self.bound_rates)
+            return GroundWithBearings(self.kernel, grip, bearings, self.bound_rates.buffers)
+        if axles is not None:
             if not grip.sticks:
                 return GroundBesideAxles(self.kernel, grip, axles, self.bound_rates)
             if grip.balance is not None:
@@ -263,8 +276,9 @@ class EffectRun:
         return (LoadedGround if grip.sticks else SmoothGround)(self.kernel, grip, self.bound_rates)
 
     @property
-    def own_axles(self) -> SlippingAxles | None:
-        """The axles where wheels may slip and their bearings stick, also those that the ground has."""
+    def own_axles(self) -> SlippingAxles | SlippingBearings | None:
+        """The axles where wheels may slip and their bearings stick, also those that the ground has; with rollers where
+        these stick beside contacts that do."""
         beside = isinstance(self.ground, GroundWithAxles | GroundBesideAxles)
         return self.ground.axles if beside else self.slipping_axles
 
@@ -302,6 +316,8 @@ class EffectRun:
         if not self.effects:
             return self.kernel.flow(momenta), NO_GUARDS
         guards = self.begin_phase(elapsed, carry)
+        for name in set(MOMENTS) & set(self.drives):
+            self.signals[name] = Signal.constant(np.zeros(self.kernel.wheels))  # drive_in has them
         feed_back = {"momenta", "spins"} & self.state_vector.slices.keys()  # rollers that are a part of the state
         constants = {} if momenta is None or feed_back else {"momenta": momenta}
         if isinstance(self.ground, GroundWithAxles):
@@ -360,20 +376,18 @@ class EffectRun:
         """The rates and guards in the modes of contacts and axles, which are decided for the phase that starts now."""
         rates, layout = self.bound_rates, self.state_vector
 
-        def flow(sticks: np.ndarray, axle_sticks: np.ndarray, torques: np.ndarray) -> Flow:
-            directions = ground.directions_of_nu(sticks & axle_sticks)
-            modes = {"sticks": sticks, "axle_sticks": axle_sticks, "directions": directions.ravel()}
-            self.signals["bearing_torque"] = Signal.constant(torques)
-            return rates.flow({**constants, **modes, "absent": ~directions.any(axis=0)}, self.signals)
+        def flow(sticks: np.ndarray, stuck: np.ndarray, torques: np.ndarray) -> Flow:
+            inputs = self._put_torques(ground.inputs(sticks, stuck, torques))
+            return rates.flow({**constants, **inputs}, self.signals)
 
-        def evaluate(sticks: np.ndarray, axle_sticks: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
-            plain = flow(sticks, axle_sticks, torques)
+        def evaluate(sticks: np.ndarray, stuck: np.ndarray, pushed: np.ndarray, torques: np.ndarray) -> None:
+            plain = flow(sticks, stuck, torques)
             rates.buffers["ground_push"][:] = pushed
             plain(0.0, y)
 
-        none = np.zeros(self.kernel.wheels, bool)
+        none, turns = np.zeros(self.kernel.wheels, bool), np.zeros(len(ground.axles.modes), bool)
         kind = GroundFlow if ground.grip.balance is None else LoadedFlow
-        slip = kind(ground, rates, flow(none, none, ground.axles.torques())).slip(y)
+        slip = kind(ground, rates, flow(none, turns, ground.axles.torques())).slip(y)
         try:
             ground.begin(slip, evaluate)
         finally:
@@ -397,15 +411,23 @@ class EffectRun:
         """The rates and guards where contacts carry or are off and axles stick or turn, which is decided for the phase
         that starts now."""
         rates, layout, axles = self.bound_rates, self.state_vector, ground.axles
+        self._put_torques(ground.inputs(axles.modes, axles.sliding))
         plain = rates.flow(constants, self.signals)
         try:
             ground.decide(lambda: plain(0.0, y))
         finally:
             self._keep_modes()
-            self.signals["bearing_torque"] = Signal.constant(axles.torques())
-        turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
-        plain = rates.flow({**constants, "axle_sticks": axles.modes == 0}, self.signals)
+            inputs = self._put_torques(ground.inputs(axles.modes, axles.sliding))
+        turning = ground.turning_guards(layout.view(y, "nu"), layout.view(y, "rates"))
+        plain = rates.flow({**constants, **inputs}, self.signals)
         return SmoothFlow(ground, plain), Guards([*guards, *turning], layout.size)
+
+    def _put_torques(self, inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Puts the torques of axles and rollers in contact among the signals; returns the other inputs, by name."""
+        for name in BEARINGS:
+            if name in inputs:
+                self.signals[name] = Signal.constant(inputs.pop(name))
+        return inputs
 
     def _keep_modes(self) -> None:
         """The modes of the contacts among the signals."""
@@ -529,15 +551,15 @@ class EffectRun:
         if self.slipping_axles is not None:
             flow(time, y)
             drive[self.drives.index("bearing_torque")] += self.axle_holding
-        if isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow):
-            flow(time, y)
-            drive[self.drives.index("bearing_torque")] += self.ground.holding
         if self.slipping_rollers is not None:
             flow(time, y)
             drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
-        if isinstance(self.ground, GroundWithAxles) and isinstance(flow, GroundFlow):
+        standing = isinstance(self.ground, GroundWithAxles) and isinstance(flow, GroundFlow)
+        if standing or (isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow)):
             flow(time, y)
-            drive[self.drives.index("bearing_torque")] = self.ground.bearing_torques()
+            for name, torques in self.ground.torques_in_rows().items():
+                if name in self.drives:
+                    drive[self.drives.index(name)] = torques
         if isinstance(flow, GroundFlow):
             drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
@@ -553,7 +575,11 @@ class EffectRun:
             sizes[self._own_drives()] = self.bearings.sizes_of_torques().reshape(-1, self.kernel.wheels)
         if self.axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.axles.torque_sizes()
-        if self.own_axles is not None:
+        if isinstance(self.own_axles, SlippingBearings):
+            for name, own in self.own_axles.sizes_in_rows().items():
+                if name in self.drives:
+                    sizes[self.drives.index(name)] = own
+        elif self.own_axles is not None:
             sizes[self.drives.index("bearing_torque")] = self.own_axles.torque_sizes()
         if self.slipping_rollers is not None:
             sizes[self.drives.index("contact_bearing")] = self.slipping_rollers.torque_sizes()

@@ -36,8 +36,8 @@ LEFT_OF = 1 / 16  # of the largest rounding: of what is left of larger speeds
 FROM_REST = 1e6  # s: times the acceleration below which a slip does not settle, a speed that is slow
 SAME_BOUND = 1e-9  # of a force: bounds that are nearer to each other are reached together
 
-# From the modes of contacts and axles (N,) bool, the forces (N, 2) of slipping contacts and the torques (N,) of turning
-# axles: evaluates the rates at the start of a phase.
+# From contacts (N,) bool and axles (N,) bool that stick, the forces (N, 2) of slipping contacts and the torques (N,) of
+# turning axles: evaluates the rates at the start of a phase.
 Evaluate = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 
 
@@ -49,6 +49,8 @@ class GroundWithAxles(BesideAxles, Ground):
             (N,), held_force (3,)
     stands  (N,) bool: wheels whose contact and axle stick in the present phase
     """
+
+    at_edge = AT_EDGE  # what has been let go gives way within this part of its bound
 
     def __init__(self, kernel: Kernel, grip: Grip, axles: SlippingAxles, held: dict[str, np.ndarray]):
         super().__init__(kernel, grip)
@@ -171,11 +173,12 @@ class GroundWithAxles(BesideAxles, Ground):
         rounded = [(asked + most)[dragged], (asked + most)[standing] + self.radius * of_ground, of_facets]
         return np.concatenate(values), HELD_ROUNDINGS * EPS * np.concatenate(rounded)
 
-    def directions_of_nu(self, stands: np.ndarray) -> np.ndarray:
-        """(3, 3) columns: the nu that wheels `stands` (N,) bool allow."""
-        return directions_allowed(self.rows[stands], np.eye(3)) if stands.any() else np.eye(3)
-
     # What follows
+
+    def inputs(self, sticks: np.ndarray, axle_sticks: np.ndarray, torques: np.ndarray) -> dict[str, np.ndarray]:
+        """What the rates take, by name, where contacts (N,) and axles (N,) stick and others have torques (N,)."""
+        modes = {"sticks": sticks, "axle_sticks": axle_sticks, "bearing_torque": torques}
+        return modes | directions_of_nu(self.rows[sticks & axle_sticks])
 
     def turning_guards(self, nu: np.ndarray, rates: np.ndarray) -> list[Guard]:
         """Where the rate of a turning axle passes zero; nu (3,) and rates (N,) are those of the phase's start."""
@@ -189,6 +192,14 @@ class GroundWithAxles(BesideAxles, Ground):
             forces = least_forces(-self.held["held_force"] / self.radius, self.rows[self.stands], *self._bounds())
             holding[self.stands] -= self.radius * forces
         return self.axles.torques() + holding
+
+    def torques_in_rows(self) -> dict[str, np.ndarray]:
+        """What rows keep of the bearings (N,), by name."""
+        return {"bearing_torque": self.bearing_torques()}
+
+    def accelerations(self) -> np.ndarray:
+        """(N,) of the axles, as the rates that were computed last say."""
+        return self.held["rates_dot"]
 
     def begin(self, slip: np.ndarray, evaluate: Evaluate) -> None:
         """Modes of all contacts and axles in the phase that begins now (rules 3 and 4); slip (N, 2) in m/s."""
@@ -250,13 +261,17 @@ class GroundWithAxles(BesideAxles, Ground):
             reach[: len(contacts)] = self.load[contacts, None] * friction
             reach[len(contacts) :, 0] = np.where(kept, held.sliding[axles], held.holding[axles])
             reach = np.maximum(reach, LEAST_REACH * reach.max())
-            found = cones.decide_semidefinite(matrix, without, reach)
+            found = self._least(matrix, without, reach)
             power = (np.abs(without) * reach).sum(axis=1) + np.einsum("ia,iajb,jb->i", reach, np.abs(matrix), reach)
             slips = found.pull > MOVES * power
             if not (slips & ~broken).any():
                 break
             broken = broken | slips
         self._take_modes(contacts, axles, found, reach, slips, friction)
+
+    def _least(self, matrix: np.ndarray, without: np.ndarray, reach: np.ndarray) -> cones.Decided:
+        """The forces of contacts and torques of bearings at rest, by what they can take."""
+        return cones.decide_semidefinite(matrix, without, reach)
 
     def _take_modes(
         self,
@@ -269,7 +284,7 @@ class GroundWithAxles(BesideAxles, Ground):
     ) -> None:
         first = len(contacts)
         taken = np.linalg.norm(found.force / reach, axis=1)
-        giving_way = self.released[contacts] & (taken[:first] >= 1 - AT_EDGE)
+        giving_way = self.released[contacts] & (taken[:first] >= 1 - self.at_edge)
         begun = np.where(slips[:first, None], found.rate[:first], -found.force[:first] / friction**2)
         going = slips[:first] | giving_way
         self.sticks = self.resting.copy()
@@ -278,7 +293,7 @@ class GroundWithAxles(BesideAxles, Ground):
             lengths = np.linalg.norm(begun[going], axis=1, keepdims=True)
             self.towards[contacts[going], self.directions] = begun[going] / lengths
         signs = self.axles.released[axles]
-        bound = -signs * found.force[first:, 0] >= reach[first:, 0] * (1 - AT_EDGE)
+        bound = -signs * found.force[first:, 0] >= reach[first:, 0] * (1 - self.at_edge)
         turning = np.where(slips[first:], np.sign(found.rate[first:, 0]), np.where(bound, signs, 0))
         self.axles.modes[axles] = turning.astype(int)
 
@@ -287,16 +302,16 @@ class GroundWithAxles(BesideAxles, Ground):
     ) -> tuple[np.ndarray, np.ndarray]:
         """D (m, c, m, c) and a (m, c) of the contacts and axles at rest; an axle has one component, beside one that
         nothing acts on."""
-        own, none = self.directions, np.zeros(len(self.sticks), bool)
+        own, none, turns = self.directions, np.zeros(len(self.sticks), bool), np.zeros(len(self.axles.modes), bool)
         first, width = len(contacts), 2 - self.directions.start
         count = first + len(axles)
         torques = np.where(self.axles.resting, 0.0, self.axles.torques())
 
         def rates(pushed: np.ndarray, turned: np.ndarray) -> np.ndarray:
-            evaluate(none, none, pushed, turned)
+            evaluate(none, turns, pushed, turned)
             found = np.zeros((count, width))
             found[:first] = self.held["slip_dot"][contacts, own]
-            found[first:, 0] = self.held["rates_dot"][axles]
+            found[first:, 0] = self.accelerations()[axles]
             return found
 
         without = rates(given, torques)
@@ -316,3 +331,9 @@ class GroundWithAxles(BesideAxles, Ground):
             for c in range(1, width):
                 matrix[k, c, k, c] = matrix[k, 0, k, 0]
         return matrix, without
+
+
+def directions_of_nu(rows: np.ndarray) -> dict[str, np.ndarray]:
+    """The nu which leave the rates `rows` (m, 3) nu of wheels that stand at zero, as the kernel takes them, by name."""
+    columns = directions_allowed(rows, np.eye(3)) if len(rows) else np.eye(3)
+    return {"directions": columns.ravel(), "absent": ~columns.any(axis=0)}

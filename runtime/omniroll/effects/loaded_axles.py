@@ -24,7 +24,7 @@ import numpy as np
 from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Grip
 from omniroll.effects.ground_loads import DETERMINED, MOST, UNDETERMINED, Carried, Loads, SumsOf, carried
-from omniroll.effects.guards import EPS, PASSED
+from omniroll.effects.guards import EPS, PASSED, Guard
 from omniroll.effects.slipping_axles import BesideAxles, SlippingAxles
 from omniroll.effects.smooth_ground import SmoothGround
 from omniroll.effects.sticking import AT_BOUND, HELD_ROUNDINGS, MOVES
@@ -98,10 +98,35 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         """(N,) in N m, what holds the axles that stick, as the rates that were computed last have it."""
         return self.buffers["axle_holding"]
 
+    def gains(self) -> np.ndarray:
+        """(N,) in N m, the axles' accelerations times their inertia, as the rates that were computed last say."""
+        return self.buffers["rates_dot"] * self.kernel.vehicle.wheel_inertia
+
+    def in_question(self) -> np.ndarray:
+        """Those at rest, whichever of which may turn (rule 3)."""
+        return np.flatnonzero(self.axles.resting)
+
+    def inputs(self, modes: np.ndarray, bounds: np.ndarray) -> dict[str, np.ndarray]:
+        """What the rates take, by name, of axles with modes (N,) that take torques (N,) where they turn."""
+        return {"axle_sticks": modes == 0, "bearing_torque": -modes * bounds}
+
+    def turning_guards(self, nu: np.ndarray, rates: np.ndarray) -> list[Guard]:
+        """Where the rate of a turning axle passes zero; nu (3,) and rates (N,) are those of the phase's start."""
+        return self.axles.rate_guards(nu, rates)
+
+    def excess(self) -> tuple[np.ndarray, np.ndarray]:
+        """(S,) what axles that stick are asked for beyond what they take, and the rounding; the rates have been
+        computed."""
+        return self.axles.excess(self.holding)
+
+    def torques_in_rows(self) -> dict[str, np.ndarray]:
+        """What rows keep of the bearings (N,), by name."""
+        return {"bearing_torque": self.axles.torques() + self.holding}
+
     def _put(self, modes: np.ndarray, bounds: np.ndarray) -> None:
         """The modes of the axles, with the torques (N,) of those that turn, where the rates have them."""
-        self.buffers["axle_sticks"][:] = modes == 0
-        self.buffers["bearing_torque"][:] = -modes * bounds
+        for name, values in self.inputs(modes, bounds).items():
+            self.buffers[name][:] = values
 
     def decide(self, evaluate: Callable[[], object]) -> None:
         """Which contacts carry and which axles stick in the phase that begins now."""
@@ -133,12 +158,12 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
             if not (turns & ~broken).any():
                 return found, Settled(modes, broken, self.holding.copy())
             broken |= turns
-        nowhere = replace(found, compression=np.full(len(modes), np.nan), determinant=np.nan)
+        nowhere = replace(found, compression=np.full(len(found.compression), np.nan), determinant=np.nan)
         return nowhere, Settled(modes, broken, bounds)
 
     def _wrong(self, modes: np.ndarray, bounds: np.ndarray) -> np.ndarray:
         """(N,) bool, axles at rest whose mode is not theirs in the rates that were computed last."""
-        asked, gains = np.abs(self.holding), modes * self.buffers["rates_dot"] * self.kernel.vehicle.wheel_inertia
+        asked, gains = np.abs(self.holding), modes * self.gains()
         too_much = asked - bounds > PASSED * self._rounding(bounds)
         against = gains < -MOVES * (np.abs(gains) + bounds)
         return self.axles.resting & np.where(modes == 0, too_much, against)
@@ -149,7 +174,7 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
 
     def _refuse_unless_determined(self, settled: Settled, sums_of: SumsOf) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
-        resting = np.flatnonzero(self.axles.resting)
+        resting = self.in_question()
         if self.grip.law == "viscous" or len(resting) > MOST:
             return
         carries = self.loads.carries

@@ -25,7 +25,7 @@ class LoadBalance:
     """The generated balance of the loads, bound to the buffers of rates: sums (3,) of what was computed there last."""
 
     def __init__(self, kernel: Kernel, numbers: dict[str, np.ndarray], buffers: dict[str, np.ndarray]):
-        for name in ("slip_load_balance", "coulomb_momenta"):
+        for name in ("slip_load_balance", "coulomb_momenta", "disk_momenta"):
             if name in kernel.signatures:
                 signature = kernel.signatures[name]
                 for argument in (*signature.inputs, *signature.outputs):
@@ -36,6 +36,9 @@ class LoadBalance:
         if "coulomb_momenta" in kernel.signatures:
             aside = {"coulomb_rates": buffers["coulomb_momenta_dot"]}
             self.calls.append(kernel.bind("coulomb_momenta", buffers | aside))
+        if "disk_momenta" in kernel.signatures:
+            aside = {"bearing_rates": buffers["bearing_momenta_dot"]}
+            self.calls.append(kernel.bind("disk_momenta", buffers | aside))
         self.calls.append(kernel.bind("slip_load_balance", buffers))
 
     def __call__(self) -> np.ndarray:

@@ -5,11 +5,13 @@ import numpy as np
 from omniroll.effects.ground import PART_OF_WAY
 from omniroll.effects.ground_flow import GroundFlow
 from omniroll.effects.ground_with_axles import GroundWithAxles
+from omniroll.effects.ground_with_bearings import GroundWithBearings
 from omniroll.effects.guards import PASSED, Guards
 from omniroll.effects.loaded_axles import GroundBesideAxles
+from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow
 from omniroll.effects.smooth_ground import SmoothFlow
-from omniroll.engine.holding import MotionGuards
+from omniroll.engine.holding import START, MotionGuards
 
 
 class GroundGuards(MotionGuards):
@@ -87,6 +89,14 @@ class LoadsAndAxlesGuards(AxleGuards, LoadedGuards):
     """Those of LoadedGuards, then those of axles that stick."""
 
 
+class AllBearingGuards(AxleGuards):
+    """The same as GroundGuards, then of each bearing (B,) how far it is beyond the end of its mode, and of what holds
+    wheels that stand the least use."""
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        return missed_of_turning(values, slice(len(self.ground.sticks), -1), self.ground.axles.modes)
+
+
 class LoadGuards(MotionGuards):
     """The guards of a phase under a smooth law, then one of each load (N,) and one of the coupled matrix."""
 
@@ -107,15 +117,38 @@ class LoadedAxleGuards(LoadGuards):
 
     def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, rounding = super()._own(time, y)
-        beyond, of_axles = self.flow.ground.axles.excess(self.flow.ground.holding)
+        beyond, of_axles = self.flow.ground.excess()
         return np.append(values, beyond), np.append(rounding, of_axles)
+
+
+class LoadedBearingGuards(LoadedAxleGuards):
+    """The same as LoadGuards, then of each bearing (B,) how far it is beyond the end of its mode."""
+
+    def __init__(self, guards: Guards, flow: SmoothFlow):
+        LoadGuards.__init__(self, guards, flow, len(flow.ground.axles.modes))
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        return missed_of_turning(values, slice(len(self.flow.ground.off) + 1, None), self.flow.ground.axles.modes)
 
 
 def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards:
     """The guards of a phase, and those of its contacts."""
     if isinstance(flow, SmoothFlow):
+        if isinstance(flow.ground, GroundBesideBearings):
+            return LoadedBearingGuards(guards, flow)
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
+    if isinstance(flow.ground, GroundWithBearings):
+        return AllBearingGuards(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):
         return (LoadsAndAxlesGuards if isinstance(flow, LoadedFlow) else AxleGuards)(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)
+
+
+def missed_of_turning(values: np.ndarray, own: slice, modes: np.ndarray) -> np.ndarray:
+    """(K,) what polynomials through values (P, K) may miss, of which `own` are bearings with modes (B,): one that has
+    just begun to turn is as slow at first as its rate's polynomial is wrong."""
+    missed, largest = np.zeros(values.shape[1]), np.abs(values[:, own]).max(axis=0)
+    starts = (modes != 0) & (np.abs(values[0, own]) <= START * largest)
+    missed[own] = np.where(starts, START * largest, 0.0)
+    return missed

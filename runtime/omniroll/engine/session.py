@@ -18,7 +18,7 @@ from omniroll import validation
 from omniroll.effects.effect_set import DRIVES
 from omniroll.effects.numbers import plain_numbers, read_only
 from omniroll.effects.torque import with_torque
-from omniroll.engine.compiled_engine import can_run
+from omniroll.engine.compiled_engine import can_run, lacking
 from omniroll.engine.sensitivities import check_names
 from omniroll.engine.simulate import checked_task
 from omniroll.engine.stepped_deviations import SteppedDeviations
@@ -93,6 +93,8 @@ class Session:
         self._task = replace(checked_task(vehicle, **options, duration=0), engine="compiled")
         for doubt in self._task.effects.doubts(vehicle):
             warnings.warn(doubt, stacklevel=2)
+        if lack := lacking(self._task.kernel):
+            raise KernelsMissingError(f"a session needs the compiled engine, which has no {lack}")
         if not can_run(self._task):
             raise KernelsMissingError(
                 f"a session needs the compiled engine, which takes at most {MOST_WHEELS} wheels, and a C compiler for "

@@ -7,6 +7,7 @@ import numpy as np
 from omniroll.effects.ground import Grip, slip_roundings
 from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
+from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
@@ -81,7 +82,8 @@ class Contacts:
         slip[sticks] = 0.0
         heading = np.stack([np.cos(values["slip_heading"]), np.sin(values["slip_heading"])], axis=-1)
         rounding = slip_roundings(self.kernel.vehicle, nu, self.rates, *(self.axial or (None,)))
-        if "standing_dynamics" in self.kernel.signatures and rounding.ndim > 1:  # a whole vehicle may come to rest
+        stands = {"standing_dynamics", "bearing_dynamics"} & self.kernel.signatures.keys()
+        if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
         size = np.linalg.norm(slip, axis=-1)
         back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # such a slip has just come to rest
@@ -107,6 +109,10 @@ class Contacts:
         values = none | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
+        if MOMENTS[0] in values:
+            cos, sin = (values[name] for name in MOMENTS)
+            values["bearing_momenta_dot"] = np.stack([cos, sin], axis=-1)
+            values["bearing_drag"] = -(np.sin(chi) * cos + np.cos(chi) * sin)  # sum of - torque sin(chi + kappa)
         if "slip_roller_rates" in self.kernel.signatures:
             values["roller_drag"] = call_named(self.kernel, "slip_roller_rates", values)[1]
         if "coulomb_momenta" in self.kernel.signatures:

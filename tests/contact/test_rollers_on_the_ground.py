@@ -1,0 +1,405 @@
+"""Rollers whose bearings stick beside contacts that stick, and axles: every body in every mode, closed forms, forces
+that are not determinate, the law in every row, and the friction with named speeds that tends to it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle.balls import exact, working_precision
+from reactions.newton_euler import Acting, position, solve
+from reactions.test_newton_euler import call
+from scipy.optimize import minimize
+
+from contact.laws import residuals
+from contact.test_axles_on_the_ground import case_in_modes
+from contact.test_sticking_bodies import RELATIVE, by_bodies
+from contact.test_stuck_rollers import all_spins, contact_torques
+from omniroll import (
+    Bearings,
+    Contact,
+    KernelsMissingError,
+    Session,
+    Slope,
+    TorqueTable,
+    Vehicle,
+    simulate,
+)
+from omniroll.effects.complementarity import allowed_by, directions_allowed
+from omniroll.effects.least_use import Uses, least_norm, least_use
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import distance_at
+
+CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
+RADIUS, MASS, ARM = CROSS.wheel_radius, CROSS.mass, CROSS.platform_radius
+ROLLER, WHEEL = CROSS.roller_inertia, CROSS.wheel_inertia
+RHO = RADIUS - CROSS.roller_axis_radius  # of a roller that touches the ground in its middle
+GRAVITY = 9.80665
+INSTANT = 1e-10  # relative, of instants in closed form
+HOLDS = 9.0  # N m, more than any bearing is asked for
+
+
+def run_of(effects, duration, nu=(0, 0, 0), **options):
+    return simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=1e-11,
+                    control=False, **options)  # fmt: skip
+
+
+def axle_torques(run):
+    """(T, N) in N m, what the axles' bearings take in each row."""
+    return run.drive[:, run.effects.drives().index("bearing_torque")]
+
+
+def pushed(growth, end=0.2):
+    """Torques on wheels 2 and 4 that push the vehicle along x and grow by `growth` N m/s."""
+    return TorqueTable((0.0, end), ((0, 0, 0, 0), (0, end * growth, 0, -end * growth)))
+
+
+# ---- every body ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
+@pytest.mark.parametrize("number", range(8))
+def test_modes_of_contacts_and_bearings_agree_with_every_body(number, axles):
+    """The oracle is given forces and torques, and must find the same accelerations, and none of what sticks."""
+    rng = np.random.default_rng([41, number, len(axles)])
+    wheels, rollers = int(rng.choice((2, 3, 4))), 5
+    contacts, stuck = rng.random(wheels) < 0.6, rng.random((wheels, rollers)) < 0.6
+    still = (rng.random(wheels) < 0.5) & bool(axles)
+    contacts[0], stuck[0, 0] = True, number % 3 > 0
+    case = case_in_modes(rng, "free", contacts, still)
+    case, along = at_rest(case, contacts, stuck, still)
+    push, torque = rng.normal(size=(wheels, 2)), rng.normal(size=wheels)
+    turning, spinning = rng.normal(size=wheels) * ~still * bool(axles), 0.01 * rng.normal(size=stuck.shape) * ~stuck
+    found = by_kernel(case, (contacts, stuck, still), axles, push, torque, (turning, spinning), along)
+    of_rollers = working_precision(lambda: [list(map(exact, row)) for row in found["rollers"]])()
+    given = Acting(guide=True, wheel_torques=list(torque + found["axle_torque"]), roller_torques=of_rollers)
+    loads = dict.fromkeys(range(wheels), 0)
+    wanted_nu, wanted_rates, slips = by_bodies(case, given, found["ground_force"], loads)
+    size = np.abs(slips).max() + np.abs(wanted_nu).max() + np.abs(wanted_rates).max()
+    size += np.abs(torque).max() / case.vehicle.wheel_inertia
+    for value, wanted in ((found["nu_dot"], wanted_nu), (found["rates_dot"], wanted_rates), (found["slip_dot"], slips)):
+        assert value == pytest.approx(wanted, rel=RELATIVE, abs=RELATIVE * size)
+    assert np.abs(slips[contacts]).max(initial=0.0) <= RELATIVE * size
+    assert not found["rates_dot"][still].any() and np.abs(wanted_rates[still]).max(initial=0.0) <= RELATIVE * size
+
+    @working_precision
+    def spin_accelerations():
+        force = found["ground_force"]
+        acting = replace(given, ground=lambda i, *_: (exact(force[i, 0]), exact(force[i, 1])))
+        at = position(case.machine, case.heading, case.chi)
+        second = solve(case.machine, at, case.speeds(), acting, model="free", loads=loads).second
+        return np.array([[float(v) for v in row] for row in second.phi])
+
+    spin_dot = np.concatenate([found["contact_spin_dot"][:, None], found["spins_dot"]], axis=1)
+    by_body = spin_accelerations()
+    assert spin_dot == pytest.approx(by_body, rel=RELATIVE, abs=RELATIVE * np.abs(by_body).max())
+    assert not found["spins_dot"][stuck[:, 1:]].any()
+    assert np.abs(by_body[stuck]).max(initial=0.0) <= RELATIVE * max(np.abs(by_body).max(), size)
+
+
+def at_rest(case, contacts, stuck, still):
+    """The case with what sticks at rest, and (N, 3) what a unit force along each axle does to nu."""
+    bound = kernel(case.vehicle, "free", "python")
+    reach = case.vehicle.wheel_radius - case.vehicle.roller_axis_radius
+    along = bound.wheel_rates(np.eye(3), np.zeros(bound.wheels))[1].T * reach
+    rows = np.concatenate([along[contacts & stuck[:, 0]], bound.wheel_rows[contacts & still]])
+    nu = allowed_by(rows) @ case.nu if len(rows) else case.nu
+    rolling, turning = bound.wheel_rates(nu, case.chi)
+    rates = np.where(still, 0.0, np.where(contacts, rolling, case.rates))
+    turns = np.where(stuck[:, 0], 0.0, np.where(contacts, turning, case.turns))
+    return replace(case, nu=nu, rates=rates, turns=turns, spins=case.spins * ~stuck[:, 1:]), along
+
+
+def by_kernel(case, modes, axles, push, torque, given, along):
+    """What the kernel gives, by name, with forces put in along the directions in which wheels stand: of all that
+    balance those of least norm. `rollers` (N, n) and `axle_torque` (N,) are the torques of all bearings."""
+    contacts, stuck, still = modes
+    turning, spinning = given
+    vehicle = case.vehicle
+    effects = ("contact", "contact_coulomb", "drive", "roller_sticking", *axles)
+    bound = kernel(vehicle, "free", "python", effects=effects)
+    stands = contacts[:, None] & np.stack([stuck[:, 0], still], axis=1)
+    rows = np.stack([along, -vehicle.wheel_radius * bound.wheel_rows], axis=1)[stands]
+    directions = directions_allowed(rows, np.eye(3)) if len(rows) else np.eye(3)
+    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "spins": case.spins, "heading": case.heading}
+    values |= {"torque": torque, "bearing_torque": turning, "axle_sticks": still.astype(float)}
+    values |= {"sticks": contacts.astype(float), "ground_push": np.where(contacts[:, None], 0.0, push)}
+    values |= {"contact_sticks": stuck[:, 0].astype(float), "free_sticks": stuck[:, 1:].astype(float)}
+    values |= {"contact_bearing": spinning[:, 0], "free_bearing": spinning[:, 1:]}
+    values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
+    values["contact_omega"] = case.turns + case.nu[2] / vehicle.yaw_scale * np.sin(case.chi)
+    values["axial"] = call(bound, "axial_speeds", values)
+    values["momenta"] = call(bound, "momenta", values)
+    outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
+    found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
+    forces, *_ = np.linalg.lstsq(rows.T, found["held_force"], rcond=None) if len(rows) else (np.zeros(0), 0)
+    held = found["held_force"]
+    assert rows.T @ forces == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))
+    along_ways = np.zeros(stands.shape)
+    along_ways[stands] = forces
+    found["ground_force"] = found["ground_force"] + along_ways
+    rho = vehicle.wheel_radius * np.cos(case.chi) - vehicle.roller_axis_radius
+    holding = found.get("axle_holding", np.zeros(len(contacts)))
+    found["axle_torque"] = turning + holding - vehicle.wheel_radius * along_ways[:, 1]
+    held = np.concatenate([(found["contact_holding"] + rho * along_ways[:, 0])[:, None], found["free_holding"]], axis=1)
+    assert not held[~stuck].any()
+    found["rollers"] = spinning + held
+    return found
+
+
+# ---- closed forms ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", [2.0, 0.2])
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.5])
+def test_a_vehicle_stands_on_a_slope_until_bearings_and_ground_give(part, friction):
+    """Two wheels hold it by their axles, S/l each or the ground's friction, and two by their rollers, T/rho each or the
+    ground's friction: rest holds as long as some forces within these balance the weight."""
+    gravity, angle, breaks, turns = 9.0, 0.1, 0.05, 0.01
+    load = MASS * gravity / 4
+    most = 2 * min(breaks / RADIUS, friction * load) + 2 * min(turns / RHO, friction * load)
+    slope = Slope(angle, 0.0, gravity=part * most / (MASS * np.sin(angle)))
+    run = run_of([Contact(law="coulomb", friction=friction, normal_gravity=gravity),
+                  Bearings(wheel_coulomb=breaks, roller_coulomb=turns), slope], 0.01)  # fmt: skip
+    if part < 1:
+        assert not run.nu.any() and run.sticks.all() and not run.quantity("rates").any() and not run.spins.any()
+        held = np.abs(run.ground_force[-1, [0, 1, 2, 3], [0, 1, 0, 1]]).sum()
+        assert held == pytest.approx(part * most, rel=1e-12)
+        return
+    assert run.nu[-1, 0] > 0
+    slips = [friction * load < turns / RHO, friction * load < breaks / RADIUS] * 2
+    assert (~run.sticks[-1] == slips).all()
+    mass = MASS + 2 * ROLLER / RHO**2 * (not slips[0]) + 2 * WHEEL / RADIUS**2 * (not slips[1])
+    wanted = most * (part - 1) / mass * run.t[-1]
+    assert run.nu[-1, 0] * ARM == pytest.approx(wanted, rel=1e-9, abs=1e-13 * most / mass * run.t[-1])
+
+
+@pytest.mark.parametrize("turns", [0.01, 1.0])
+def test_torques_break_axles_and_what_holds_the_other_wheels_together(turns):
+    """Two wheels push by (b t - S)/l each, and two hold by T/rho each or by the ground's friction, whichever is less.
+    Then (M + 2 J/l^2 + 2 B/rho^2) v' is the rest of it, without the rollers' inertia where these wheels slip."""
+    growth, breaks, friction, load = 2.0, 0.05, 0.3, 6.0
+    ground = Contact(law="coulomb", friction=friction, load=(load, 20.0, load, 20.0))
+    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
+    run = run_of([ground, bearings, pushed(growth)], 0.12)
+    least = min(turns / RHO, friction * load)
+    begins = (breaks + RADIUS * least) / growth
+    moving = np.flatnonzero(np.abs(run.nu[:, 0]) > 0)
+    assert run.t[moving[0] - 1] == pytest.approx(begins, rel=INSTANT)
+    rolls = turns / RHO < friction * load
+    mass = MASS + 2 * WHEEL / RADIUS**2 + 2 * ROLLER / RHO**2 * rolls
+    wanted = growth / RADIUS * (run.t[-1] - begins) ** 2 / mass
+    assert run.nu[-1, 0] * ARM == pytest.approx(wanted, rel=1e-9)
+    assert run.sticks[-1].tolist() == [rolls, True, rolls, True]
+    spin = run.contact_spin[-1, [0, 2]]
+    assert np.abs(spin) == pytest.approx(np.full(2, wanted / RHO * rolls), rel=1e-9, abs=1e-12)
+    assert np.abs(run.nu[-1, 1:]).max() <= 1e-12 * run.nu[-1, 0]
+
+
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.3])
+@pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
+def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
+    """It rests up to tan b = mu whichever way it stands: no polygon would say so. Then v' = g (sin b - mu cos b)."""
+    angle = 0.25
+    friction = np.tan(angle) / part
+    ground = Contact(law="coulomb", friction=friction, normal_gravity=GRAVITY * np.cos(angle))
+    slope = Slope(angle, way, gravity=GRAVITY)
+    run = run_of([ground, Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS), slope], 0.02)
+    speed = np.linalg.norm(run.nu[-1, :2]) * ARM
+    if part < 1:
+        assert not run.nu.any() and run.sticks.all()
+        return
+    wanted = GRAVITY * np.sin(angle) * (1 - 1 / part) * run.t[-1]
+    assert speed == pytest.approx(wanted, rel=1e-6 if part < 1.1 else 1e-11)
+    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-12 * np.linalg.norm(run.nu[-1])
+
+
+def test_a_push_across_the_slope_breaks_a_round_bound():
+    """On a slope along y wheels 2 and 4 push along x by P = (b t - S)/l each, and 1 and 3 hold against them; each also
+    holds a quarter of the weight's part G along y. So all let go at P^2 = (mu N)^2 - (G/4)^2."""
+    growth, breaks, friction, angle = 2.0, 0.02, 0.3, 0.2
+    gravity = GRAVITY * np.cos(angle)
+    ground = Contact(law="coulomb", friction=friction, normal_gravity=gravity)
+    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=HOLDS)
+    run = run_of([ground, bearings, pushed(growth), Slope(angle, np.pi / 2, gravity=GRAVITY)], 0.1)
+    push = np.sqrt((friction * MASS * gravity / 4) ** 2 - (MASS * GRAVITY * np.sin(angle) / 4) ** 2)
+    moving = np.flatnonzero(np.abs(run.nu).max(axis=1) > 0)
+    assert run.t[moving[0] - 1] == pytest.approx((breaks + RADIUS * push) / growth, rel=INSTANT)
+
+
+@pytest.mark.parametrize("way", [0.0, 1.0])
+def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way):
+    """v' = -mu g: what the ellipse gives does not depend on how the wheels look."""
+    friction, speed = 0.3, 3.0
+    ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
+    nu = speed * np.array([np.cos(way), np.sin(way), 0])
+    stops = ARM * speed / (friction * GRAVITY)
+    run = run_of([ground, Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)], 1.3 * stops, nu=nu)
+    sticks = run.sticks.all(axis=1)
+    assert run.t[np.flatnonzero(sticks)[0]] == pytest.approx(stops, rel=INSTANT)
+    assert not run.nu[-1].any()
+    assert np.linalg.norm(run.pose[-1, :2]) == pytest.approx((ARM * speed) ** 2 / (2 * friction * GRAVITY), rel=1e-10)
+    assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
+
+
+def test_a_vehicle_with_blocked_bearings_stops_to_turn():
+    """All rollers turn with their disks: I theta'' = -4 mu N R with the yaw inertia of the whole."""
+    friction, turn = 0.3, 2.0
+    ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0)
+    stops = CROSS.yaw_inertia * turn / CROSS.yaw_scale / (friction * MASS * GRAVITY * ARM)
+    run = run_of([ground, Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)], 1.3 * stops, nu=(0, 0, turn))
+    assert run.t[np.flatnonzero(run.sticks.all(axis=1))[0]] == pytest.approx(stops, rel=INSTANT)
+    assert not run.nu[-1].any() and np.abs(all_spins(run)).max() <= 1e-12 * turn
+
+
+def test_a_rolling_vehicle_rests_by_its_bearings():
+    """(M + 2 J/l^2 + 2 B/rho^2) v' = -2 S/l - 2 T/rho: two wheels roll on their rollers, two on their axles."""
+    breaks, turns, speed = 0.02, 0.002, 0.1
+    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
+    run = run_of([Contact(law="coulomb", friction=3.0), bearings], 0.2, nu=(speed, 0, 0))
+    mass = MASS + 2 * WHEEL / RADIUS**2 + 2 * ROLLER / RHO**2
+    stops = mass * ARM * speed / (2 * breaks / RADIUS + 2 * turns / RHO)
+    assert stops < 0.15
+    rest = np.flatnonzero(~run.nu.any(axis=1))
+    assert run.t[rest[0]] == pytest.approx(stops, rel=INSTANT)
+    assert not run.nu[-1].any() and run.sticks.all()
+
+
+# ---- forces that are not determinate ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(number):
+    """SciPy's SLSQP, on as many forces as a vehicle of three to six wheels has, with ellipses and bearings."""
+    rng = np.random.default_rng([51, number])
+    count, parts = int(rng.integers(4, 13)), int(rng.integers(6, 16))
+    columns, force = rng.normal(size=(3, count)), rng.normal(size=3)
+    per_force = rng.normal(size=(parts, 2, count)) * (rng.random((parts, 1, count)) < 0.5)
+    per_force[:, 1] *= (rng.random(parts) < 0.5)[:, None]
+    per_force[np.arange(count) % parts, 0, np.arange(count)] += 1
+    uses = Uses(per_force, 0.3 * rng.normal(size=(parts, 2)))
+    use, forces = least_use(columns, force, uses)
+    assert columns @ forces == pytest.approx(force, abs=1e-13)
+    assert uses.of(forces).max() == pytest.approx(use, rel=1e-12)
+    equal = {"type": "eq", "fun": lambda x: columns @ x[:count] - force}
+    options = {"ftol": 1e-15, "maxiter": 500}
+    found = minimize(
+        lambda x: x[-1], np.append(0.9 * forces, 2 * use + 1), jac=lambda x: np.append(np.zeros(count), 1.0),
+        constraints=[equal, {"type": "ineq", "fun": lambda x: x[-1] ** 2 - uses.of(x[:-1]) ** 2}],
+        options=options, method="SLSQP",
+    )  # fmt: skip
+    assert use == pytest.approx(found.fun, rel=1e-7) and use <= uses.of(found.x[:-1]).max() * (1 + 1e-11)
+    wider = Uses(uses.per_force / (1.1 * use), uses.given / (1.1 * use))
+    forces = least_norm(columns, force, wider)
+    found = minimize(
+        lambda x: x @ x / 2, forces, jac=lambda x: x, options=options, method="SLSQP",
+        constraints=[equal, {"type": "ineq", "fun": lambda x: 1 - wider.of(x) ** 2}],
+    )  # fmt: skip
+    assert wider.of(forces).max() <= 1 + 1e-12
+    assert forces @ forces <= found.x @ found.x * (1 + 1e-9) and forces == pytest.approx(found.x, abs=1e-6)
+
+
+def test_forces_that_are_not_determinate_are_those_of_least_norm_within_the_bounds():
+    """Eight directions in which wheels stand, three equations; two bearings cut forces off."""
+    angle, breaks, turns, friction = 0.09, 0.05, 0.03, 0.6
+    gravity = GRAVITY * np.cos(angle)
+    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=(turns, HOLDS, turns, HOLDS))
+    run = run_of([Contact(law="coulomb", friction=friction, normal_gravity=gravity), bearings,
+                  Slope(angle, 0.2, gravity=GRAVITY)], 0.01)  # fmt: skip
+    assert run.sticks.all() and not run.nu.any()
+    force, reach = run.ground_force[-1], friction * MASS * gravity / 4
+    rows = kernel(CROSS, "free", "python").wheel_rows
+    along = kernel(CROSS, "free", "python").wheel_rates(np.eye(3), np.zeros(4))[1].T * RHO
+    columns = np.stack([along, -RADIUS * rows], axis=1).reshape(8, 3).T
+    bounds = np.stack([np.array([turns, HOLDS] * 2) / RHO, np.array([HOLDS, breaks] * 2) / RADIUS], axis=1).ravel()
+    wanted = minimize(
+        lambda x: x @ x / 2, np.zeros(8), jac=lambda x: x, options={"ftol": 1e-15, "maxiter": 500}, method="SLSQP",
+        constraints=[{"type": "eq", "fun": lambda x: columns @ (x - force.ravel()), "jac": lambda x: columns}],
+        bounds=list(zip(-bounds, bounds, strict=True)),
+    )  # fmt: skip
+    assert np.linalg.norm(wanted.x.reshape(4, 2), axis=1).max() < reach  # the ellipses cut nothing off here
+    assert force.ravel() == pytest.approx(wanted.x, abs=1e-7)
+    assert (np.abs(np.abs(wanted.x) - bounds) < 1e-9).sum() >= 2
+    assert contact_torques(run)[-1] == pytest.approx(RHO * force[:, 0], abs=1e-12)
+    assert axle_torques(run)[-1] == pytest.approx(-RADIUS * force[:, 1], abs=1e-12)
+
+
+# ---- random scenes ---------------------------------------------------------------------------------------------------
+
+
+def scene(number):
+    """A vehicle whose contacts and rollers may all stick, in half of these beside its axles, and how it runs."""
+    rng = np.random.default_rng([61, number])
+    wheels = int(rng.choice((3, 4)))
+    vehicle = Vehicle.paper(wheels, 4)
+    friction = 10 ** rng.uniform(-1.0, 0.0)
+    sliding = friction * np.array([1.0, rng.uniform(0.6, 1.6) if rng.random() < 0.5 else 1.0])
+    static = sliding * rng.choice((1.0, 1.4))
+    size = friction * vehicle.mass * 9.8 / wheels
+    reach = vehicle.wheel_radius - vehicle.roller_axis_radius
+    of_rollers = size * reach * 10 ** rng.uniform(-1.5, 0.5) * rng.uniform(0.7, 1.3, wheels)
+    given = {"roller_coulomb": of_rollers, "roller_break_away": of_rollers * rng.choice((1.0, 1.3))}
+    if number % 2:
+        of_axles = size * vehicle.wheel_radius * 10 ** rng.uniform(-1.0, 0.5) * rng.uniform(0.7, 1.3, wheels)
+        given |= {"wheel_coulomb": of_axles, "wheel_break_away": of_axles * rng.choice((1.0, 1.3))}
+    driven = size * vehicle.wheel_radius * rng.normal(size=(3, wheels)) * (rng.random() < 0.8)
+    nu = tuple(2 * rng.normal(size=3)) if rng.random() < 0.6 else (0.0, 0.0, 0.0)
+    ground = Contact(law="coulomb", friction=sliding, static_friction=static, normal_gravity=9.8,
+                     wheel_rates=0 if rng.random() < 0.3 else None)  # fmt: skip
+    effects = [ground, Bearings(**given), TorqueTable((0.0, 0.02, 0.05), driven),
+               Slope(rng.uniform(0, 0.2), rng.uniform(0, 6))]  # fmt: skip
+    options = {"nu": nu, "roller_model": "free", "effects": effects, "duration": 0.04, "accuracy": 1e-8}
+    return vehicle, options | {"control": False}
+
+
+def assert_obeys_the_laws(vehicle, run, options):
+    """In each row: forces in their ellipses, torques within their bounds and against the motion, and the ledger."""
+    ground, bearings, *_ = options["effects"]
+    for name, found in residuals(vehicle, ground, run, vehicle.mass * 9.8).items():
+        assert found.max(initial=0.0) <= 1e-11, name
+    spins, torques = run.contact_spin, contact_torques(run)
+    assert (np.abs(torques) <= np.array(bearings.roller_break_away) * (1 + 1e-11)).all()
+    turning = np.abs(spins) > 1e-9 * max(np.abs(spins).max(), 1.0)
+    assert (torques == -np.sign(spins) * np.array(bearings.roller_coulomb))[turning].all()
+    if bearings.wheel_coulomb is not None:
+        assert (np.abs(axle_torques(run)) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
+    scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-7 * scale
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_random_scenes_obey_the_laws_in_every_row(number):
+    vehicle, options = scene(number)
+    run = simulate(vehicle, **options)
+    assert run.stats["engine"] == "python"
+    assert_obeys_the_laws(vehicle, run, options)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [1, 2, *range(4, 24)])
+def test_more_random_scenes_obey_the_laws_in_every_row(number):
+    vehicle, options = scene(number)
+    assert_obeys_the_laws(vehicle, simulate(vehicle, **options), options)
+
+
+@pytest.mark.long
+def test_friction_with_named_speeds_tends_to_it():
+    """On the compiled engine, in whose runs no bearing sticks: friction fades. All rollers stop, and the vehicle."""
+    breaks, turns = 0.02, 0.002
+    named = {"wheel_speed": None, "roller_speed": None}
+    options = {"nu": (0.05, 0.03, 0.0), "roller_model": "free", "duration": 0.3, "control": False}
+    ground, times = Contact(law="coulomb", friction=0.5), np.linspace(0, 0.3, 31)
+
+    def run(**speeds):
+        bearings = Bearings(wheel_coulomb=breaks, roller_coulomb=turns, **speeds)
+        return simulate(CROSS, effects=[ground, bearings], accuracy=1e-9, **options)
+
+    sticks = run(**named)
+    assert not sticks.nu[-1].any() and sticks.stats["engine"] == "python"
+    distances = [distance_at(run(wheel_speed=speed, roller_speed=speed), sticks, times) for speed in (1e-2, 1e-3)]
+    assert 5 <= distances[0] / distances[1] <= 12
+
+
+def test_sessions_are_refused_and_say_why():
+    effects = [Contact(law="coulomb", friction=0.3), Bearings(roller_coulomb=1e-3)]
+    with pytest.raises(KernelsMissingError, match="rollers that stick beside contacts that stick"):
+        Session(CROSS, nu=(0, 0, 0), roller_model="free", effects=effects)
