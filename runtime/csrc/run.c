@@ -79,6 +79,7 @@
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"
+#include "approach.c"
 #include "steps.c"
 
 #if SET_IS_ACTED_ON
@@ -177,7 +178,7 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
         status = pass_instant(run, &work);
         if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
-        if (run->row_count == run->row_capacity) {
+        if (!has_room(run)) {
             status = OMNIROLL_RUN_FULL;
             break;
         }
