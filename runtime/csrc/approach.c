@@ -1,11 +1,11 @@
 /* A step towards the rest of a slip whose direction turns on the way: up to the rest, or near it.
  *
  * With the time to rest T - t, what the direction has left to turn goes like a power (T - t)^a, so that polynomials in
- * time converge slowly, however short a step is. Where a < 0 the slip leaves its direction: a roller that comes into contact
- * slips along the axle, which a lighter body gives way to, and turns at the very end of its slip. In the clock x with
- * t = T (1 - (1 - c x)^m) the rates per x have the power m (1 + a) - 1 of 1 - c x and are polynomials where rates are
- * constant: one step of the nodes in x makes the way for which steps in time are geometrically shrinking. c = 1: it ends
- * at the rest, and the instant comes out with it. c < 1: it leaves a part of the time, (1 - c)^m. m = 1: an ordinary step,
+ * time converge slowly, however short a step is. Where a < 0 the slip leaves its direction: a roller that comes into
+ * contact slips along the axle, where it is light, and turns at the very end of its slip. In the clock x with
+ * t = T (1 - (1 - c x)^m) the rates per x have the power m (1 + a) - 1 of 1 - c x, and are polynomials where rates are
+ * constant: one step of the nodes in x makes a way for which steps in time shrink geometrically. c = 1: it ends at the
+ * rest, and the instant comes out with it. c < 1: it leaves a part of the time, (1 - c)^m. m = 1: an ordinary step,
  * which ends at the rest.
  *
  * The rates that are integrated are those per x here. The caller gets such a step as several ones, with polynomials in
@@ -20,9 +20,8 @@
 #define FADES_FAST 10               /* 1 + a of what fades at the start of the way, not at its end:           */
 #define TRANSIENT 13                /* this part of it is followed in a step in time, since                   */
 #define FAST_MISSES 1e-5            /* of what turns the slip a step up to the rest would miss this           */
-#define TURNS_OVER_FROM 0.4         /* 1 + a of a slip that is just leaving its direction, up to              */
-#define TURNS_OVER_TO 1.6           /* that of one that is just coming to its last one: with m = 1            */
-#define OVER_MISSES 1e-4            /* a step up to the rest misses this of what turns the slip                */
+#define TURNS_OVER 0.4              /* 1 + a of a slip that is just leaving its direction                      */
+#define FEW_MISSES 1e-4             /* of what turns a slip a step up to the rest with m = 1 misses this        */
 #define LEAVING_POWER 5             /* m of a step that ends before                                          */
 #define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
 #define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
@@ -42,8 +41,8 @@ ALWAYS_INLINE double turns_slip(const step_t *s)
     return s->across*s->rest_in;
 }
 
-/* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: forces that turn
- * take away what is across, over how fast the slip falls. */
+/* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: how strongly
+ * forces that turn take away what is across, over how fast the slip falls. */
 static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
 {
     const int i = s->rests;
@@ -54,8 +53,9 @@ static void find_power_of_turn(const work_t *work, step_t *s, const double *towa
         const double *const response = response_to_force(s, i, k, i);
         per_turn[k] = response[0]*turned[0] + response[1]*turned[1];
     }
+    const double falls = hypot(s->slip_start[2*i], s->slip_start[2*i + 1])/s->rest_in;
     s->across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
-    s->fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])*s->rest_in/hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
+    s->fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])/falls;
 }
 
 /* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */
@@ -65,7 +65,7 @@ static int choose_clock(step_t *s)
     const double allowed = s->left_over[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
     const double turn = turns_slip(s)/(size*fabs(s->fades - 1));
     s->leaves = 0;
-    if (s->fades > TURNS_OVER_FROM && s->fades < TURNS_OVER_TO && OVER_MISSES*turns_slip(s) < allowed)
+    if (s->fades > TURNS_OVER && s->fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
         return 1;
     if (s->fades < 1 - MAKES_A_POWER) {
         s->leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->fades)), LEAVES_LEAST);
@@ -158,10 +158,10 @@ static int may_approach(const omniroll_run_t *run, const step_t *s, double longe
         && run->row_count + MOST_PIECES <= run->row_capacity;
 }
 
-/* A step towards the first rest, if there is one from here: of at most the length `longest`. most: of a step in time, which
- * may become less. */
-static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels, double longest, double *most,
-                         double size, double sweep_tolerance)
+/* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in
+ * time, which may become less. */
+static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels, double longest,
+                         double *most, double size, double sweep_tolerance)
 {
     if (!may_approach(run, s, longest))
         return NO_APPROACH;
@@ -202,8 +202,8 @@ static void keep_step_behind(omniroll_run_t *run, const step_t *s, double calm)
     run->calm_step = s->leaves > 0 ? run->step : 0;
 }
 
-/* A piece of such a step. Columns of `values` make the rates in time at the nodes of the piece from the Legendre coefficients
- * of those in the clock; `area` makes their integral up to its end. */
+/* A piece of such a step. Columns of `values` make the rates in time at the nodes of the piece from the Legendre
+ * coefficients of those in the clock; `area` makes their integral up to its end. */
 typedef struct {
     double from, to;                /* times over h                                                          */
     nodes_t values[NODES];
@@ -305,7 +305,8 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
 /* Whether there is room for the rows of the next step. Whoever gives fewer rows than that gets steps in time. */
 static int has_room(const omniroll_run_t *run)
 {
-    return run->row_count < run->row_capacity && (run->row_count <= 1 || run->row_count + MOST_PIECES <= run->row_capacity);
+    return run->row_count <= 1 ? run->row_count < run->row_capacity
+                               : run->row_count + MOST_PIECES <= run->row_capacity;
 }
 #else
 static int has_room(const omniroll_run_t *run)

@@ -23,6 +23,7 @@
  * slipping_rollers.c  and of their rollers
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
+ * approach.c     a step towards the rest of one that slips
  * cones.c        the small problem of which contacts can
  * linear.c       vectors of three numbers, and linear equations
  * loads.c        rates with loads that follow the motion
