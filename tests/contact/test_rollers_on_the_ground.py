@@ -383,7 +383,8 @@ def test_more_random_scenes_obey_the_laws_in_every_row(number):
 
 @pytest.mark.long
 def test_friction_with_named_speeds_tends_to_it():
-    """On the compiled engine, in whose runs no bearing sticks: friction fades. All rollers stop, and the vehicle."""
+    """On the compiled engine, in whose runs no bearing sticks: friction fades. All rollers stop, and the vehicle: the
+    distance falls by more than the named speed."""
     breaks, turns = 0.02, 0.002
     named = {"wheel_speed": None, "roller_speed": None}
     options = {"nu": (0.05, 0.03, 0.0), "roller_model": "free", "duration": 0.3, "control": False}
@@ -395,8 +396,8 @@ def test_friction_with_named_speeds_tends_to_it():
 
     sticks = run(**named)
     assert not sticks.nu[-1].any() and sticks.stats["engine"] == "python"
-    distances = [distance_at(run(wheel_speed=speed, roller_speed=speed), sticks, times) for speed in (1e-2, 1e-3)]
-    assert 5 <= distances[0] / distances[1] <= 12
+    distances = [distance_at(run(wheel_speed=speed, roller_speed=speed), sticks, times) for speed in (1e-3, 1e-4)]
+    assert distances[1] < 1e-4 and distances[0] > 8 * distances[1]
 
 
 def test_sessions_are_refused_and_say_why():
