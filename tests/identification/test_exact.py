@@ -44,14 +44,18 @@ def test_they_are_those_of_differences(roller_model):
 
 
 SLIPS = omniroll.Contact(law="regularised", friction=0.3, speed=0.02, wheel_rates=0)
+GRIPS = omniroll.Contact(law="coulomb", friction=0.3, wheel_rates=0)
 STICKS = omniroll.Bearings(wheel_coulomb=1e-3)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("effect, known", [(SLIPS, ("mass", "friction")), (STICKS, ("mass", "wheel_coulomb"))])
-def test_they_are_exact_where_wheels_slip_and_where_axles_stick(effect, known):
+@pytest.mark.parametrize("effects, known", [
+    ((SLIPS,), ("mass", "friction")), ((STICKS,), ("mass", "wheel_coulomb")),
+    ((SLIPS, STICKS), ("friction", "wheel_coulomb")), ((GRIPS, STICKS), ("friction", "wheel_coulomb")),
+], ids=["slip", "stick", "slip and stick", "stand"])  # fmt: skip
+def test_they_are_exact_where_wheels_slip_and_where_axles_stick(effects, known):
     """Between the readings that an event parts in one of the runs that are compared."""
-    found = prediction([DRIVE, effect])
+    found = prediction([DRIVE, *effects])
     names = (*known, "nu[1]", "gyro_delay")
     sizes = [max(found.model.size(name), 0.1) for name in names]
     slopes = found.slopes(names, sizes)
