@@ -302,15 +302,17 @@ static void put_pieces(omniroll_run_t *run, const step_t *s)
     run->row_count += count - 1;
 }
 
-/* Whether there is room for the rows of the next step. Whoever gives fewer rows than that gets steps in time. */
-static int has_room(const omniroll_run_t *run)
-{
-    return run->row_count <= 1 ? run->row_count < run->row_capacity
-                               : run->row_count + MOST_PIECES <= run->row_capacity;
-}
-#else
-static int has_room(const omniroll_run_t *run)
-{
-    return run->row_count < run->row_capacity;
-}
 #endif
+
+/* Whether there is room for the rows of the next step. A call that begins at the row `first` with little more than that
+ * makes steps in time. */
+static int has_room(const omniroll_run_t *run, long long first)
+{
+    long long rows = 1;
+#if SET_APPROACHES
+    if (run->row_capacity - first > MOST_PIECES + 1)
+        rows = MOST_PIECES;
+#endif
+    (void)first;
+    return run->row_count + rows <= run->row_capacity;
+}
