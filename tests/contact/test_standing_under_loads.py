@@ -393,6 +393,19 @@ def test_no_load_pulls_where_a_facet_is_told_before_it():
     by_compiled(161)
 
 
+@pytest.mark.long
+def test_a_vehicle_tips_of_which_one_wheel_is_off_already():
+    """Where the second load vanishes those that are left act on a line: with the wheel that is off they would have the
+    same loads, and none on it."""
+    vehicle, options = scene(58)
+    instants = []
+    for engine in ENGINES:
+        with pytest.raises(SimulationStopped, match="tips over the edge of its wheels 0 and 3") as caught:
+            simulate(vehicle, engine=engine, **options)
+        instants.append(caught.value.t)
+    assert instants[0] == pytest.approx(instants[1], rel=1e-10)
+
+
 @pytest.mark.parametrize("number", [2, 6])
 def test_both_engines_make_the_same_motion(number):
     compare(number)
