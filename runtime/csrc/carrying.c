@@ -173,13 +173,15 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
     } while (turned);
 }
 
-/* Whether the mode of a contact is not its own in this set. What comes back begins with no load: if its friction takes the
- * load away again, neither mode is its own. */
+/* Whether the mode of a contact is not its own in this set. What comes back begins with no load: if its friction takes
+ * the load away again, neither mode is its own. Where the others' loads act on a line a contact that is off has none
+ * either way, and stays off. */
 static int is_wrong(const omniroll_run_t *run, const carrying_t *set, int i)
 {
     const omniroll_grip_t *const grip = run->grips + i;
     const double pull = set->carries[i] ? -set->compression[i] : set->compression[i];
-    return !(pull <= (grip->regained ? AT_EVENT : FITS)*run->ground.weight) && !grip->dropped;
+    const int comes_back = set->carries[i] && !grip->carries;
+    return !(pull <= (grip->regained ? AT_EVENT : comes_back ? -FITS : FITS)*run->ground.weight) && !grip->dropped;
 }
 
 /* How many contacts change their mode with this set. */

@@ -178,9 +178,11 @@ class Loads:
 
     def _wrong(self, carries: np.ndarray, found: Carried) -> np.ndarray:
         """(N,) contacts whose mode is not theirs. What comes back begins with no load: if its friction takes the load
-        away again, neither mode is its own."""
+        away again, neither mode is its own. Where the others' loads act on a line a contact that is off has none either
+        way, and stays off."""
         pulls = np.where(carries, -found.compression, found.compression)
-        return ~(pulls <= np.where(self.taken, AT_EVENT, FITS) * self.weight) & ~self.dropped
+        within = np.where(self.taken, AT_EVENT, np.where(carries & ~self.carries, -FITS, FITS))
+        return ~(pulls <= within * self.weight) & ~self.dropped
 
     def _refuse(
         self, tried: list[tuple[np.ndarray, Carried]], fits: list[tuple[np.ndarray, Carried]], friction: bool
