@@ -26,7 +26,7 @@ from .expressions import (
     symbols,
 )
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
-from .settling import settled, tightened
+from .settling import settled, taken_out, tightened
 from .tangents import Body, Column, Rules, Tangents, changes_in_loops
 
 REQUEST = "derivatives_by_"
@@ -93,10 +93,10 @@ class Derivatives:
         residual = next((of for of in self.residuals if of.function == name and of.program in named), None)
         if residual is None:
             return Differentiable(own, own.arguments, self.rules)
-        of_wheel = named.get(residual.of_wheel)
+        program, of_wheel = taken_out(named[residual.program]), named.get(residual.of_wheel)
         return Differentiable(
-            replace(named[residual.program], name=name, summary=own.summary), own.arguments,
-            self.rules.holding(self.held), residual.still(named[residual.program]),
+            replace(program, name=name, summary=own.summary), own.arguments,
+            self.rules.holding(self.held), residual.still(program),
             residual.moved(of_wheel) if of_wheel else (), of_wheel.elements if of_wheel else {},
         )  # fmt: skip
 
@@ -246,7 +246,8 @@ class Numbers:
     def _prepared(self, prepare: Function) -> Function:
         """`prepare` with the slopes of the fields; one that is a number or another field needs no field."""
         tangents, named = tangents_of(prepare, self.rules), {field.name for field in self.sources}
-        needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named)))
+        read_by_rules = {by for name in named for by in self.rules.slopes.get(name, ())}
+        needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named | read_by_rules)))
         columns = [(d, self._column(d, prepare)) for d in self.directions]
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]

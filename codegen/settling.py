@@ -5,11 +5,12 @@ does not move them, such a sum stays at its start; it costs a name and an additi
 its value, and so does a sum up to what is added right in its block.
 
 What is differentiated by numbers is tightened besides: products that one other product alone reads are part of it, and
-a factor that terms have in common is taken out of their sum.
+a factor that terms have in common is taken out of their sum. Before it is differentiated, factors that a loop does not
+change are taken out of what it adds up.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 from .expressions import (
@@ -45,6 +46,56 @@ def tightened(function: Function) -> Function:
     found = settled(function)
     body = settler_of(found).opened(found.body)
     return without_dead_steps(replace(found, body=body))
+
+
+def taken_out(function: Function) -> Function:
+    """The same function where factors that a loop does not change are taken out of what it adds up: the slopes of these
+    need no sum of their own."""
+    changes = Counter(step.name for step in steps(function.body) if step.kind in ("add", "update"))
+    known = {name for name, element in function.elements.items() if not element.index}
+    known |= {node.name for node in function.body if isinstance(node, Step) and node.kind == "let"}
+    starts = {
+        node.name: node for node in function.body
+        if isinstance(node, Step) and node.kind == "var" and node.expression == ZERO and changes[node.name] == 1
+    }  # fmt: skip
+    out: dict[str, list[Expression]] = {}
+    kept: list[Step | Loop] = []
+    for node in function.body:
+        own = _factors(node, starts.keys(), known) if isinstance(node, Loop) else {}
+        kept.append(replace(node, body=tuple(_without(step, own) for step in node.body)) if own else node)
+        for name, factors in own.items():
+            kept.append(replace(starts[name], kind="let", expression=Product((*factors, Symbol(apart(name))))))
+        out |= own
+    renamed = (replace(node, name=apart(node.name)) if node in starts.values() and node.name in out else node
+               for node in kept)  # fmt: skip
+    return replace(function, body=tuple(renamed))
+
+
+def apart(name: str) -> str:
+    """Of a sum without factors that were taken out of it."""
+    return f"{name}_apart"
+
+
+def _factors(loop: Loop, sums: Collection[str], known: set[str]) -> dict[str, list[Expression]]:
+    """The factors, by the sum that a loop adds to and does not read, that are known before it."""
+    read = set().union(*(symbols(step.expression) for step in steps(loop.body)))
+    found = {}
+    for step in loop.body:
+        if isinstance(step, Step) and step.kind == "add" and step.name in sums and step.name not in read:
+            _, factors = split_coefficient(step.expression)
+            outside = [factor for factor in factors if isinstance(factor, Symbol) and factor.name in known]
+            if 0 < len(outside) < len(factors):
+                found[step.name] = outside
+    return found
+
+
+def _without(step: Step | Loop, factors: Mapping[str, list[Expression]]) -> Step | Loop:
+    """A step that adds to a sum, without these factors of it."""
+    if not (isinstance(step, Step) and step.name in factors):
+        return step
+    value, own = split_coefficient(step.expression)
+    rest = with_coefficient(value, [factor for factor in own if factor not in factors[step.name]])
+    return replace(step, name=apart(step.name), expression=rest)
 
 
 def settler_of(function: Function) -> "_Settler":
