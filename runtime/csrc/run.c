@@ -23,7 +23,6 @@
  * slipping_rollers.c  and of their rollers
  * complementarity.c  the small problem of which bearings can hold
  * grip.c         which contacts stick on the ground
- * approach.c     a step towards the rest of one that slips
  * cones.c        the small problem of which contacts can
  * linear.c       vectors of three numbers, and linear equations
  * loads.c        rates with loads that follow the motion
@@ -84,7 +83,6 @@
 #include "transitions.c"
 #include "inputs.c"
 #include "distance.c"
-#include "approach.c"
 #include "steps.c"
 
 #if SET_IS_ACTED_ON
@@ -178,13 +176,12 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, &work);
 #endif
-    const long long first = run->row_count;
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
         if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
-        if (!has_room(run, first)) {
+        if (run->row_count == run->row_capacity) {
             status = OMNIROLL_RUN_FULL;
             break;
         }
