@@ -1,38 +1,12 @@
 /* The compiled engine: a run is phases, events and transitions, until its duration is over.
  *
- * nodes.h        sums over the nodes of a step
- * step.h         what a step works on
- * collocation.c  a step: the state at its nodes
- * stiff.c        where its rates are stiff
- * bends.c        where they bend
- * steps.c        a step of a run: its guess, its tries, its end
- * axle_slopes.c  how axles' friction changes its rates
- * coupled.c      where friction couples the speeds of wheels that slip: its rates at the nodes, implicitly
- * directions.c   where contacts slip under Coulomb's friction: their forces at the nodes
- * contact_rows.c  how rollers in contact turn with nu
- * events.c       where it ends
- * contact_events.c  and where contacts with the ground end it
- * rows.c         what the caller gets, and memory for the rest
- * parts.c        memory laid out part by part
- * instant.c      the rates at an instant
- * own_events.c   and where bearings with rates of their own end it
- * own_bearings.c  the modes of these
- * sticking.c     which bearings stick
- * spins.c        and which of those of free rollers
- * slipping_axles.c  the same of axles where wheels may slip
- * slipping_rollers.c  and of their rollers
- * complementarity.c  the small problem of which bearings can hold
- * grip.c         which contacts stick on the ground
- * cones.c        the small problem of which contacts can
- * linear.c       vectors of three numbers, and linear equations
- * loads.c        rates with loads that follow the motion
- * loaded_axles.c  which axles stick then, where contacts do not
- * standing_sets.c what sets of contacts and axles that stick leave of nu
- * carrying.c     which contacts carry then
- * transitions.c  what happens at an instant
- * inputs.c       what acts on the vehicle between two events
- * distance.c     how far two runs are apart
- * members.c      many runs that go on together */
+ * run/         what happens at instants, what acts, what the caller gets
+ * step/        a step: the state at its nodes, and where it ends
+ * bearings/    bearings that stick, of axles and of rollers
+ * ground/      contacts with the ground: Coulomb's friction, and loads that follow the motion
+ * deviations/  deviations of a run, a library by itself
+ *
+ * docs/architecture.md says what each file does. */
 #include "set_in_lanes.h"
 
 #include "engine_set.h"
@@ -51,39 +25,39 @@
 #include "parts.c"
 #include "linear.c"
 #if SET_HOLDS || SET_STANDS
-#include "complementarity.c"
+#include "bearings/complementarity.c"
 #endif
-#include "loads.c"
-#include "collocation.c"
-#include "bends.c"
+#include "ground/loads.c"
+#include "step/collocation.c"
+#include "step/bends.c"
 #if SET_IS_COUPLED
-#include "coupled.c"
+#include "step/coupled.c"
 #endif
-#include "directions.c"
-#include "contact_rows.c"
-#include "events.c"
-#include "contact_events.c"
-#include "own_events.c"
-#include "standing_events.c"
-#include "rows.c"
-#include "instant.c"
-#include "own_bearings.c"
-#include "spins.c"
-#include "sticking.c"
-#include "slipping_axles.c"
-#include "slipping_rollers.c"
+#include "ground/directions.c"
+#include "bearings/contact_rows.c"
+#include "step/events.c"
+#include "ground/contact_events.c"
+#include "bearings/own_events.c"
+#include "ground/standing_events.c"
+#include "run/rows.c"
+#include "run/instant.c"
+#include "bearings/own_bearings.c"
+#include "bearings/spins.c"
+#include "bearings/sticking.c"
+#include "bearings/slipping_axles.c"
+#include "bearings/slipping_rollers.c"
 #if SET_GRIPS
-#include "cones.c"
+#include "ground/cones.c"
 #endif
-#include "loaded_axles.c"
-#include "standing_sets.c"
-#include "carrying.c"
-#include "grip.c"
-#include "standing.c"
-#include "transitions.c"
-#include "inputs.c"
-#include "distance.c"
-#include "steps.c"
+#include "bearings/loaded_axles.c"
+#include "ground/standing_sets.c"
+#include "ground/carrying.c"
+#include "ground/grip.c"
+#include "ground/standing.c"
+#include "run/transitions.c"
+#include "run/inputs.c"
+#include "run/distance.c"
+#include "step/steps.c"
 
 #if SET_IS_ACTED_ON
 /* A row with the inputs of the phase that starts now, if they are not those of the last row. */
@@ -221,4 +195,4 @@ int omniroll_run(omniroll_run_t *run, const omniroll_model *model)
     return run_phases(run, model, OWN_WHEELS(run->wheels));
 }
 
-#include "members.c"
+#include "run/members.c"

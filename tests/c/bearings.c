@@ -14,7 +14,7 @@
 #define PASSED 16
 
 #include "linear.c"
-#include "complementarity.c"
+#include "bearings/complementarity.c"
 
 static void read(double *numbers, int count)
 {

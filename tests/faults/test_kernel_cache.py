@@ -143,7 +143,9 @@ def test_the_digest_of_the_sources_knows_each_of_them(tmp_path):
     for name in ("programs", "effects", "symbols", "bounds"):
         (folders[0] / f"{name}.json").write_text(name)
     found = [building.sources_digest(*folders)]
-    for path in ("data/programs.json", "codegen/a.py", "codegen/templates/a.j2", "csrc/a.c", "csrc/a.h", "c/gauss.h"):
+    of_data_and_codegen = ("data/programs.json", "codegen/a.py", "codegen/templates/a.j2")
+    for path in (*of_data_and_codegen, "csrc/a.c", "csrc/room/a.h", "c/gauss.h"):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).write_text("new")
         found.append(building.sources_digest(*folders))
     assert len(set(found)) == len(found)

@@ -41,7 +41,7 @@ def test_m13_in_five_hops(name):
     )
     assert "steps row_matrix, from maxima/forms/system.mac" in texts["data"]
     assert re.search(r"generated/c/free\.c m13 \+=", texts["code"]) and "generated/python/free.py m13" in texts["code"]
-    assert "runtime/csrc/collocation.c core_rates(" in texts["engine"]
+    assert "runtime/csrc/step/collocation.c core_rates(" in texts["engine"]
 
 
 @pytest.mark.parametrize("symbol", SYMBOLS)

@@ -1,4 +1,4 @@
-"""Deviations followed along a run in C: runtime/csrc/following.c, on the functions of the run's set with their slopes.
+"""Deviations followed along a run in C: runtime/csrc/deviations/following.c, on the set's functions with their slopes.
 
 The library of a set is compiled where it is not built, when sensitivities are asked for the first time; a run that is
 asked for none needs none.

@@ -26,7 +26,7 @@ ENGINE_FLAGS = ("-Wno-psabi", "-fpeel-loops", "-fno-math-errno")
 THOROUGH = ("-fno-schedule-insns2",)  # that pass makes GCC's vectors of -O2 slower by up to a third
 QUICK = ("-O1", "-fexpensive-optimizations")  # 60 % of its time; of two levels the last one holds
 ENGINE_SOURCES = ("run.c", "batch.c")
-VARIATIONS_SOURCES = ("following.c",)  # with the set's pair
+VARIATIONS_SOURCES = ("deviations/following.c",)  # with the set's pair
 SLIPPING = "contact"  # the effect that laws of the ground need
 SOURCES = "sources.sha256"  # of what the libraries of a folder are made from
 UNROLLED = (3, 4)  # numbers of wheels that an engine is compiled for; one without a number takes any
@@ -152,10 +152,10 @@ def sources_digest(data: Path, codegen: Path, engine: Path, constants: Path) -> 
     found = hashlib.sha256()
     for name in ("programs", "effects", "symbols", "bounds"):
         found.update((data / f"{name}.json").read_bytes())
-    for folder in (codegen, codegen / "templates", engine, constants):
-        for entry in sorted(folder.iterdir()):
+    for folder in (codegen, engine, constants):
+        for entry in sorted(folder.rglob("*")):
             if entry.suffix in (".py", ".j2", ".c", ".h"):
-                found.update(entry.name.encode() + entry.read_bytes())
+                found.update(entry.relative_to(folder).as_posix().encode() + entry.read_bytes())
     return found.hexdigest()
 
 

@@ -401,10 +401,10 @@ def _engine(functions: tuple[str, ...]) -> list[Place]:
     if not functions:
         return []
     pattern = "|".join(map(re.escape, functions))
-    solved = _lines(_package_folder("omniroll.csrc"), r"^\s*core_rates\(") if "forward_dynamics" in functions else []
+    solved = _lines(_engine_rooms(), r"^\s*core_rates\(") if "forward_dynamics" in functions else []
     return [
         *(replace(place, text=f"{place.text}   (core_rates calls forward_dynamics)") for place in solved),
-        *_lines(_package_folder("omniroll.csrc"), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\("),
+        *_lines(_engine_rooms(), rf"\b(?:lanes|omniroll|set)_(?:{pattern})\("),
         *_lines(_package("engine", "effects", "kernels", "results"), rf"\.(?:{pattern})\(|call\(\"(?:{pattern})\""),
     ]
 
@@ -421,8 +421,10 @@ def _package(*rooms: str) -> list[Path]:
     return [root / room for room in rooms]
 
 
-def _package_folder(package: str) -> Path:
-    return Path(str(resources.files(package)))
+def _engine_rooms() -> list[Path]:
+    """The folders of the engine's C."""
+    root = Path(str(resources.files("omniroll.csrc")))
+    return [root, *sorted(filter(Path.is_dir, root.iterdir()))]
 
 
 def _maxima_folder() -> Path:

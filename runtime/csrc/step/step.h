@@ -3,7 +3,7 @@
 #ifndef OMNIROLL_STEP_H
 #define OMNIROLL_STEP_H
 
-#include "nodes.h"
+#include "step/nodes.h"
 
 #define MOST_UNKNOWNS (3*NODES)     /* nu' at the nodes                                                     */
 #define GRIP_ROUNDINGS 64           /* of what a contact that sticks takes, which is what is left of other forces */

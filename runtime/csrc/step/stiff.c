@@ -118,7 +118,7 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
     }
 }
 
-#include "axle_slopes.c"
+#include "step/axle_slopes.c"
 
 #if SET_HAS_SLOPES
 /* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with

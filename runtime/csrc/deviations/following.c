@@ -8,10 +8,10 @@
  * apart.c        numbers of its core that hang together through nu alone
  * passages.c     a switch
  * rests.c        slips that come to rest */
-#include "variations.c"
+#include "deviations/variations.c"
 
-#include "passages.c"
-#include "rests.c"
+#include "deviations/passages.c"
+#include "deviations/rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)

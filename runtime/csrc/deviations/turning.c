@@ -12,7 +12,7 @@
  * felt: they move with these in every direction (slipping.c), and their own rates are known when all others are.
  *
  * The rest of the core of a wheel acts upon itself and nu, so that it is eliminated wheel by wheel (blockwise.c). */
-#include "blockwise.c"
+#include "deviations/blockwise.c"
 
 /* How a wheel's angle goes with the core: by its own rate, or where this follows from nu, by nu. */
 static void put_carries(variations_t *w, long long row, int i)

@@ -13,7 +13,7 @@
 
 #include "along_set.h"
 #include "gauss.h"
-#include "variations_calls.h"
+#include "deviations/variations_calls.h"
 
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
@@ -137,7 +137,7 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 #endif
 }
 
-#include "slipping.c"
+#include "deviations/slipping.c"
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
@@ -458,9 +458,9 @@ NEVER_INLINE void solve(const equations_t *e)
 }
 
 #if SET_GRIPS
-#include "turning.c"
+#include "deviations/turning.c"
 #else
-#include "apart.c"
+#include "deviations/apart.c"
 #endif
 
 static void put_slopes(variations_t *w, long long step, long long row)

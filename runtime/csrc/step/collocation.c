@@ -9,7 +9,7 @@
  * kernel. What a set does not have is not compiled. */
 #include "engine.h"
 
-#include "step.h"
+#include "step/step.h"
 
 #define TURN 6.283185307179586
 #if SET_GRIPS
@@ -240,7 +240,7 @@ ALWAYS_INLINE void keep_held_force(step_t *s, const int wheels, int b, const arr
     (void)s, (void)wheels, (void)b, (void)at;
 }
 
-#include "stiff.c"
+#include "step/stiff.c"
 
 #if SET_IS_COUPLED
 NEVER_INLINE double coupled_sweep(step_t *s, const int wheels, int renew);
