@@ -257,7 +257,9 @@ def test_what_does_not_fit_is_refused():
             make()
         assert refused.value.field == field
     for make in (
-        lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[Contact(law="coulomb", friction=0.5), stick]),
+        lambda: simulate(
+            PAPER, nu=(0, 0, 0), duration=0, effects=[Contact(law="coulomb", friction=0.5, loads="dynamic"), stick]
+        ),
         lambda: simulate(
             PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)]
         ),

@@ -194,7 +194,8 @@ def _opened_engine(base: str, effects: tuple[str, ...], wheels: int | None, shar
 @cache
 def _opened_variations(base: str, effects: tuple[str, ...], wheels: int | None, sharp: bool) -> SimpleNamespace:
     place, file = _engine(base, effects, wheels, sharp, "variations")
-    return _opened(place, file, "double", [(_engine_sources() / "variations_calls.h").read_text(encoding="utf-8")])
+    calls = _engine_sources() / "deviations/variations_calls.h"
+    return _opened(place, file, "double", [calls.read_text(encoding="utf-8")])
 
 
 def _opened(place: Path, file: str, number_type: str, further: list[str]) -> SimpleNamespace:
