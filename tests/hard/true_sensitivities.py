@@ -60,7 +60,7 @@ class Moved(Mechanics):
         if number in ("torque", "voltage"):
             own = self.acting.tables
             own[:] = [self._with_larger(table) if table.signal == number else table for table in own]
-        if number == "wheel_coulomb" and self.axles is not None:  # without a break-away torque of its own
+        if split(name)[0] == "wheel_coulomb" and self.axles is not None:  # without a break-away torque of its own
             self.axles.sliding = larger(self.axles.sliding, self.place, change)
             self.axles.holding = larger(self.axles.holding, self.place, change)
 

@@ -99,7 +99,7 @@ def test_just_before_a_slip_comes_to_rest(rest):
         runs = [true_ground.Run(task, "mass", side * change) for side in (1, -1)]
         for beside in runs:
             beside.to_the_end()
-        wanted = true_sensitivities.difference([beside.y for beside in runs], change)
+        wanted = true_sensitivities.quotient(*(beside.y for beside in runs), 2 * change)
     assert sum(what[2] == "sticks" for what in runs[0].log) == rest
     assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-9 * np.abs(wanted).max()
 

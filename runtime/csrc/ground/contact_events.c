@@ -191,8 +191,9 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
         double reached = rate > least_rate ? s->h - value/rate : s->h/2;
-        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise && !(fabs(reached - s->h) <= s->reach*s->h))
-            reached = fmin(s->h, length);               /* no other length comes nearer to rest      */
+        /* No other length comes nearer to rest; but where wheels stand the noise is more than rounding, and it may. */
+        if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise && !(SET_STANDS && fabs(reached - s->h) <= s->reach*s->h))
+            reached = fmin(s->h, length);
         if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;
