@@ -71,6 +71,9 @@ WRONG = {
     "loads of equal springs": "subst(first(solve(makelist(lsum(spring_change[k]*append([1], spring_places[k])[m], "
     "k, [1, 2, 3, 4]), m, 1, 3), rest(spring_change, -1))), "
     "lsum(spring_load(spring_places[k])^2*spring_change[k], k, [1, 2, 3, 4]))",
+    "roller that sticks, slip, steps": "in_paper_symbols(in_ground_symbols(subst([contact_sticks = 1, "
+    "axial = -yaw_rate_of_nu*sin(chi)], meaning(slip_rate_axle, append(slip_known, disk_turn_steps, "
+    "disk_contact_steps, bearing_slip_rate_steps), []))) - psubst(rho_rules, axle_row . nu_dot))",
     "springs, plane": "map(lambda([v], diff(psubst(run(append(beside_steps, compression_steps), []), compression), "
     "v)), [place_1, place_2])",
     "sliding force, slope": "map(lambda([row], row . reverse(direction_of_slip)), sliding_slope)",
