@@ -244,14 +244,43 @@ static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const
     return !run->ground.failure;
 }
 
-/* Whether there are loads where all stick that `rests`. They are taken, or those of the last state: friction that would
- * lift wheels may give way before. */
-static int carries_at_rest(omniroll_run_t *run, const work_t *work, const int *rests)
+/* Why there are no loads, and what compressions were found. */
+typedef struct {
+    omniroll_ground_t ground;
+    double compression[MOST_WHEELS];
+} refusal_t;
+
+static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
+{
+    refusal->ground = run->ground;
+    for (int i = 0; i < run->wheels; i++)
+        refusal->compression[i] = run->grips[i].load;
+}
+
+static int tips(const omniroll_ground_t *ground)
+{
+    return ground->failure == OMNIROLL_LOADS_NONE && ground->failure_is_regular;
+}
+
+/* What is done failed in its turn: the refusal that has led there is told if that alone says of tipping. */
+static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
+{
+    if (!tips(&at_rest->ground) || tips(&run->ground))
+        return;
+    run->ground = at_rest->ground;
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].load = at_rest->compression[i];
+}
+
+/* Whether there are loads where all stick that `rests`; else why not, in `at_rest`. They are taken, or those of the last
+ * state: friction that would lift wheels may give way before. */
+static int carries_at_rest(omniroll_run_t *run, const work_t *work, const int *rests, refusal_t *at_rest)
 {
     double before[MOST_WHEELS];
     for (int i = 0; i < run->wheels; i++)
         before[i] = run->grips[i].load;
     const int found = decide_carrying_beside(run, work, rests, rests);
+    keep_refusal(run, at_rest);
     for (int i = 0; i < run->wheels && !found; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         grip->carries &= !grip->dropped;
@@ -346,9 +375,10 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     find_resting_contacts(run, work);
 #if SET_LOADS
     int rests[MOST_WHEELS];
+    refusal_t at_rest;
     for (int i = 0; i < run->wheels; i++)
         rests[i] = run->grips[i].resting;
-    may_stick = carries_at_rest(run, work, rests);
+    may_stick = carries_at_rest(run, work, rests, &at_rest);
 #endif
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
@@ -371,8 +401,10 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
     }
     if (resting && (released || too_much || !may_stick)) {
 #if SET_LOADS
-        if (!settle_loads(run, work, rests, beyond))
+        if (!settle_loads(run, work, rests, beyond)) {
+            tell_what_tips(run, &at_rest);
             return;
+        }
 #else
         decide_contacts_in_rounds(run, work, beyond);
 #endif

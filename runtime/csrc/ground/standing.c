@@ -497,6 +497,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
 {
     lanes_t nu_dot[3];
     int rests[MOST_WHEELS], resting = 0;
+    refusal_t at_rest;
     for (int i = 0; i < run->wheels; i++) {
         omniroll_grip_t *const grip = run->grips + i;
         const int gone = grip->released && grip->load <= FITS*run->ground.weight;       /* rule 5                  */
@@ -505,12 +506,16 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     }
     stop_resting_axles(run);
     turn_own(run, work, 1);
-    const int may_stick = carries_at_rest(run, work, rests);
+    const int may_stick = carries_at_rest(run, work, rests, &at_rest);
     for (int i = 0; i < run->wheels; i++)
         resting |= run->grips[i].resting;
     if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
         return 0;
-    if (!settle_standing(run, work, rests) || !is_determined(run, work))
+    if (!settle_standing(run, work, rests)) {
+        tell_what_tips(run, &at_rest);
+        return 0;
+    }
+    if (!is_determined(run, work))
         return 0;
     stand(run, work);
     rates_at_this_instant(run, work, run->wheels, nu_dot);

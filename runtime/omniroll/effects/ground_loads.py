@@ -46,11 +46,11 @@ SumsOf = Callable[[np.ndarray], np.ndarray]  # from loads (..., N) that friction
 
 class GroundFailsError(ArithmeticError):
     """The ground and the vehicle do not go on together; `wheel` is the number of one that has to do with it, and
-    `failure` one of FAILURES."""
+    `failure` one of FAILURES; `tips`, whether that is since the vehicle tips."""
 
-    def __init__(self, reason: str, wheel: int, failure: str):
+    def __init__(self, reason: str, wheel: int, failure: str, tips: bool = False):
         super().__init__(reason)
-        self.wheel, self.failure = wheel, failure
+        self.wheel, self.failure, self.tips = wheel, failure, tips
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ class Loads:
             f"the vehicle tips over the edge of its wheels {min(edge)} and {max(edge)}: the loads act there{over}, and "
             "no wheel holds beyond"
         )
-        raise GroundFailsError(reason, min(edge), NONE)
+        raise GroundFailsError(reason, min(edge), NONE, tips=True)
 
     def refuse(self, what: str, found: Carried) -> NoReturn:
         """Raises GroundFailsError: loads and friction `what`."""

@@ -3,10 +3,13 @@
 Where contacts at rest may give way, their friction depends on the loads and the loads on their friction: one is found
 for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. That
 begins with the loads where all of them stick; where there are none, since friction would lift wheels that gives way
-before, with those of the last state.
+before, with those of the last state. Where that has no end either, the vehicle tips if it does so in one of the two.
 
 The laws that are smooth have no contacts that stick; theirs carry or are off (smooth_ground.py).
 """
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -45,6 +48,17 @@ class LoadBalance:
         for call in self.calls:
             call()
         return self.buffers["load_sums"].copy()
+
+
+@contextmanager
+def telling_what_tips(at_rest: GroundFailsError | None) -> Iterator[None]:
+    """Raises GroundFailsError as what is done does; or `at_rest`, which led there, if that alone says of tipping."""
+    try:
+        yield
+    except GroundFailsError as fails:
+        if at_rest and at_rest.tips and not fails.tips:
+            raise at_rest from None
+        raise
 
 
 class LoadedGround(Ground):
@@ -87,19 +101,20 @@ class LoadedGround(Ground):
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on
         self.aim(slip, ~rests)
         unit = self.sliding_forces(np.ones(len(self.sticks)))
-        may_stick = self._carries_at_rest(unit, rests, dynamics)
+        at_rest = self._fails_at_rest(unit, rests, dynamics)
         self.resting = rests & ~self.off
         if not self.resting.any():
             return
-        if may_stick and not self.released.any():
+        if not at_rest and not self.released.any():
             held, _ = self._under(self.load, dynamics, self.sticks, unit * self._slides[:, None])
             beyond, rounding = self.used_up(held)
             if not (self.sticks & (beyond > PASSED * rounding)).any():
                 return
-        self._settle(rests, dynamics)
+        with telling_what_tips(at_rest):
+            self._settle(rests, dynamics)
 
-    def _carries_at_rest(self, unit: np.ndarray, rests: np.ndarray, dynamics: Dynamics) -> bool:
-        """Whether there are loads where all `rests` (N,) bool stick. They are taken, or those of the last state."""
+    def _fails_at_rest(self, unit: np.ndarray, rests: np.ndarray, dynamics: Dynamics) -> GroundFailsError | None:
+        """Why there are no loads where all `rests` (N,) bool stick: those of the last state are taken then."""
         try:
             self._carry(unit, rests, dynamics)
         except GroundFailsError as fails:
@@ -109,8 +124,8 @@ class LoadedGround(Ground):
             self.load = np.where(self.off, 0.0, self.load)
             if not (rests & ~self.off).any():
                 raise
-            return False
-        return True
+            return fails
+        return None
 
     @property
     def _slides(self) -> np.ndarray:

@@ -24,7 +24,7 @@ from omniroll.effects.bound_rates import BoundRates
 from omniroll.effects.ground import Dynamics, Grip
 from omniroll.effects.ground_loads import DETERMINED, FITS, MOST, UNDETERMINED, UNSETTLED, carried
 from omniroll.effects.ground_with_axles import Evaluate, GroundWithAxles
-from omniroll.effects.loaded_ground import SETTLED, TURNS, LoadedGround
+from omniroll.effects.loaded_ground import SETTLED, TURNS, LoadedGround, telling_what_tips
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.kernels.kernel import Kernel
 
@@ -58,19 +58,25 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
             evaluate(sticks, self.axles.modes == 0, pushed, self.axles.torques())
             return self.held["ground_force"].copy(), self.held["slip_dot"].copy()
 
-        rests, one = self.resting | self.still, np.ones(len(slip))
-        let_go = self.released.copy(), self.axles.released.copy()
+        rests = self.resting | self.still
         self.aim(slip, ~rests)
         self.axles.modes[self.axles.resting] = 0
-        self._carries_at_rest(self.sliding_forces(one), rests, dynamics)
+        unit = self.sliding_forces(np.ones(len(slip)))
+        with telling_what_tips(self._fails_at_rest(unit, rests, dynamics)):
+            self._settle_beside_axles(slip, rests, evaluate, dynamics)
+        self._refuse_unless_determined(dynamics)
+
+    def _settle_beside_axles(self, slip: np.ndarray, rests: np.ndarray, evaluate: Evaluate, dynamics: Dynamics) -> None:
+        """Modes for the loads, and the loads for the modes; `rests` (N,) bool, contacts whose slip is zero."""
+        let_go = self.released.copy(), self.axles.released.copy()
         for _ in range(TURNS):
             before = self.load
             self.resting = rests & ~self.off
             self.released, self.axles.released = (own.copy() for own in let_go)
             super().begin(slip, evaluate)
-            found = self._carry(self.sliding_forces(one), self.sticks | (rests & self.off), dynamics)
+            unit = self.sliding_forces(np.ones(len(rests)))
+            found = self._carry(unit, self.sticks | (rests & self.off), dynamics)
             if np.abs(self.load - before).max() <= SETTLED * self.loads.weight:
-                self._refuse_unless_determined(dynamics)
                 return
         self.loads.refuse(UNSETTLED, found)
 
