@@ -326,6 +326,8 @@ def test_axles_that_feed_themselves_are_refused(engine):
 
 # ---- random scenes ---------------------------------------------------------------------------------------------------
 
+MISSED = 161  # a scene that misses 1e-12 in one row
+
 
 def scene(number):
     """A vehicle whose contacts and axles may all stick under loads that follow, and the arguments of its run."""
@@ -380,7 +382,7 @@ def by_compiled(number):
 def test_the_compiled_engine_obeys_the_laws_in_every_row_of_more_scenes():
     """All modes are among them, and loads that vanish."""
     modes, off = set(), 0
-    for number in range(20, 160):
+    for number in sorted(set(range(20, 300)) - {MISSED}):
         run = by_compiled(number)
         modes |= set(zip(run.sticks.ravel().tolist(), (run.quantity("rates") == 0).ravel().tolist(), strict=True))
         off += (run.drive[:, run.effects.drives().index("carries")] == 0).any()
@@ -388,9 +390,9 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row_of_more_scenes():
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="a load pulls by 4.9e-12 of the weight in the row where it vanishes", raises=AssertionError)
+@pytest.mark.xfail(reason="a load pulls in the row where it vanishes: friction is 4.5e-12 off", raises=AssertionError)
 def test_no_load_pulls_where_a_facet_is_told_before_it():
-    by_compiled(161)
+    by_compiled(MISSED)
 
 
 @pytest.mark.long
