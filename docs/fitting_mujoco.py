@@ -13,4 +13,4 @@ def draw(folder: Path) -> None:
     sys.path.insert(0, str(TESTS))
     from identification import mujoco_logs
 
-    mujoco_logs.fit_of(0).picture(folder / "fitting-mujoco.png")
+    mujoco_logs.fit_of(0, mujoco_logs.FEW_SPHERES).picture(folder / "fitting-mujoco.png")

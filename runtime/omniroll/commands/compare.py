@@ -35,6 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--friction", type=float, metavar="X", default=1.0, help="coefficient between rollers and ground; default: 1"
     )
     parser.add_argument(
+        "--spheres", type=int, metavar="N", default=101, help="spheres that stand for a roller; default: 101"
+    )
+    parser.add_argument(
         "--output",
         type=Path,
         metavar="DIR",
@@ -53,7 +56,8 @@ def run(arguments: argparse.Namespace) -> int:
         value = getattr(arguments, name)
         if value is not None and not 0 < value < math.inf:
             raise InvalidValueError(f"--{name}", value, "must be positive")
-    found = beside_mujoco(scene, step=arguments.step, friction=arguments.friction, duration=arguments.duration)
+    options = {name: getattr(arguments, name) for name in ("step", "friction", "spheres", "duration")}
+    found = beside_mujoco(scene, **options)
     folder = arguments.output or Path("out/compare") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
     summary = found.summary()

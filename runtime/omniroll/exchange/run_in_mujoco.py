@@ -11,7 +11,7 @@ from omniroll import extras
 from omniroll.effects.bearings import Bearings
 from omniroll.effects.slope import Slope
 from omniroll.errors import InvalidValueError
-from omniroll.exchange.mjcf import UP, to_mjcf
+from omniroll.exchange.mjcf import SPHERES, UP, to_mjcf
 from omniroll.kernels.kernel import kernel
 from omniroll.results.trajectory import Trajectory
 
@@ -41,7 +41,9 @@ class MujocoRun:
     model: str
 
 
-def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, friction: float) -> MujocoRun:
+def run_in_mujoco(
+    trajectory: Trajectory, times: np.ndarray, step: float, friction: float, spheres: int = SPHERES
+) -> MujocoRun:
     """The bodies of a run's vehicle from the same start, driven by what its drives gave.
 
     trajectory  Trajectory, whose torques at the axles act at their times; what motors lose per rate of a wheel follows
@@ -49,12 +51,13 @@ def run_in_mujoco(trajectory: Trajectory, times: np.ndarray, step: float, fricti
     times       (K,) increasing, in s, within the run
     step        in s, MuJoCo's time step
     friction    coefficient between rollers and ground
+    spheres     number of spheres that stand for a roller; of few it is a polygon, on which a wheel rolls unevenly
 
     Raises InvalidValueError where MuJoCo's simulation becomes unstable and for a step longer than the run,
     MissingPackageError without the extra `mujoco`.
     """
     mujoco = extras.needed("mujoco", "mujoco", PURPOSE)
-    text = _model_text(trajectory, step, friction)
+    text = _model_text(trajectory, step, friction, spheres)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     _start(data, trajectory)
@@ -95,7 +98,7 @@ def left_out(trajectory: Trajectory) -> list[str]:
     return texts
 
 
-def _model_text(trajectory: Trajectory, step: float, friction: float) -> str:
+def _model_text(trajectory: Trajectory, step: float, friction: float, spheres: int) -> str:
     vehicle, effects = trajectory.vehicle, trajectory.effects
     options: dict[str, Any] = {"armature": effects.equipped(vehicle).wheel_inertia - vehicle.wheel_inertia}
     for effect in effects.effects:
@@ -107,7 +110,7 @@ def _model_text(trajectory: Trajectory, step: float, friction: float) -> str:
             )  # fmt: skip
         if isinstance(effect, Bearings) and effect.roller_viscous is not None:
             options["roller_damping"] = float(np.max(effect.roller_viscous))
-    return to_mjcf(vehicle, step=step, friction=friction, **{"gravity": UP} | options)
+    return to_mjcf(vehicle, step=step, friction=friction, spheres=spheres, **{"gravity": UP} | options)
 
 
 def _start(data: Any, trajectory: Trajectory) -> None:

@@ -15,6 +15,7 @@ from omniroll.scenes.loading import Scene, run
 ROWS = 401  # times at which the motions are compared
 SHOWN = 6  # of them in the table
 STEP, FINER = 1e-3, 2  # s; the second run's step is smaller by this factor, and shows what the step does
+SPHERES = 101  # of a roller: of 31 the motion is two to four times as far apart
 COLUMNS = ("t", "place", "heading", "speed")
 
 
@@ -89,16 +90,20 @@ class Beside:
             pictures.save(figure, path)
 
 
-def beside_mujoco(scene: Scene, *, step: float = STEP, friction: float = 1.0, duration: float | None = None) -> Beside:
+def beside_mujoco(
+    scene: Scene, *, step: float = STEP, friction: float = 1.0, spheres: int = SPHERES, duration: float | None = None
+) -> Beside:
     """A scene's run, and MuJoCo's with two steps.
 
     scene     Scene
     step      in s, MuJoCo's larger step
     friction  coefficient between rollers and ground
+    spheres   number of spheres that stand for a roller in MuJoCo's model
     duration  in s, in place of the scene's
 
     Raises as omniroll.simulate and run_in_mujoco do.
     """
     own = run(scene, **({} if duration is None else {"duration": duration}))
     times = np.linspace(own.t[0], own.t[-1], ROWS)
-    return Beside(scene.name, own, tuple(run_in_mujoco(own, times, size, friction) for size in (step, step / FINER)))
+    others = (run_in_mujoco(own, times, size, friction, spheres) for size in (step, step / FINER))
+    return Beside(scene.name, own, tuple(others))
