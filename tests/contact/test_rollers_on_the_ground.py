@@ -376,7 +376,7 @@ def test_random_scenes_obey_the_laws_in_every_row(number):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [1, 2, *range(4, 24), 208])
+@pytest.mark.parametrize("number", [1, 2, *range(4, 24), 120, 208])
 def test_more_random_scenes_obey_the_laws_in_every_row(number):
     vehicle, options = scene(number)
     assert_obeys_the_laws(vehicle, simulate(vehicle, **options), options)
