@@ -24,6 +24,7 @@ from omniroll import (
     Vehicle,
     simulate,
 )
+from omniroll.effects import cones
 from omniroll.effects.complementarity import allowed_by, directions_allowed
 from omniroll.effects.least_use import Uses, least_norm, least_use
 from omniroll.kernels.kernel import kernel
@@ -375,10 +376,30 @@ def test_random_scenes_obey_the_laws_in_every_row(number):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [1, 2, *range(4, 24)])
+@pytest.mark.parametrize("number", [1, 2, *range(4, 24), 120, 208])
 def test_more_random_scenes_obey_the_laws_in_every_row(number):
     vehicle, options = scene(number)
     assert_obeys_the_laws(vehicle, simulate(vehicle, **options), options)
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_contacts_beside_rollers_that_are_light_are_decided_to_rounding(number):
+    """Free rollers feel contacts little and are asked for little: what is drawn by the size of the largest stays 1e-10
+    away from a bound that is just reached, so that a contact lets go and comes to rest again and again."""
+    rng = np.random.default_rng([71, number])
+    parts, light = int(rng.integers(4, 8)), int(rng.integers(4, 12))
+    rows = rng.normal(size=(parts + light, 6))
+    rows[parts:] *= 10 ** rng.uniform(-6.0, -3.0, (light, 1))
+    plain = rows @ rows.T + np.diag(np.arange(parts + light) >= parts)
+    matrix, given = plain.reshape(parts + light, 1, parts + light, 1), (rows @ rng.normal(size=6))[:, None]
+    reach = 10 ** rng.uniform(-1, 0.5, (parts + light, 1))
+    reach[parts:] = 8 * (np.abs(given[parts:]) + np.abs(plain[parts:, :parts]) @ reach[:parts])
+    found = cones.decide_semidefinite(matrix, given, reach, of_each_size=True)
+    sizes = np.abs(given * reach) + np.einsum("kcjd,jd->kc", np.abs(matrix), reach) * reach
+    missing = np.abs(found.rate * reach) / sizes
+    inside = np.abs(found.force) < reach * (1 - 1e-12)
+    assert inside[parts:].all() and (missing * inside).max() <= 1e-13
+    assert ((found.rate * found.force)[~inside] <= 0).all()
 
 
 @pytest.mark.long

@@ -21,7 +21,7 @@ SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each t
 NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
-DRAWN, ROUNDS = 1e-6, 60  # of the problem's size: how strongly forces that need not be unique are drawn
+DRAWN, ROUNDS = 1e-6, 60  # of a size: how strongly forces that need not be unique are drawn, and how often
 EPS = float(np.finfo(float).eps)
 
 
@@ -37,8 +37,8 @@ class Decided:
     rate: np.ndarray
 
 
-def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
-    """The minimum above.
+def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, near: np.ndarray | None = None) -> Decided:
+    """The minimum above; `near` (m, c) are forces that are thought to be near it.
 
     matrix  (m, c, m, c) symmetric and positive: D, of contacts with c directions
     given   (m, c) a, the rates of the slip velocities without these forces
@@ -48,28 +48,34 @@ def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
     scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)  # of unit discs
     wanted = (given * reach).ravel()
     unit = max(float(np.abs(wanted).max()), float(np.abs(scaled).max()))
-    place = _minimum(scaled / unit, wanted / unit, shape)
+    start = None if near is None else (near / reach).ravel()
+    place = _minimum(scaled / unit, wanted / unit, shape, start)
     rate = ((scaled @ place + wanted) / reach.ravel()).reshape(shape)
     place = place.reshape(shape)
     pull = np.maximum(-(place * rate * reach).sum(axis=1), 0.0)
     return Decided(place * reach, pull, rate)
 
 
-def decide_semidefinite(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
+def decide_semidefinite(
+    matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, *, of_each_size: bool = False
+) -> Decided:
     """The same where D is semidefinite: there is one rate, and forces that need not be unique.
 
     Rockafellar's proximal point: D with a small part of its size on the diagonal, and the forces drawn to those of the
     round before. Along what D feels the rounds converge as fast as that part is small; along what it does not feel
-    they stay.
+    they stay. With `of_each_size` it is a part of each own size: beside contacts, free rollers are so light that a part
+    of the largest would hide what D feels of them.
     """
     size = given.size
     scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)
-    part = DRAWN * max(float(np.abs(scaled).max()), float(np.abs(given * reach).max()))
+    largest = max(float(np.abs(scaled).max()), float(np.abs(given * reach).max()))
+    part = DRAWN * (np.diag(scaled).reshape(given.shape) if of_each_size else np.full(given.shape, largest))
     shifted = matrix + (part / reach**2)[:, :, None, None] * np.eye(size).reshape(matrix.shape)
-    force = np.zeros(given.shape)
+    force, near = np.zeros(given.shape), None
     for _ in range(ROUNDS):
         before = force
-        force = decide(shifted, given - part / reach**2 * before, reach).force
+        force = decide(shifted, given - part / reach**2 * before, reach, near).force
+        near = force if of_each_size else None
         if (np.abs(force - before) <= SETTLED * reach).all():
             break
     rate = np.tensordot(matrix, force, 2) + given
@@ -93,8 +99,12 @@ def residuals(found: Decided, given: np.ndarray, reach: np.ndarray) -> tuple[flo
     return beyond, inside, less
 
 
-def _minimum(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """(m c,) the minimum over unit discs."""
+def _minimum(
+    matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int], start: np.ndarray | None = None
+) -> np.ndarray:
+    """(m c,) the minimum over unit discs; `start` (m c,) is thought to be near it."""
+    if start is not None and (found := _polished(matrix, wanted, start, shape)) is not None:
+        return found
     count, width = shape
     blocks = [slice(k * width, (k + 1) * width) for k in range(count)]
     place = np.zeros(count * width)

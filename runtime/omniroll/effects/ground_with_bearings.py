@@ -14,6 +14,8 @@ The rules of ground_with_axles.py hold, and for rollers those of slipping_roller
 3. At an instant contacts, axles and rollers are one convex problem, in which rollers that do not touch the ground have
    a part through the yaw acceleration.
 4. The forces of least norm among those that are possible are reported, and the torques beside them.
+5. A contact that gives way at its bound, without a jump, holds instead where its slip would come to rest at once: the
+   function that would end it decides, since it knows the rates themselves.
 """
 
 from dataclasses import dataclass, replace
@@ -207,10 +209,12 @@ class GroundWithBearings(GroundWithAxles):
         less = np.minimum(reach, AMPLE * asked[:, None])
         less[contacts] = reach[contacts]
         less = np.maximum(less, LEAST_REACH * less.max())
-        found = cones.decide_semidefinite(matrix, without, less)
+        found = cones.decide_semidefinite(matrix, without, less, of_each_size=True)
         at_bound = np.abs(found.force[:, 0]) >= less[:, 0] * (1 - USED)
         too_little = at_bound & (less[:, 0] < reach[:, 0])
-        return cones.decide_semidefinite(matrix, without, reach) if too_little.any() else found
+        if not too_little.any():
+            return found
+        return cones.decide_semidefinite(matrix, without, reach, of_each_size=True)
 
     def _overdone(self) -> bool:
         """Whether something that sticks is asked for more than it takes. It is let go."""
@@ -223,7 +227,14 @@ class GroundWithBearings(GroundWithAxles):
         self.axles.let_go(bearings, self._asked())
         if passed[-1]:
             self._release_used()
-        return bool(contacts.any() or bearings.any() or passed[-1])
+        return bool(contacts.any() or bearings.any() or passed[-1]) or self._hold_what_falls_back()
+
+    def _hold_what_falls_back(self) -> bool:
+        """Whether a contact that has been let go would come to rest at once. It holds (rule 5)."""
+        falls = -(self.towards * self.held["slip_dot"]).sum(axis=1)
+        contacts = self.released & self.resting & ~self.sticks & (falls > self.settles)
+        self.released[contacts] = False
+        return bool(contacts.any())
 
     def torques_in_rows(self) -> dict[str, np.ndarray]:
         """What rows keep of the bearings (N,), by name."""

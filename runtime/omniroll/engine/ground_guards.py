@@ -94,7 +94,8 @@ class AllBearingGuards(AxleGuards):
     wheels that stand the least use."""
 
     def _missed(self, values: np.ndarray) -> np.ndarray:
-        return missed_of_turning(values, slice(len(self.ground.sticks), -1), self.ground.axles.modes)
+        slides = ~self.ground.sticks & ~self.ground.off
+        return missed_of_turning(values, slice(0, -1), np.append(slides, self.ground.axles.modes))
 
 
 class LoadGuards(MotionGuards):
@@ -146,8 +147,8 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
 
 
 def missed_of_turning(values: np.ndarray, own: slice, modes: np.ndarray) -> np.ndarray:
-    """(K,) what polynomials through values (P, K) may miss, of which `own` are bearings with modes (B,): one that has
-    just begun to turn is as slow at first as its rate's polynomial is wrong."""
+    """(K,) what polynomials through values (P, K) may miss, of which `own` are contacts or bearings with modes (B,), 0
+    of those that stick: one that has just begun to move is as slow at first as its rate's polynomial is wrong."""
     missed, largest = np.zeros(values.shape[1]), np.abs(values[:, own]).max(axis=0)
     starts = (modes != 0) & (np.abs(values[0, own]) <= START * largest)
     missed[own] = np.where(starts, START * largest, 0.0)

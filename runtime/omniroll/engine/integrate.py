@@ -336,7 +336,10 @@ class PhaseIntegrator:
             waits[~passed] = np.inf
             first = np.argmin(waits)
             if abs(waits[first]) <= noise[first] + EPS * h:
-                break
+                missed = guards.beyond(time, y) & ~passed
+                if not missed.any():
+                    break
+                passed = passed | missed  # no polynomial shows them: a function with kinks, like the least use
             beyond = (guards.values(time, y)[passed] > 0).any()
             low, high = (low, h) if beyond else (h, high)
             following = h + waits[first]
