@@ -145,6 +145,9 @@ motions: build ## run the paper's motions into out/motions/
 	$(call say,motions: section 5 of the paper -> $(OUT)/)
 	@$(BIN)/python -m omniroll motions $(OUT)
 
+# Tests run on all cores at once; threads of the linear algebra beside them would wait for each other.
+test test-long: export OPENBLAS_NUM_THREADS = 1
+
 test: build ## run the tests that take a moment each
 	$(call say,tests)
 	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m "not long"
