@@ -208,7 +208,7 @@ def test_an_axle_that_only_just_breaks_away_has_none():
 
 @pytest.mark.parametrize("before, is_followed", [(1e-3, True), (1e-9, False)])
 def test_a_step_of_a_session_that_begins_just_before_a_break_away_says_so(before, is_followed):
-    """How fast the torque rises it can tell from the step alone; over 1e-9 s rounding would take derivatives 3e-3 off."""
+    """How fast the torque rises it can tell from the step alone; over 1e-9 s rounding takes derivatives 3e-3 off."""
     case = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=0.5)
     run = case.run(sensitivities=("mass",))
     sticks = Motion(run).holds.modes == 0
