@@ -8,7 +8,7 @@ import pytest
 import omniroll
 from omniroll import Bearings, NoDerivativeError, Slope, Torque, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import Case, derivative
+from tests.sensitivities.differences import START, VEHICLE, Case, derivative
 from tests.sensitivities.test_compiled import same_as_in_python
 from tests.sensitivities.test_runs import CONTROLLER, HELD, MOTOR, check
 
@@ -204,3 +204,25 @@ def test_an_axle_that_only_just_breaks_away_has_none():
     with pytest.raises(NoDerivativeError, match="only just comes to its bound") as caught:
         case(most).run(sensitivities=("mass",))
     assert caught.value.wheels == (0,) and 0.2 < caught.value.t < 0.7
+
+
+@pytest.mark.parametrize("before, is_followed", [(1e-3, True), (1e-9, False)])
+def test_a_step_of_a_session_that_begins_just_before_a_break_away_says_so(before, is_followed):
+    """How fast the torque rises it can tell from the step alone; over 1e-9 s rounding takes derivatives 3e-3 off."""
+    case = Case("locked", effects=(RAMP, HELD_LONGER), start=AT_REST, duration=0.5)
+    run = case.run(sensitivities=("mass",))
+    sticks = Motion(run).holds.modes == 0
+    breaks = run.t[np.flatnonzero((sticks[:-1] & ~sticks[1:]).any(axis=1))[0]]
+    session = omniroll.Session(
+        VEHICLE, **(START | AT_REST), effects=case.effects, roller_model="locked", accuracy=1e-13,
+        sensitivities=("mass",),
+    )  # fmt: skip
+    session.step(breaks - before)
+    session.step(case.duration - session.elapsed)
+    if is_followed:
+        own, stepped = derivative(run, "mass")[:3], session.sensitivity("mass").nu
+        assert np.abs(own - stepped).max() <= 1e-9 * np.abs(own).max()
+        return
+    with pytest.raises(NoDerivativeError, match="this step of a session, began only 1e-09 s before") as caught:
+        session.sensitivity("mass")
+    assert caught.value.t == pytest.approx(breaks, abs=1e-12)

@@ -7,6 +7,7 @@ comes into contact has the axial speed that it has, and the ground spins it up.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -54,6 +55,23 @@ def _along_and_across(name: str, value: ArrayLike) -> PerWheel:
 
 def _of_wheels(numbers: PerWheel, vehicle: Vehicle) -> tuple[tuple[float, ...], ...]:
     return tuple(map(tuple, np.broadcast_to(numbers, (vehicle.wheels, 2)).tolist()))
+
+
+@lru_cache(maxsize=64)
+def _loads_of_standing(vehicle: Vehicle, gravity: float) -> np.ndarray:
+    """(N,) in N, the loads of the contacts of a vehicle at rest on level ground; not to be written to.
+
+    Raises InvalidValueError where they do not follow from the vehicle, or where it tips.
+    """
+    places = vehicle.places()
+    refuse_collinear(places)
+    standing = {"mass": vehicle.mass, "gravity_strength": gravity, "center": vehicle.center_of_mass}
+    sums = parts.evaluate("standing_loads", vehicle.wheels, vehicle.rollers_per_wheel, **standing)
+    found = contact_loads(places, np.array(sums)[None])[0]
+    if found.min() < 0:
+        raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
+    found.flags.writeable = False
+    return found
 
 
 @documented(*CONTACT)
@@ -225,18 +243,7 @@ class Contact(Effect):
         """
         if self.load is not None:
             return self._given("load", vehicle.wheels)
-        places = vehicle.places()
-        refuse_collinear(places)
-        standing = {
-            "mass": vehicle.mass,
-            "gravity_strength": self._gravity,
-            "center": vehicle.center_of_mass,
-        }
-        sums = parts.evaluate("standing_loads", vehicle.wheels, vehicle.rollers_per_wheel, **standing)
-        found = contact_loads(places, np.array(sums)[None])[0]
-        if found.min() < 0:
-            raise InvalidValueError("load", found.tolist(), "must not be negative: the vehicle tips where it stands")
-        return found
+        return _loads_of_standing(vehicle, self._gravity)
 
     @property
     def _gravity(self) -> float:

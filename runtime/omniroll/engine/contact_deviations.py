@@ -94,7 +94,7 @@ class ContactDeviations:
 
     def began(self, row: int, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts in a row: where a contact sticks, it takes its slip."""
-        if not self.contacts.grips:
+        if not self.contacts.grips or self._begins_rolling():
             return moved
         still = np.flatnonzero(self._still(row) & (self.contacts.sticks | self.contacts.slides)[row])
         if not still.size or not self._slips(row, moved)[:, still, self.own].any():
@@ -105,6 +105,11 @@ class ContactDeviations:
         sticks = self.contacts.sticks[row].copy()
         sticks[still] = False
         return self._at_rest(row, moved, still, sticks)
+
+    def _begins_rolling(self) -> bool:
+        """Whether all wheels roll at the start, whose speeds the run is not given: they do beside it, too."""
+        speeds = ("wheel_rates", "contact_spins")
+        return all(getattr(effect, name, None) is None for effect in self.columns.effects for name in speeds)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after contacts have changed their modes between a row and the next.

@@ -340,17 +340,28 @@ class HoldDeviations:
             parts.append(self._slopes_of_spins(event, found["free_holding"]))
         slopes, bounds = (np.concatenate(own) for own in zip(*parts, strict=True))
         if not len(slopes) or not (slopes[:, 0] * self._time_of_hold(event) > GRAZES * bounds).all():
-            reason = (
-                "what holds a bearing only just comes to its bound, so that a change however small lets it stick on"
-            )
-            raise self._none(event.row, reason, self.modes[event.before] == 0)
+            raise self._none(event.row, self._why_unknown(event), self.modes[event.before] == 0)
         return -slopes[:, 1:] / slopes[:, :1]
+
+    def _first_with_modes(self, event: "Event") -> int:
+        """The row from which on the bearings have had the modes before an event."""
+        other = np.flatnonzero((self.modes[: event.before + 1] != self.modes[event.before]).any(axis=1))
+        return int(other[-1] + 1) if len(other) else 0
 
     def _time_of_hold(self, event: "Event") -> float:
         """For how long the bearings have had the modes before an event."""
-        other = np.flatnonzero((self.modes[: event.before + 1] != self.modes[event.before]).any(axis=1))
-        first = other[-1] + 1 if len(other) else 0
-        return float(self.trajectory.elapsed[event.row] - self.trajectory.elapsed[first])
+        elapsed = self.trajectory.elapsed
+        return float(elapsed[event.row] - elapsed[self._first_with_modes(event)])
+
+    def _why_unknown(self, event: "Event") -> str:
+        """Why what holds bearings rises too little before an event: what is known of it begins with the piece."""
+        reason = "what holds a bearing only just comes to its bound, so that a change however small lets it stick on"
+        if self._first_with_modes(event) == 0:
+            reason += (
+                f"; or too little of its rise is seen, since the run, or this step of a session, began only "
+                f"{self._time_of_hold(event):.2g} s before: let it begin earlier, or behind the break-away"
+            )
+        return reason
 
     def _slopes_of_facets(
         self, event: "Event", kernel: TangentKernel, found: Mapping[str, np.ndarray]

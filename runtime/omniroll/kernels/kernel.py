@@ -446,9 +446,11 @@ class PythonKernel(Kernel):
     def __init__(self, vehicle: Vehicle, roller_model: str, effects: tuple[str, ...] = (), constants: Constants = ()):
         super().__init__(vehicle, roller_model, effects, constants)
         self._module = sets.python_module(self.base, self.effects)
-        self._model = self._module.prepare(
-            vehicle.wheels, vehicle.rollers_per_wheel, *(value.tolist() for value in self.constants)
-        )
+        self._model = self._module.prepare(vehicle.wheels, vehicle.rollers_per_wheel, *self._given_constants())
+
+    def _given_constants(self) -> list:
+        """What `prepare` takes, components first."""
+        return [value.tolist() for value in self.constants]
 
     def call(self, name: str, *values: ArrayLike):
         signature = self._signature(name)

@@ -34,13 +34,15 @@ class TangentKernel(PythonKernel):
     """
 
     def __init__(self, plain: Kernel, tangents: Mapping[str, np.ndarray] | None = None, columns: tuple[int, ...] = ()):
-        super().__init__(plain.vehicle, plain.roller_model, plain.effects, plain.given)
         self.columns, self.tangents = columns, {} if tangents is None else tangents
-        constants = [
-            np.moveaxis(self.constant(name), range(len(columns)), range(value.ndim, value.ndim + len(columns)))
+        super().__init__(plain.vehicle, plain.roller_model, plain.effects, plain.given)
+
+    def _given_constants(self) -> list:
+        lead = len(self.columns)
+        return [
+            np.moveaxis(self.constant(name), range(lead), range(value.ndim, value.ndim + lead))
             for name, value in zip(self.constant_names, self.constants, strict=True)
         ]
-        self._model = self._module.prepare(self.wheels, self.rollers_per_wheel, *constants)
 
     def constant(self, name: str) -> np.ndarray:
         """(*columns, ...) the argument of `prepare` that has this name, with its tangents."""
