@@ -158,7 +158,10 @@ def test_so_do_those_of_places_and_damping_and_of_impacts(model):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("effects, number", [((), "mass"), *((FALLING[1], n) for n in ("mass", *FALLING[2]))])
+@pytest.mark.parametrize("effects, number", [
+    *((effects, "mass") for effects in ((), ("layout",), ("slope",), FALLING[1])), (("layout",), "yaw_inertia"),
+    *((FALLING[1], number) for number in FALLING[2]),
+])  # fmt: skip
 def test_the_derivatives_keep_their_digits_beside_light_wheels(effects, number):
     name = rounding.set_key("massless", asked(effects, (number,)))
     assert_digits_kept(with_effects(sample(73, 100, 3, 5), name, 173), name, ("forward_dynamics_by_numbers",))
