@@ -84,7 +84,8 @@ class Derivatives:
         wanted = [self._program(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
         numbers = Numbers(self.rules, self.positive, named["prepare"], wanted, asked)
         extended = tuple(fields) + numbers.fields
-        found = [numbers.prepare if f.prepares else f for f in found] + list(map(numbers.function, wanted))
+        found = [numbers.prepare if f.prepares else without_dead_steps(f) for f in found]
+        found += map(numbers.function, wanted)
         return [replace(f, fields=extended) if f.fields else f for f in found], extended
 
     def _program(self, named: Mapping[str, Function], name: str) -> "Differentiable":
@@ -246,8 +247,7 @@ class Numbers:
     def _prepared(self, prepare: Function) -> Function:
         """`prepare` with the slopes of the fields; one that is a number or another field needs no field."""
         tangents, named = tangents_of(prepare, self.rules), {field.name for field in self.sources}
-        read_by_rules = {by for name in named for by in self.rules.slopes.get(name, ())}
-        needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named | read_by_rules)))
+        needed = without_dead_steps(replace(prepare, body=putting(prepare.body, named)), self.rules.reads)
         columns = [(d, self._column(d, prepare)) for d in self.directions]
         once = [c for d, c in columns if not d.for_each_wheel]
         each = [c for d, c in columns if d.for_each_wheel]

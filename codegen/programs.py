@@ -15,8 +15,9 @@ while a function is read; each step keeps the name of its group.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 from .expressions import Canonical, Expression, Order, symbols
 
@@ -135,9 +136,16 @@ def steps(body: tuple[Step | Loop, ...]) -> Iterator[Step]:
             yield node
 
 
-def without_dead_steps(function: Function) -> Function:
-    """The function without steps that no output depends on, and with the groups of those that are left."""
-    body = _live(function.body, set())[0]
+def without_dead_steps(function: Function, beside: Mapping[str, Set[str]] = MappingProxyType({})) -> Function:
+    """The function without steps that no output depends on, and with the groups of those that are left.
+
+    beside: by the name of a step, what its slope reads beside what it reads itself: needed where the step is
+    """
+    needed: set[str] = set()
+    body = _live(function.body, needed)[0]
+    while not (further := set().union(*(beside.get(step.name, ()) for step in steps(body)))) <= needed:
+        needed |= further
+        body = _live(function.body, needed)[0]
     return replace(function, body=body, groups=tuple(dict.fromkeys(s.group for s in steps(body) if s.group)))
 
 
@@ -176,10 +184,12 @@ def read_function(
     set_name: str,
     table: Mapping[str, dict],
     groups: Mapping[str, dict] | None = None,
+    beside: Mapping[str, Set[str]] = MappingProxyType({}),
 ) -> Function:
     """The function of the JSON form, for one of its sets. ContractError where it breaks the contract.
 
-    table: the data's arguments by name; groups: its groups of steps by name, {"body": steps, ...} each.
+    table: the data's arguments by name; groups: its groups of steps by name, {"body": steps, ...} each;
+    beside: what slopes of steps read, for a function that may be differentiated.
     """
     where = f"{set_name}.{data['name']}"
     try:
@@ -193,7 +203,7 @@ def read_function(
         elements = _elements(function, table)
         names = [*elements, *_declared(opened), *CONSTANTS]
         reader = _Reader(replace(function, elements=elements), Canonical(Order(names)))
-        return without_dead_steps(replace(reader.function, body=reader.block(opened, {}, ())))
+        return without_dead_steps(replace(reader.function, body=reader.block(opened, {}, ())), beside)
     except (KeyError, TypeError, ValueError) as problem:
         kind = f"{type(problem).__name__}: " if isinstance(problem, KeyError) else ""
         raise ContractError(f"{where}: {kind}{problem}") from problem

@@ -6,7 +6,7 @@ Nothing of it is left: no branch, no product with zero, no state.
 """
 
 import hashlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -138,8 +138,10 @@ def specialised(
     present = registry.ordered(effects)
     name, neutral = registry.set_name(base.name, present), registry.absent(present)
     fields = _there(base.fields, present)
+    by_numbers = any(effect.startswith(REQUEST) for effect in present)
+    beside = registry.derivatives.rules.reads if by_numbers else {}
     functions = [
-        _function(replace(f, set=name, fields=fields), present, neutral)
+        _function(replace(f, set=name, fields=fields), present, neutral, beside)
         for f in base.functions
         if is_called_for(f, present) and (names is None or f.name in names)
     ]
@@ -186,13 +188,16 @@ def _there(arrays: Sequence[Array], present: Sequence[str]) -> tuple[Array, ...]
     return tuple(array for array in arrays if not array.effect or array.effect in present)
 
 
-def _function(function: Function, present: Sequence[str], neutral: Mapping[str, Expression]) -> Function:
+def _function(
+    function: Function, present: Sequence[str], neutral: Mapping[str, Expression], beside: Mapping[str, Set[str]]
+) -> Function:
+    """A function with these effects alone; beside: what slopes of its steps read, where these are asked for."""
     arguments = _there(function.arguments, present)
     known = {array.name for array in (*arguments, *function.fields)}
     elements = {symbol: e for symbol, e in function.elements.items() if e.array.name in known}
     names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
     body = _Specialiser(Canonical(Order(names)), known).block(function.body, dict(neutral))
-    left = without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body))
+    left = without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body), beside)
     return replace(left, arguments=_asked_for(left, arguments))
 
 

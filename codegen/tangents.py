@@ -12,6 +12,7 @@ expressions below. A column is the direction of a derivative; nothing is compute
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from .degrees import HIGHEST, MIXED, Degree, Degrees, bounded, degrees_of
 from .expressions import ZERO, Call, Canonical, Expression, Number, Power, Product, Sum, Symbol, number, symbols
@@ -54,6 +55,11 @@ class Rules:
             {rule["name"]: {by: read(slope) for by, slope in rule["by"].items()} for rule in data},
             frozenset(name for rule in data for name in rule["inner"]),
         )
+
+    @cached_property
+    def reads(self) -> dict[str, set[str]]:
+        """What the slope of a step reads, by the step's name."""
+        return {name: set(by).union(*map(symbols, by.values())) for name, by in self.slopes.items()}
 
     def holding(self, names: Iterable[str]) -> "Rules":
         """The same where these steps stand still."""
