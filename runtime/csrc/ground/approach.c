@@ -32,6 +32,7 @@
 #define CLEAR_OF_REST 1e3           /* times what is nothing of a slip: another slip is not at rest            */
 #define TAKES_LESS 0.999            /* of what a contact can take, squared: it sticks                         */
 #define MOST_PIECES 10
+#define HALLEY 6                    /* rounds of Halley's rule from the fourth root to another one          */
 
 enum { NO_APPROACH, MISSES_REST, APPROACHES };
 
@@ -223,24 +224,40 @@ static void legendre_areas(double x, double *area)
     }
 }
 
+/* The root of numbers from 1e-10 to 1: square roots, or Halley's rule from the fourth root. */
+static lanes_t root_of(lanes_t number, int power)
+{
+    lanes_t root = lanes_sqrt(number);
+    if (power > 2)
+        root = lanes_sqrt(root);
+    for (int k = 0; k < HALLEY && power%2; k++) {
+        lanes_t reached = root;
+        for (int m = 1; m < power; m++)
+            reached *= root;
+        root *= ((power - 1)*reached + (power + 1)*number)/((power + 1)*reached + (power - 1)*number);
+    }
+    return root;
+}
+
 /* The piece between two parts of the time to rest. */
 static void set_piece(const step_t *s, double left_before, double left_after, piece_t *piece)
 {
-    const double root = 1.0/s->stretched;
+    const double clocked = s->stretched*s->part/(1 - s->leaves);
     nodes_t z;
     piece->from = (1 - left_before)/(1 - s->leaves), piece->to = (1 - left_after)/(1 - s->leaves);
-    for (int m = 0; m < NODES; m++) {
-        const double left = left_before - (left_before - left_after)*gauss_node.node[m], base = pow(left, root);
-        z.node[m] = 2*(1 - base)/s->part - 1;
-        piece->values[0].node[m] = base*(1 - s->leaves)/(s->stretched*s->part*left);
-    }
-    for (int b = 0; b < BLOCKS; b++)
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
+        const lanes_t base = root_of(left, s->stretched);
+        z.lanes[b] = 2*(1 - base)/s->part - 1;
+        piece->values[0].lanes[b] = base/(clocked*left);
         piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
+    }
     for (int k = 1; k < NODES - 1; k++)
         for (int b = 0; b < BLOCKS; b++)
             piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
                 - k*piece->values[k - 1].lanes[b])/(k + 1);
-    legendre_areas((1 - pow(left_after, root))/s->part, piece->area);
+    const double base_after = left_after > 0 ? root_of(lanes_of(left_after), s->stretched)[0] : 0;
+    legendre_areas((1 - base_after)/s->part, piece->area);
 }
 
 /* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
