@@ -57,6 +57,7 @@
 #include "run/transitions.c"
 #include "run/inputs.c"
 #include "run/distance.c"
+#include "ground/approach.c"
 #include "step/steps.c"
 
 #if SET_IS_ACTED_ON
@@ -150,12 +151,13 @@ ALWAYS_INLINE int run_phases(omniroll_run_t *run, const omniroll_model *constant
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, &work);
 #endif
+    const long long first = run->row_count;
     int status = first_row(run, &work);
     while (status == OMNIROLL_RUN_DONE) {
         status = pass_instant(run, &work);
         if (status != OMNIROLL_RUN_DONE || run->elapsed >= run->duration)
             break;
-        if (run->row_count == run->row_capacity) {
+        if (!has_room(run, first)) {
             status = OMNIROLL_RUN_FULL;
             break;
         }

@@ -51,7 +51,7 @@ def test_set_valued_friction_against_the_instructions_of_rolling():
         "costs.contacts", ["free||", *(f"free|coulomb, friction {friction}|static loads" for friction in frictions)]
     ).values()
     for count in slipping:
-        assert 1e5 < rolling.instructions < count.instructions <= 20 * rolling.instructions
+        assert 1e5 < rolling.instructions < count.instructions <= 10 * rolling.instructions
         assert count.rejected_steps <= count.steps / 4
 
 

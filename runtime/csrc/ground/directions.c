@@ -7,7 +7,7 @@
  * (runtime/omniroll/engine/directed.py). One contact is solved for after the other. */
 #if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
-#define ROLLS 0.02                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
+#define ROLLS 0.1                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
@@ -174,15 +174,21 @@ ALWAYS_INLINE void own_response_to_turn(const step_t *s, int i, nodes_t *rate)
                 + response[2*j + 1].lanes[b]*turned[1].lanes[b];
 }
 
+/* What forces on contact j do to component k of the rate of contact i's slip at the start of the step. */
+ALWAYS_INLINE const double *response_to_force(const step_t *s, int i, int k, int j)
+{
+    return s->response + (2*s->place[i] + k)*2*s->responding + 2*s->place[j];
+}
+
 /* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes, by what forces do at the
  * start of the step. */
-ALWAYS_INLINE void response_to_turn(const step_t *s, const int wheels, int i, nodes_t *rate)
+ALWAYS_INLINE void response_to_turn(const step_t *s, int i, nodes_t *rate)
 {
-    const double *const response = s->response + 2*i*2*wheels + 2*i;
-    for (int k = 0; k < 2; k++)
+    for (int k = 0; k < 2; k++) {
+        const double *const response = response_to_force(s, i, k, i);
         for (int b = 0; b < BLOCKS; b++)
-            rate[k].lanes[b] = response[k*2*wheels]*s->turned[2*i].lanes[b]
-                + response[k*2*wheels + 1]*s->turned[2*i + 1].lanes[b];
+            rate[k].lanes[b] = response[0]*s->turned[2*i].lanes[b] + response[1]*s->turned[2*i + 1].lanes[b];
+    }
 }
 
 /* The row that is largest in a column, from the diagonal on, in the place of the diagonal's. */
@@ -325,10 +331,14 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
             pushed[k].lanes[b] = s->push[2*i + k].lanes[b] - before[k].lanes[b];
     for (int other = 0; other < wheels; other++)
         for (int k = 0; k < 2 && s->slides[other] && other != i; k++) {
-            const double *const response = s->response + (2*other + k)*2*wheels + 2*i;
+            const double *const response = response_to_force(s, other, k, i);
             nodes_t rate, moved;
             for (int b = 0; b < BLOCKS; b++)
                 rate.lanes[b] = response[0]*pushed[0].lanes[b] + response[1]*pushed[1].lanes[b];
+#if SET_APPROACHES
+            if (s->stretched)
+                stretch_nodes(s, &rate);
+#endif
             integrate_to_nodes(0, s->h, &rate, &moved);
             for (int b = 0; b < BLOCKS; b++)
                 s->at_slip[2*other + k].lanes[b] += moved.lanes[b];
@@ -340,7 +350,7 @@ static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
-    response_to_turn(s, wheels, i, response);
+    response_to_turn(s, i, response);
     const int is_near = turned_within(s, response) > FAR_FROM_REST*smallest_of(&along);
     if (is_near) {
         const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
@@ -348,6 +358,10 @@ static void find_direction(step_t *s, const int wheels, int i)
             find_own_response(s, wheels, i);
         if (s->knows_response[i])
             own_response_to_turn(s, i, response);
+#if SET_APPROACHES
+        for (int k = 0; k < 2 && s->stretched; k++)
+            stretch_nodes(s, response + k);
+#endif
         turn_by_newton(s, i, response, &along, &across, &turn);
     } else
         for (int b = 0; b < BLOCKS; b++)

@@ -14,6 +14,7 @@
 #define TURNS 200                   /* of friction and loads, one for the other                              */
 #define LOADS_SETTLED 1e-14         /* of the weight                                                         */
 #define SMALL_PUSH 1e-6             /* of friction: forces per load are moved by this, where loads respond     */
+#define MUCH_LATER 2                /* times the time to the first rest                                     */
 #define LEFT_OF (1.0/16)            /* of the largest rounding: of what is left of larger speeds            */
 #define SMALL_SCALE 0.01            /* of its share of the weight: what a contact takes is measured by no less */
 
@@ -473,13 +474,15 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 {
     int contacts[MOST_WHEELS];
     double without[2*MOST_WHEELS];
+    s->responding = 0;
     s->load = work->load, s->friction = work->friction, s->response = work->response;
     s->friction_makes = run->ground.friction, s->friction_force = push_of_friction(run);
     s->sliding = s->turning = s->gripping = 0;
     s->settles = SET_FIRST_DIRECTION == 0 ? run->ground.settles : 0;
     for (int i = 0; i < wheels; i++) {
         const omniroll_grip_t *const grip = run->grips + i;
-        contacts[i] = i;
+        if (slides(run, i))
+            contacts[s->place[i] = s->responding++] = i;
         s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
         for (int k = 0; k < 2; k++)
             s->per_reach[2*i + k] = grip->carries ? 1/(load_scale(run, i)*grip->staying[k]) : 0;
@@ -495,7 +498,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
     if (s->turning) {
         lanes_t given[2*MOST_WHEELS];
         forces_now(run, work, given);
-        find_response(run, work, contacts, wheels, 0, given, work->response, without);
+        find_response(run, work, contacts, s->responding, 0, given, work->response, without);
     }
 }
 
@@ -543,9 +546,10 @@ ALWAYS_INLINE double error_at_rest(const step_t *s, double error)
 static double longest_before_rest(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
     const double speed = fmax(fmax(largest3(s->nu), run->speed), run->fastest);
+    double time[MOST_WHEELS], first = INFINITY;
     s->rest_in = INFINITY;
     for (int i = 0; i < wheels; i++) {
-        s->keeps[i] = 0;
+        s->keeps[i] = 0, time[i] = INFINITY;
         if (!s->turning || !s->slides[i])
             continue;
         const double *const slip = s->slip_start + 2*i, *const towards = run->grips[i].towards;
@@ -556,8 +560,14 @@ static double longest_before_rest(const omniroll_run_t *run, const work_t *work,
         if (!(falls > s->settles && left > 0))
             continue;
         s->keeps[i] = !s->strays && fabs(across)*left <= falls*s->left_over[i];
-        if (!s->keeps[i] && left > s->slip_noise[i])
-            s->rest_in = fmin(s->rest_in, left/falls);
+        if (s->keeps[i] || left > s->slip_noise[i])
+            time[i] = left/falls;
+        first = fmin(first, time[i]);
+    }
+    for (int i = 0; i < wheels; i++) {
+        s->keeps[i] = s->keeps[i] && time[i] <= MUCH_LATER*first;       /* till then others may turn it            */
+        if (!s->keeps[i] && time[i] < s->rest_in)
+            s->rest_in = time[i], s->rests = i;
     }
     return (1 - (run->rest_error > 0 ? left_before_rest(run->rest_error) : LEFT))*s->rest_in;
 }

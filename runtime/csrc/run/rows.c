@@ -22,7 +22,7 @@ typedef struct {
     lanes_t *load, *friction;       /* of the contacts                                                       */
     lanes_t *ground_force, *slip_dot;   /* at the last instant, 2 N                                          */
     lanes_t *nu_dot;                /* where run->ground.knows_rates                                         */
-    double *response;               /* of the rates of their slips to forces on them, 2N x 2N                */
+    double *response;               /* of the rates of slips to forces, of contacts that slip               */
 #endif
     lanes_t *at_core, *core_here, *core_dot, *core_slope, *core_chord;
     double *end_core, *weight, *rise_core;
@@ -227,26 +227,40 @@ static void put_row_after(omniroll_run_t *run)
     put_row(run);
 }
 
+/* How many numbers of a row are integrated: those behind its time, in the order of the row. */
+ALWAYS_INLINE int integrated_size(const omniroll_run_t *run)
+{
+    return 6 + run->wheels + core_size(run->wheels, run->rollers_per_wheel) + account_size(run->wheels);
+}
+
+/* The rates of one of these at the nodes of a step. */
+ALWAYS_INLINE const nodes_t *rate_in_step(const omniroll_run_t *run, const step_t *s, int c)
+{
+    const int wheels = run->wheels, added = core_size(run->wheels, run->rollers_per_wheel);
+    const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : 0;
+    if (c >= 3 + wheels && c < 6 + wheels)
+        rate = &s->rate_pose[c - 3 - wheels];
+#if SET_CORE_PARTS
+    if (c >= 6 + wheels)
+        rate = &s->rate_core[c - 6 - wheels];
+#endif
+#if SET_ACCOUNTS
+    if (c >= 6 + wheels + added)
+        rate = &s->rate_account[c - 6 - wheels - added];
+#endif
+    (void)added;
+    return rate;
+}
+
 static void put_step(omniroll_run_t *run, const step_t *s)
 {
     if (!run->steps)
         return;
-    const int wheels = run->wheels, added = core_size(run->wheels, run->rollers_per_wheel);
     double *out = run->steps + (run->row_count - 1)*step_size(run);
     *out++ = s->h;
     *out++ = s->late;
-    for (int c = 0; c < 6 + wheels + added + account_size(wheels); c++) {
-        const nodes_t *rate = c < 3 ? &s->rate_nu[c] : c < 3 + wheels ? &s->rate_chi[c - 3] : 0;
-        if (c >= 3 + wheels && c < 6 + wheels)
-            rate = &s->rate_pose[c - 3 - wheels];
-#if SET_CORE_PARTS
-        if (c >= 6 + wheels)
-            rate = &s->rate_core[c - 6 - wheels];
-#endif
-#if SET_ACCOUNTS
-        if (c >= 6 + wheels + added)
-            rate = &s->rate_account[c - 6 - wheels - added];
-#endif
+    for (int c = 0; c < integrated_size(run); c++) {
+        const nodes_t *const rate = rate_in_step(run, s, c);
         if (vanishes(rate)) {           /* as of accounts of what does not happen                          */
             memset(out, 0, NODES*sizeof *out);
             out += NODES;

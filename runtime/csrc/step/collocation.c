@@ -73,6 +73,15 @@ ALWAYS_INLINE int only_rolls(const step_t *s, const int wheels)
 #endif
 }
 
+#if SET_APPROACHES
+/* Rates at the nodes as those in the clock of a step up to a rest. */
+ALWAYS_INLINE void stretch_nodes(const step_t *s, nodes_t *rate)
+{
+    for (int b = 0; b < BLOCKS; b++)
+        rate->lanes[b] *= s->stretch.lanes[b];
+}
+#endif
+
 /* The wheels' rates in vector b of the nodes. */
 ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lanes_t *nu)
 {
@@ -111,6 +120,14 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
         s->rate_pose[2].lanes[b] = pose_dot[2];
 #endif
     }
+#if SET_APPROACHES
+    for (int i = 0; i < wheels && s->stretched; i++)
+        stretch_nodes(s, s->rate_chi + i);
+#if SET_HAS_HEADING
+    if (s->stretched)
+        stretch_nodes(s, s->rate_pose + 2);
+#endif
+#endif
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
 #if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
@@ -134,6 +151,17 @@ ALWAYS_INLINE void put_contacts(arrays_t *at, point_t *point)
 ALWAYS_INLINE void keep_loads(step_t *s, const int wheels, int b);
 #endif
 
+/* The times of the nodes, over h. */
+ALWAYS_INLINE const nodes_t *clock_of(const step_t *s)
+{
+#if SET_APPROACHES
+    if (s->stretched)
+        return &s->clock;
+#endif
+    (void)s;
+    return &gauss_node;
+}
+
 /* The state and the inputs in one vector of nodes. An iterate may stray beyond the joint, where the kernel is not
  * asked. */
 ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_t *at)
@@ -148,7 +176,7 @@ ALWAYS_INLINE point_t point_at(const step_t *s, const int wheels, int b, arrays_
 #endif
 #if SET_INPUTS
     for (int k = 0; k < SET_ACTING*wheels; k++)
-        at->input[k] = s->input[k] + (s->h*s->input_slope[k])*gauss_node.lanes[b];
+        at->input[k] = s->input[k] + (s->h*s->input_slope[k])*clock_of(s)->lanes[b];
     for (int k = SET_ACTING*wheels; k < SET_INPUTS*wheels && !only_rolls(s, wheels); k++)
         at->input[k] = lanes_of(s->input[k]);
     point.inputs = at->input;
@@ -285,6 +313,17 @@ NEVER_INLINE double rolling_sweep(step_t *s, const int wheels)
 }
 #endif
 
+#if SET_APPROACHES
+/* The rates of the core in vector b of the nodes as those in the clock of a step up to a rest. */
+NEVER_INLINE void stretch_rates(const step_t *s, int b, lanes_t *nu_dot)
+{
+    for (int k = 0; k < 3; k++)
+        nu_dot[k] *= s->stretch.lanes[b];
+    for (int c = 0; c < s->core; c++)
+        s->core_dot[c] *= s->stretch.lanes[b];
+}
+#endif
+
 /* One sweep of Picard's iteration; returns the largest change of h nu', or of the rest of the core in its measure.
  * slow: whether the sweeps before have not contracted fast. */
 NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
@@ -315,6 +354,10 @@ NEVER_INLINE double sweep(step_t *s, const int wheels, int slow)
         const point_t point = point_at(s, wheels, b, &at);
         core_rates(wheels, &point, nu_dot);
         keep_held_force(s, wheels, b, &at);
+#if SET_APPROACHES
+        if (s->stretched)
+            stretch_rates(s, b, nu_dot);
+#endif
         change = renew_rates(s, b, nu_dot, 0, change);
     }
     s->sweeps++;
@@ -413,6 +456,10 @@ ALWAYS_INLINE void accounts_at_nodes(step_t *s, const int wheels)
         for (int k = 0; k < account_size(wheels); k++)
             s->rate_account[k].lanes[b] = account_dot[k];
     }
+#if SET_APPROACHES
+    for (int k = 0; k < account_size(wheels) && s->stretched; k++)
+        stretch_nodes(s, s->rate_account + k);
+#endif
 }
 #endif
 
@@ -428,6 +475,10 @@ static void integrate_pose(step_t *s, const double *pose)
         for (int k = 0; k < 3; k++)
             s->rate_pose[k].lanes[b] = rate[k];
     }
+#if SET_APPROACHES
+    for (int k = 0; k < 3 && s->stretched; k++)
+        stretch_nodes(s, s->rate_pose + k);
+#endif
     integrate_to_nodes(remainder(pose[2], TURN), s->h, &s->rate_pose[2], &theta);
     for (int b = 0; b < BLOCKS; b++)
         lanes_turn(theta.lanes[b], &s->rate_pose[0].lanes[b], &s->rate_pose[1].lanes[b]);

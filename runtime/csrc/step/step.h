@@ -13,6 +13,7 @@
 #else
 #define SET_FIRST_DIRECTION 1
 #endif
+#define SET_APPROACHES (SET_GRIPS && !SET_FIRST_DIRECTION && !SET_STICKS && !SET_LOADS)     /* approach.c */
 
 /* Newton's rule for some rates at all nodes: change = missing + slope h (integral of the change). The matrix of this
  * system, eliminated (L below the diagonal, 1/U on it): rows in the order of their pivots, each `count` tables of nodes. */
@@ -142,8 +143,10 @@ typedef struct {
     int keeps[MOST_WHEELS], strays;             /* slips that keep their direction up to rest; one has not      */
     double left_over[MOST_WHEELS];              /* of a slip across its direction, in m/s, that is nothing    */
     double rest_in;                             /* the time until the first other slip comes to rest         */
+    int rests;                                  /* which slip that is                                        */
     const lanes_t *load, *friction;
-    const double *response;                     /* of the rates of slips to forces, 2N x 2N      */
+    const double *response;                     /* of the rates of slips to forces, of contacts that slip */
+    int place[MOST_WHEELS], responding;         /* their places there, and how many there are    */
     nodes_t toward[2*MOST_WHEELS];              /* directions of the slips at the nodes           */
     nodes_t push[2*MOST_WHEELS], turned[2*MOST_WHEELS];     /* their forces, and the slopes of these in a turn */
     nodes_t own_response[4*MOST_WHEELS];        /* of a contact's slip to forces on it, 2 x 2, at the nodes */
@@ -157,6 +160,13 @@ typedef struct {
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
     double end_slip[2*MOST_WHEELS];
+#endif
+#if SET_APPROACHES
+    int stretched;                              /* a step up to a rest: the power of its clock, else 0      */
+    nodes_t clock, stretch;                     /* the nodes' times over h, and the rates of these          */
+    double leaves, part;                        /* of the time to rest; of the clock, in the step           */
+    double across, fades;                       /* the slip's rate across its direction at the start; the power with
+                                                 * which the time to rest takes away what it would make of the slip */
 #endif
 #if SET_LOADS
     const balance_t *balance;

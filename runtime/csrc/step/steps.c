@@ -48,6 +48,9 @@ ALWAYS_INLINE void begin_step(const omniroll_run_t *run, const work_t *work, ste
     begin_contacts(run, work, s, wheels);
     s->strays = 0;
 #endif
+#if SET_APPROACHES
+    s->stretched = 0;
+#endif
 #if SET_STICKS
     s->held = run->hold.count, s->facets = run->hold.count ? run->hold.facet_count : 0;
     begin_holding(run, work, s);
@@ -385,6 +388,16 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
 #if SET_GRIPS
         run->ground.knows_rates = 0;
 #endif
+#if SET_APPROACHES
+        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, fmax(calm, run->calm_step), &most, size,
+                                                        size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
+        if (approach == MISSES_REST)
+            continue;
+        if (approach == APPROACHES) {
+            keep_step_behind(run, s, calm);
+            return OMNIROLL_RUN_DONE;
+        }
+#endif
         const int found = settle(s, wheels, most, size*run->tolerance, size*sweep_tolerance(run, s->h));
 #if SET_IS_ACTED_ON
         s->by_newton = s->stiff;
@@ -549,7 +562,12 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
 
 ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s, const int wheels)
 {
-    put_step(run, s);
+#if SET_APPROACHES
+    if (s->stretched > 1)
+        put_pieces(run, s);
+    else
+#endif
+        put_step(run, s);
     for (int k = 0; k < 3; k++) {
         run->nu[k] = s->end_nu[k];
         run->pose[k] = sum_and_rest(run->pose[k], s->way[k] + run->pose_carry[k], &run->pose_carry[k]);
@@ -566,6 +584,10 @@ ALWAYS_INLINE void take(omniroll_run_t *run, const work_t *work, const step_t *s
     for (int k = 0; k < 3; k++)
         run->rise_nu[k] = weighted(&s->rate_nu[k], &gauss_end) - weighted(&s->rate_nu[k], &gauss_start);
     run->rise_over = s->h;
+#if SET_APPROACHES
+    if (s->stretched > 1)           /* the rates of its last nodes are not those in time                    */
+        run->rise_over = 0;
+#endif
     run->step_count++;
 #if SET_IS_ACTED_ON
     run->at_event = is_over(run) || run->elapsed >= run->next_time || s->landing >= wheels;

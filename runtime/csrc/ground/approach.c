@@ -1,0 +1,337 @@
+/* A step towards the rest of a slip whose direction turns on the way: up to the rest, or near it.
+ *
+ * With the time to rest T - t, what the direction has left to turn goes like a power (T - t)^a, so that polynomials in
+ * time converge slowly, however short a step is. Where a < 0 the slip leaves its direction: a roller that comes into
+ * contact slips along the axle, where it is light, and turns at the very end of its slip. In the clock x with
+ * t = T (1 - (1 - c x)^m) the rates per x have the power m (1 + a) - 1 of 1 - c x, and are polynomials where rates are
+ * constant: one step of the nodes in x makes a way for which steps in time shrink geometrically. c = 1: it ends at the
+ * rest, and the instant comes out with it. c < 1: it leaves a part of the time, (1 - c)^m. m = 1: an ordinary step,
+ * which ends at the rest.
+ *
+ * The rates that are integrated are those per x here. The caller gets such a step as several ones, with polynomials in
+ * time that miss no more than those of any step. If a try fails, or if anything else happens on the way, steps in time
+ * are made as everywhere. */
+#if SET_APPROACHES
+#define MAKES_A_POWER 0.02          /* of 1: a is known not to be zero                                        */
+#define SMOOTHNESS 6                /* the power m (1 + a) that is aimed at                                   */
+#define MOST_POWER 4                /* m of a step up to the rest                                            */
+#define FAR_TO_TURN 0.4             /* farther a direction turns with m = 1 alone,                            */
+#define MOST_TO_TURN 1.0            /* and not farther than this                                             */
+#define FADES_FAST 10               /* 1 + a of what fades at the start of the way, not at its end:           */
+#define TRANSIENT 13                /* this part of it is followed in a step in time, since                   */
+#define FAST_MISSES 1e-5            /* of what turns the slip a step up to the rest would miss this           */
+#define TURNS_OVER 0.4              /* 1 + a of a slip that is just leaving its direction                      */
+#define FEW_MISSES 1e-4             /* of what turns a slip a step up to the rest with m = 1 misses this        */
+#define LEAVING_POWER 5             /* m of a step that ends before                                          */
+#define LEAVES_AT 0.1               /* where the direction has turned so far                                  */
+#define LEAVES_LEAST 3e-4           /* of the time to rest                                                   */
+#define LEAVES_MOST 0.03            /* and at most; behind more steps in time do as well                      */
+#define MEETS_END 0.1               /* of what a step leaves: how well it meets that                          */
+#define MOST_APPROACH_SWEEPS 14
+#define SURE_SWEEPS 4               /* behind these an iteration contracts, or does not settle                 */
+#define CLEAR_OF_REST 1e3           /* times what is nothing of a slip: another slip is not at rest            */
+#define TAKES_LESS 0.999            /* of what a contact can take, squared: it sticks                         */
+#define MOST_PIECES 10
+#define HALLEY 6                    /* rounds of Halley's rule from the fourth root to another one          */
+
+enum { NO_APPROACH, MISSES_REST, APPROACHES };
+
+/* What turns a slip on its way to rest, in m/s. */
+ALWAYS_INLINE double turns_slip(const step_t *s)
+{
+    return s->across*s->rest_in;
+}
+
+/* The power of the time to rest with which that is left, 1 + a, from the rates at the start of the step: how strongly
+ * forces that turn take away what is across, over how fast the slip falls. */
+static void find_power_of_turn(const work_t *work, step_t *s, const double *towards)
+{
+    const int i = s->rests;
+    const double turned[2] = {s->turned[2*i].node[0], s->turned[2*i + 1].node[0]};
+    const double rate[2] = {work->slip_dot[2*i][0], work->slip_dot[2*i + 1][0]};
+    double per_turn[2];
+    for (int k = 0; k < 2; k++) {
+        const double *const response = response_to_force(s, i, k, i);
+        per_turn[k] = response[0]*turned[0] + response[1]*turned[1];
+    }
+    const double falls = hypot(s->slip_start[2*i], s->slip_start[2*i + 1])/s->rest_in;
+    s->across = fabs(rate[1]*towards[0] - rate[0]*towards[1]);
+    s->fades = (per_turn[0]*towards[1] - per_turn[1]*towards[0])/falls;
+}
+
+/* The power m of the clock, 0 where a step in time is better; and what part of the time the step leaves. */
+static int choose_clock(step_t *s)
+{
+    const int i = s->rests;
+    const double allowed = s->left_over[i]/TURNS_AWAY, size = hypot(s->slip_start[2*i], s->slip_start[2*i + 1]);
+    const double turn = turns_slip(s)/(size*fabs(s->fades - 1));
+    s->leaves = 0;
+    if (s->fades > TURNS_OVER && s->fades < FADES_FAST && FEW_MISSES*turns_slip(s) < allowed)
+        return 1;
+    if (s->fades < 1 - MAKES_A_POWER) {
+        s->leaves = fmax(pow(turn/LEAVES_AT, 1/(1 - s->fades)), LEAVES_LEAST);
+        return s->leaves < LEAVES_MOST ? LEAVING_POWER : 0;
+    }
+    if (!(s->fades > 1 + MAKES_A_POWER) || !(turn < MOST_TO_TURN))
+        return 0;
+    if (s->fades > FADES_FAST && FAST_MISSES*turns_slip(s) > allowed)
+        return 0;
+    return turn > FAR_TO_TURN ? 1 : (int)fmax(1, fmin(SMOOTHNESS/s->fades + 0.5, MOST_POWER));
+}
+
+static void set_clock(step_t *s, int power)
+{
+    s->stretched = power;
+    s->part = 1 - pow(s->leaves, 1.0/power);
+    for (int m = 0; m < NODES; m++) {
+        const double left = 1 - s->part*gauss_node.node[m];
+        double before = 1;
+        for (int k = 1; k < power; k++)
+            before *= left;
+        s->clock.node[m] = (1 - before*left)/(1 - s->leaves);
+        s->stretch.node[m] = power*s->part*before/(1 - s->leaves);
+    }
+    for (int k = 0; k < 3; k++)
+        stretch_nodes(s, s->rate_nu + k);
+    for (int c = 0; c < s->core; c++)
+        stretch_nodes(s, s->rate_core + c);
+}
+
+/* The time from the end of the step to the rest; not a number where the slip does not come to it. */
+static double time_left(const step_t *s)
+{
+    double along = 0, rate = 0;
+    for (int k = 2*s->rests; k < 2*s->rests + 2; k++) {
+        const double toward = s->toward[k].node[NODES - 1];
+        along += toward*s->end_slip[k], rate += toward*s->slip_rate[k].node[NODES - 1];
+    }
+    return rate < -s->settles ? -along/rate : NAN;
+}
+
+/* The rates at the nodes, and the length of the step with them. Returns whether they have been found. */
+static int settle_approach(step_t *s, const int wheels, double tolerance, double sweep_tolerance)
+{
+    double last = INFINITY;
+    for (int k = 0; k < MOST_APPROACH_SWEEPS; k++) {
+        const double change = sweep(s, wheels, 0), ratio = change/last;
+        end_of_step(s, wheels);
+        slips_at_end(s, wheels);
+        const double late = time_left(s) - s->leaves*s->h;
+        const double left = hypot(s->end_slip[2*s->rests], s->end_slip[2*s->rests + 1]);
+        const int meets = s->leaves > 0 ? fabs(late) <= MEETS_END*s->leaves*s->h : left <= s->left_over[s->rests];
+        s->rest = k > 0 && ratio < 0.5 ? change*ratio/(1 - ratio) : change;    /* one sweep says nothing of the next */
+        if (s->rest <= sweep_tolerance && (meets || fabs(late) <= EPS*s->h))
+            return meets && missed(s) <= tolerance;
+        if (!(late > -0.5*s->h && late < s->h) || (k > SURE_SWEEPS && !(ratio < 1)))
+            return 0;
+        if (k%3 == 2 && missed(s) > fmax(4*tolerance, 10*change))
+            return 0;
+        last = fmax(change, 1e-300);
+        s->h += meets && s->leaves > 0 ? 0 : late;
+    }
+    return 0;
+}
+
+/* Whether nothing else happens: no wheel comes to its joint, what sticks sticks, what slips slips. */
+static int nothing_else_happens(const step_t *s, const int wheels)
+{
+    for (int i = 0; i < wheels; i++) {
+        const double rate = s->rate_chi[i].node[NODES - 1], joint = s->joint;
+        if (!(fabs(s->end_chi[i]) < joint) || turn_beyond(&s->rate_chi[i], rate, s->h, s->chi[i], -joint, joint) < 1)
+            return 0;
+        if (s->grips[i] && !(weighted(&s->taken[i], &gauss_end) < TAKES_LESS - 1))
+            return 0;
+        const double *const slip = s->end_slip + 2*i;
+        const double along = s->toward[2*i].node[NODES - 1]*slip[0] + s->toward[2*i + 1].node[NODES - 1]*slip[1];
+        if (s->slides[i] && (i != s->rests || s->leaves > 0) && !(along > CLEAR_OF_REST*s->left_over[i]))
+            return 0;
+    }
+    return !(turn_of_contacts(s, wheels) < 1);
+}
+
+/* Whether a step from here may be one towards a rest, of at most the length `longest`. */
+static int may_approach(const omniroll_run_t *run, const step_t *s, double longest)
+{
+    int keeps = 0;
+    for (int i = 0; i < run->wheels; i++)
+        keeps |= s->keeps[i];
+    return s->turning && s->rest_in <= longest && !keeps && !s->stiff && s->guards == 0
+        && run->row_count + MOST_PIECES <= run->row_capacity;
+}
+
+/* A step towards the first rest, if there is one from here: of at most the length `longest`. most: that of a step in
+ * time, which may become less. */
+static int approach_rest(omniroll_run_t *run, const work_t *work, step_t *s, const int wheels, double longest,
+                         double *most, double size, double sweep_tolerance)
+{
+    if (!may_approach(run, s, longest))
+        return NO_APPROACH;
+    find_power_of_turn(work, s, run->grips[s->rests].towards);
+    const int power = choose_clock(s);
+    if (power == 0) {
+        const double transient = s->fades > FADES_FAST ? TRANSIENT*s->rest_in/s->fades : INFINITY;
+        const int shortens = transient < *most;
+        *most = fmin(*most, transient);
+        return shortens ? MISSES_REST : NO_APPROACH;
+    }
+    set_clock(s, power);
+    s->h = s->rest_in*(1 - s->leaves);
+    s->landing = s->leaves > 0 ? -1 : wheels + s->rests, s->late = 0;
+    if (settle_approach(s, wheels, size*run->tolerance, sweep_tolerance) && s->h <= longest) {
+        states_at_nodes(s, wheels);
+        end_of_step(s, wheels);
+        end_of_core(s);
+        integrate_pose(s, run->pose);
+        if (nothing_else_happens(s, wheels)) {
+#if SET_ACCOUNTS
+            accounts_at_nodes(s, wheels);
+#endif
+            run->step_error = fmax(run->step_error, missed(s)/size);
+            run->sweep_error += s->rest/size;
+            return APPROACHES;
+        }
+    }
+    run->rejected_count++;
+    s->stretched = 0;
+    return MISSES_REST;
+}
+
+/* The length of steps from before the way to rest stands again behind it. */
+static void keep_step_behind(omniroll_run_t *run, const step_t *s, double calm)
+{
+    run->step = fmax(calm, run->calm_step), run->rest_error = 0;
+    run->calm_step = s->leaves > 0 ? run->step : 0;
+}
+
+/* A piece of such a step. Columns of `values` make the rates in time at the nodes of the piece from the Legendre
+ * coefficients of those in the clock; `area` makes their integral up to its end. */
+typedef struct {
+    double from, to;                /* times over h                                                          */
+    nodes_t values[NODES];
+    double area[NODES];
+} piece_t;
+
+/* The integrals of the Legendre polynomials from 0 to x. */
+static void legendre_areas(double x, double *area)
+{
+    const double z = 2*x - 1;
+    double before = 1, p = z;
+    area[0] = x;
+    for (int k = 1; k < NODES; k++) {
+        const double after = ((2*k + 1)*z*p - k*before)/(k + 1);
+        area[k] = (after - before)/(2*(2*k + 1));
+        before = p, p = after;
+    }
+}
+
+/* The root of numbers from 1e-10 to 1: square roots, or Halley's rule from the fourth root. */
+static lanes_t root_of(lanes_t number, int power)
+{
+    lanes_t root = lanes_sqrt(number);
+    if (power > 2)
+        root = lanes_sqrt(root);
+    for (int k = 0; k < HALLEY && power%2; k++) {
+        lanes_t reached = root;
+        for (int m = 1; m < power; m++)
+            reached *= root;
+        root *= ((power - 1)*reached + (power + 1)*number)/((power + 1)*reached + (power - 1)*number);
+    }
+    return root;
+}
+
+/* The piece between two parts of the time to rest. */
+static void set_piece(const step_t *s, double left_before, double left_after, piece_t *piece)
+{
+    const double clocked = s->stretched*s->part/(1 - s->leaves);
+    nodes_t z;
+    piece->from = (1 - left_before)/(1 - s->leaves), piece->to = (1 - left_after)/(1 - s->leaves);
+    for (int b = 0; b < BLOCKS; b++) {
+        const lanes_t left = left_before - (left_before - left_after)*gauss_node.lanes[b];
+        const lanes_t base = root_of(left, s->stretched);
+        z.lanes[b] = 2*(1 - base)/s->part - 1;
+        piece->values[0].lanes[b] = base/(clocked*left);
+        piece->values[1].lanes[b] = z.lanes[b]*piece->values[0].lanes[b];
+    }
+    for (int k = 1; k < NODES - 1; k++)
+        for (int b = 0; b < BLOCKS; b++)
+            piece->values[k + 1].lanes[b] = ((2*k + 1)*z.lanes[b]*piece->values[k].lanes[b]
+                - k*piece->values[k - 1].lanes[b])/(k + 1);
+    const double base_after = left_after > 0 ? root_of(lanes_of(left_after), s->stretched)[0] : 0;
+    legendre_areas((1 - base_after)/s->part, piece->area);
+}
+
+/* Pieces of which polynomials in time miss no more than those of steps may; returns how many. */
+static int divide_way(const step_t *s, piece_t *pieces)
+{
+    const double allowed = s->left_over[s->rests]/TURNS_AWAY;
+    double left = 1;
+    int count = 0;
+    while (count < MOST_PIECES - 1) {
+        const double turns = turns_slip(s)*pow(left, s->fades);
+        double after = left*left_before_rest(turns/(2*NODES*allowed));
+        if (turns <= allowed || after <= s->leaves)
+            break;
+        if (after < 2*s->leaves)            /* two of one ratio, not a long one and a short one                  */
+            after = sqrt(left*s->leaves);
+        set_piece(s, left, after, pieces + count++);
+        left = after;
+    }
+    set_piece(s, left, s->leaves, pieces + count++);
+    return count;
+}
+
+/* A row inside a step that starts at the last row, but for what is integrated. part: of its length. */
+static void begin_row(const omniroll_run_t *run, const step_t *s, double part, double *row)
+{
+    const int inputs = SET_INPUTS*run->wheels;
+    const long long size = row_size(run);
+    memcpy(row, run->rows + size*(run->row_count - 1), size*sizeof *row);
+    row[0] = run->elapsed + (run->carry + s->h*part);
+    for (int k = 0; k < inputs; k++)
+        row[size - inputs + k] += run->inputs[inputs + k]*s->h*part;
+}
+
+/* The step as several ones, and the rows between them. */
+static void put_pieces(omniroll_run_t *run, const step_t *s)
+{
+    piece_t pieces[MOST_PIECES];
+    const int count = divide_way(s, pieces);
+    const long long width = row_size(run), step_width = step_size(run);
+    double *const rows = run->rows + width*(run->row_count - 1);
+    double *const steps = run->steps ? run->steps + step_width*(run->row_count - 1) : 0;
+    for (int k = 0; k < count; k++) {
+        if (k < count - 1)
+            begin_row(run, s, pieces[k].to, rows + (k + 1)*width);
+        if (steps)
+            steps[k*step_width] = s->h*(pieces[k].to - pieces[k].from), steps[k*step_width + 1] = 0;
+    }
+    for (int c = 0; c < integrated_size(run); c++) {
+        const nodes_t coefficients = times(gauss_legendre, rate_in_step(run, s, c));
+        for (int k = 0; k < count - 1; k++) {
+            double area = 0;
+            for (int m = 0; m < NODES; m++)
+                area += pieces[k].area[m]*coefficients.node[m];
+            rows[(k + 1)*width + 1 + c] = rows[1 + c] + s->h*area;
+        }
+        for (int k = 0; k < count && steps; k++) {
+            const nodes_t rate = times(pieces[k].values, &coefficients), in_time = times(gauss_legendre, &rate);
+            memcpy(steps + k*step_width + 2 + NODES*c, in_time.node, sizeof in_time);
+        }
+    }
+    run->row_count += count - 1;
+}
+
+#endif
+
+/* Whether there is room for the rows of the next step. A call that begins at the row `first` with little more than that
+ * makes steps in time. */
+static int has_room(const omniroll_run_t *run, long long first)
+{
+    long long rows = 1;
+#if SET_APPROACHES
+    if (run->row_capacity - first > MOST_PIECES + 1)
+        rows = MOST_PIECES;
+#endif
+    (void)first;
+    return run->row_count + rows <= run->row_capacity;
+}
