@@ -124,7 +124,7 @@ static int settle_approach(step_t *s, const int wheels, double tolerance, double
             return meets && missed(s) <= tolerance;
         if (!(late > -0.5*s->h && late < s->h) || (k > SURE_SWEEPS && !(ratio < 1)))
             return 0;
-        if (k%3 == 2 && missed(s) > fmax(4*tolerance, 10*change))
+        if (k%3 == 2 && missed(s) > fmax(4*tolerance, 10*change))       /* it takes long: at each third sweep   */
             return 0;
         last = fmax(change, 1e-300);
         s->h += meets && s->leaves > 0 ? 0 : late;
