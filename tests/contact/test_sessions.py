@@ -4,10 +4,21 @@ import numpy as np
 import pytest
 
 from contact.test_engines import slipping_task
-from omniroll import Contact, Motor, Session, Vehicle, simulate, simulate_many
+from omniroll import Bearings, Contact, Motor, Session, TorqueTable, Vehicle, simulate, simulate_many
 
 PAPER = Vehicle.paper()
 MOTOR = Motor((1.0, -2.0, 0.5), 0.01, 1.5, gear_ratio=5, current_limit=0.9)
+
+GROUND, SKID = Contact(law="coulomb", friction=0.3), Contact(law="coulomb", friction=0.1, wheel_rates=0)
+HELD = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016)
+RISING = TorqueTable((0.0, 0.5), ((0.0, 0.0, 0.0), (1.5, -0.7, -0.9)))
+NEAR_EVENTS = {
+    "slips come to rest, free": ("free", [SKID], (1.0, 0.3, 1.0)),
+    "slips come to rest, massless": ("massless", [SKID], (1.0, 0.3, 1.0)),
+    "contacts let go, free": ("free", [GROUND, RISING], (0.0, 0.0, 0.0)),
+    "contacts let go, massless": ("massless", [GROUND, RISING], (0.0, 0.0, 0.0)),
+    "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
+}
 
 
 def stepped(session, steps):
@@ -19,6 +30,35 @@ def state(session):
     lost = session.outputs["ground_loss"]
     contacts = session.wheel_speeds, session.contact_spin, session.slip, session.ground_force, lost
     return [session.nu.copy(), session.pose.copy(), session.energy, *contacts]
+
+
+@pytest.mark.parametrize("name", NEAR_EVENTS)
+def test_a_step_may_end_however_little_before_an_event(name):
+    """No step leads past its end; and a step so short that rounding moves its event farther than it is to be located
+    ends there all the same."""
+    model, effects, nu = NEAR_EVENTS[name]
+    options = {"nu": nu, "effects": effects, "roller_model": model, "accuracy": 1e-12}
+    run = simulate(PAPER, duration=0.2, **options)
+    modes = np.concatenate([run.sticks, run.quantity("rates") == 0], axis=1)
+    events = run.t[np.flatnonzero((modes[:-1] != modes[1:]).any(axis=1))]
+    events = events[(events > 1e-3) & (events < 0.18)]
+    assert len(events) >= 1
+    for event in events[:3]:
+        for before in (1e-5, 1e-7, 3e-10, 2e-11, 1e-12):
+            session = Session(PAPER, **options)
+            for step in (event - before, before / 2, 0.01):
+                session.step(step)
+                wanted = run.sample(session.time).nu
+                assert session.nu == pytest.approx(wanted, abs=1e-11 * np.abs(run.nu).max()), (event, before)
+
+
+def test_a_run_may_end_just_before_a_slip_comes_to_rest():
+    options = {"nu": (1.0, 0.3, 1.0), "effects": [SKID], "roller_model": "free", "accuracy": 1e-12}
+    run = simulate(PAPER, duration=0.1, **options)
+    rest = run.t[np.flatnonzero((run.sticks[:-1] != run.sticks[1:]).any(axis=1))[0]]
+    for before in (1e-4, 1e-6, 1e-9):
+        short = simulate(PAPER, duration=rest - before, **options)
+        assert short.nu[-1] == pytest.approx(run.sample(rest - before).nu, abs=1e-11)
 
 
 @pytest.mark.long

@@ -177,6 +177,13 @@ ALWAYS_INLINE double own_at_end(const step_t *s, int k, double *beyond)
     return fabs(torque) - most - OWN_LANDS*rounding_of_holding(torque, most);
 }
 
+/* What is rounding of it, where the bearing sticks. */
+ALWAYS_INLINE double rounding_at_end(const step_t *s, int k)
+{
+    return s->own_bearing[k].mode ? 0
+        : rounding_of_holding(weighted(s->own->held + k, &gauss_end) + s->own->late[k], most_held(s, k));
+}
+
 /* The rate of that at the step's end. */
 static double own_rate_at_end(const step_t *s, int k)
 {
@@ -224,6 +231,7 @@ static double length_to_own(step_t *s, const int wheels, double length)
         if (reached < length) {
             length = reached;
             s->landing = wheels + s->guards + s->facets + k;
+            s->unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;
         }
     }
     return length;

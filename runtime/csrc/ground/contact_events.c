@@ -197,6 +197,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
         if (reached < length || (reached == s->h && s->landing < 0)) {
             length = reached;
             s->landing = wheels + s->guards + i;
+            s->unsure = s->grips[i] && rate > 0 ? GRIP_NOISE(change)/rate : 0;
         }
     }
     return length;

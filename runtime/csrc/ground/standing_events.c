@@ -75,6 +75,7 @@ static double length_to_facets(step_t *s, const int wheels, double length)
         if (reached < length) {
             length = reached;
             s->landing = wheels + s->guards + s->facets + wheels + f;
+            s->unsure = rate > 0 ? rounding/rate : 0;
         }
     }
     return length;

@@ -208,7 +208,7 @@ NEVER_INLINE void look_at_contacts(step_t *s, const int wheels);
 ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 {
     double length = most;
-    s->landing = -1;
+    s->landing = -1, s->unsure = 0;
     for (int i = 0; i < wheels; i++) {
         const double sign = s->end_chi[i] < 0 ? -1 : 1;
         const double beyond = sign*s->end_chi[i] - s->edge[i], rate = sign*s->end_rate[i];
@@ -241,6 +241,13 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
     return length > 0.01*s->h ? length : 0.01*s->h;
 }
 
+/* Whether the event is as near as it can be located. In a step that is short enough rounding alone moves it farther than
+ * a part of the step. */
+ALWAYS_INLINE int is_near(const step_t *s, double moved)
+{
+    return fabs(moved) <= fmax(s->reach*s->h, s->unsure);
+}
+
 enum { SETTLED, UNSETTLED, TOO_LONG };
 
 /* The end of a step whose rates have settled. False: the event is not within reach after all, and comes `late`. Where all
@@ -266,11 +273,11 @@ ALWAYS_INLINE int end_settled(step_t *s, const int wheels, double most)
     if (first_look) {
         look_at_contacts(s, wheels);
         s->late = length_to_event(s, wheels, most) - s->h;
-        return fabs(s->late) <= s->reach*s->h && s->landing < wheels + s->guards;
+        return is_near(s, s->late) && s->landing < wheels + s->guards;
     }
 #endif
     s->late = length_to_event(s, wheels, most) - s->h;
-    return fabs(s->late) <= s->reach*s->h;
+    return is_near(s, s->late);
 }
 
 /* Whether what sticks lets go so much later than the step ends that its force there would not be the largest one to
@@ -279,7 +286,7 @@ ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
 {
 #if SET_GRIPS
     const int contact = s->landing - wheels - s->guards;
-    return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > CLOSE*s->h;
+    return contact >= 0 && !(contact < wheels && s->slides[contact]) && fabs(s->late) > fmax(CLOSE*s->h, s->unsure);
 #else
     (void)s, (void)wheels;
     return 0;
@@ -387,7 +394,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
-        if (rest <= sweep_tolerance && fabs(moved) <= s->reach*s->h) {
+        if (rest <= sweep_tolerance && is_near(s, moved)) {
             const int unseen = is_blind(s), near = end_settled(s, wheels, most);
             const int moves_on = near && !moved_on && lets_go_later(s, wheels);
             if (near && !moves_on)

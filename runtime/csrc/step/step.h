@@ -111,6 +111,7 @@ typedef struct {
     int landing;                                /* the wheel whose joint ends the step, or -1; wheels + k: guard k */
     double late;                                /* the event comes this much later than h,       */
     double reach;                               /* at most this part of h                        */
+    double unsure;                              /* rounding hides the event's instant for so long */
     long long sweeps;
 #if SET_HAS_HEADING
     double heading;                             /* at the start                                  */

@@ -389,7 +389,8 @@ ALWAYS_INLINE int advance(omniroll_run_t *run, const work_t *work, step_t *s, co
         run->ground.knows_rates = 0;
 #endif
 #if SET_APPROACHES
-        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, fmax(calm, run->calm_step), &most, size,
+        const double longest = fmin(fmax(calm, run->calm_step), rest);
+        const int approach = trial == 0 ? approach_rest(run, work, s, wheels, longest, &most, size,
                                                         size*sweep_tolerance(run, s->rest_in)) : NO_APPROACH;
         if (approach == MISSES_REST)
             continue;
