@@ -136,7 +136,7 @@ def test_the_rows_before_a_rest_too(monkeypatch):
     own, reference = runs_in_c_and_python(case, tuple(changes), monkeypatch)
     apart, size = np.abs(own.followed.rows - reference.followed.rows), np.abs(reference.followed.rows).max(axis=(0, 1))
     slips = np.where(own.sticks, np.inf, np.linalg.norm(own.slip, axis=-1)).min(axis=1)
-    assert (slips == 0).sum() == 4 and (slips < 1e-8).sum() > 10
+    assert (slips < 1e-16).sum() == 4 and (slips < 1e-8).sum() >= 8, "four rests, and rows on the way to them"
     turned = ROUNDINGS + np.minimum(np.finfo(float).eps / np.maximum(slips, 1e-16), 1e-4)
     assert (apart <= turned[:, None, None] * size).all()
 
