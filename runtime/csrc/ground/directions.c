@@ -7,7 +7,7 @@
  * (runtime/omniroll/engine/directed.py). One contact is solved for after the other. */
 #if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
-#define ROLLS 0.1                  /* of pi/n: a roller whose wheel turns by less keeps its radius           */
+#define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */

@@ -258,12 +258,14 @@ static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
         refusal->compression[i] = run->grips[i].load;
 }
 
+/* Whether the vehicle tips: there are no loads, and not because friction leaves them undetermined. */
 static int tips(const omniroll_ground_t *ground)
 {
     return ground->failure == OMNIROLL_LOADS_NONE && ground->failure_is_regular;
 }
 
-/* What is done failed in its turn: the refusal that has led there is told if that alone says of tipping. */
+/* There are no loads where contacts give way either. The run stops because the vehicle tips if it does so where all
+ * contacts stick, and not only where they give way. */
 static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
 {
     if (!tips(&at_rest->ground) || tips(&run->ground))

@@ -3,7 +3,8 @@
 Where contacts at rest may give way, their friction depends on the loads and the loads on their friction: one is found
 for the other in turn (rule 3 of ground.py with these loads, then the loads in these modes) until nothing changes. That
 begins with the loads where all of them stick; where there are none, since friction would lift wheels that gives way
-before, with those of the last state. Where that has no end either, the vehicle tips if it does so in one of the two.
+before, with those of the last state. If this finds no loads either, the run stops; the vehicle tips if it does so
+where all contacts stick, or where some give way.
 
 The laws that are smooth have no contacts that stick; theirs carry or are off (smooth_ground.py).
 """
@@ -52,7 +53,9 @@ class LoadBalance:
 
 @contextmanager
 def telling_what_tips(at_rest: GroundFailsError | None) -> Iterator[None]:
-    """Raises GroundFailsError as what is done does; or `at_rest`, which led there, if that alone says of tipping."""
+    """Around a search for loads where contacts give way, which began because there are none where all stick: `at_rest`
+    says why. Raises GroundFailsError where it fails: the reason with which the vehicle tips, if one of the two is such.
+    """
     try:
         yield
     except GroundFailsError as fails:

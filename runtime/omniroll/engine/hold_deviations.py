@@ -24,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.effects.complementarity import Facets
-from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.motion import Columns, Motion, first_with_modes
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
@@ -343,20 +343,15 @@ class HoldDeviations:
             raise self._none(event.row, self._why_unknown(event), self.modes[event.before] == 0)
         return -slopes[:, 1:] / slopes[:, :1]
 
-    def _first_with_modes(self, event: "Event") -> int:
-        """The row from which on the bearings have had the modes before an event."""
-        other = np.flatnonzero((self.modes[: event.before + 1] != self.modes[event.before]).any(axis=1))
-        return int(other[-1] + 1) if len(other) else 0
-
     def _time_of_hold(self, event: "Event") -> float:
         """For how long the bearings have had the modes before an event."""
         elapsed = self.trajectory.elapsed
-        return float(elapsed[event.row] - elapsed[self._first_with_modes(event)])
+        return float(elapsed[event.row] - elapsed[first_with_modes(self.modes, event.before)])
 
     def _why_unknown(self, event: "Event") -> str:
         """Why what holds bearings rises too little before an event: what is known of it begins with the piece."""
         reason = "what holds a bearing only just comes to its bound, so that a change however small lets it stick on"
-        if self._first_with_modes(event) == 0:
+        if first_with_modes(self.modes, event.before) == 0:
             reason += (
                 f"; or too little of its rise is seen, since the run, or this step of a session, began only "
                 f"{self._time_of_hold(event):.2g} s before: let it begin earlier, or behind the break-away"

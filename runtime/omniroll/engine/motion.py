@@ -16,6 +16,12 @@ from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
 
 
+def first_with_modes(modes: np.ndarray, row: int) -> int:
+    """The row from which on modes (T, ...) have been those of a row."""
+    other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
+    return int(other[-1] + 1) if len(other) else 0
+
+
 class Motion:
     """The rows of a run, with what its phases were given and its rates there."""
 
@@ -62,9 +68,8 @@ class Motion:
     def time_in_modes(self, modes: np.ndarray, row: int) -> float:
         """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
         piece of a session does not know since when they are."""
-        other = np.flatnonzero((modes[: row + 1] != modes[row]).any(axis=1))
-        elapsed = self.trajectory.elapsed
-        return float(elapsed[row] - elapsed[other[-1] + 1] if len(other) else elapsed[-1])
+        first, elapsed = first_with_modes(modes, row), self.trajectory.elapsed
+        return float(elapsed[row] - elapsed[first] if first else elapsed[-1])
 
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
