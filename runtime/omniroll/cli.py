@@ -2,18 +2,20 @@
 
 import argparse
 import importlib
+import os
 import pkgutil
 import sys
 from collections.abc import Sequence
 
 import omniroll
 from omniroll import commands
-from omniroll.commands import BAD_CALL, FAILED, INTERRUPTED, STOPPED
+from omniroll.commands import BAD_CALL, CLOSED, FAILED, INTERRUPTED, STOPPED
 from omniroll.errors import InvalidValueError, OmnirollError, SimulationStopped
 from omniroll.scenes import SceneError
 
 EXIT_CODES = (
-    "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted, 143 terminated."
+    "Exit code: 0 done, 1 failed, 2 bad call or scene, 3 the simulation stopped, 130 interrupted, 141 output closed, "
+    "143 terminated."
 )
 CODES = {InvalidValueError: BAD_CALL, SimulationStopped: STOPPED}
 
@@ -49,10 +51,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser().parse_args(arguments)
     try:
         _import(given.modules)
-        return given.run(given)
+        code = given.run(given)
+        sys.stdout.flush()
+        return code
     except SceneError as error:  # each of its lines begins with the file's name
         print(error, file=sys.stderr)
         return BAD_CALL
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what Python writes at its own end
+        return CLOSED
     except (OmnirollError, OSError) as error:
         print(f"omniroll: {error}", file=sys.stderr)
         return next((code for kind, code in CODES.items() if isinstance(error, kind)), FAILED)

@@ -1,6 +1,7 @@
 """`omniroll explain SCENE`: state, effects, costs, estimates, and what looks wrong."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,7 +48,8 @@ def test_every_shipped_scene_is_explained(scene, shortened, capsys):
     assert on[: 1 + len(laws)] == [options.get("roller_model", "free"), *laws]
     assert not [effect for effect in said["effects"] if effect["on"] and effect["estimate"]]
     acting = [type(effect).__name__ for effect in options.get("effects", ())]
-    assert [price["effect"] for price in said["prices"]] == acting
+    rolls = not load_scene(scene).slips and options.get("roller_model") != "locked"
+    assert [price["effect"] for price in said["prices"]] == acting + ["Contact"] * rolls
     for price in said["prices"]:
         assert price["percent"] is None or np.isfinite(price["percent"])
 
@@ -100,6 +102,38 @@ def test_an_estimate_is_the_distance_of_two_motions():
     times = np.linspace(0, duration, 101)
     apart = np.abs(base.sample(times).pose - other.sample(times).pose) / [0.15, 0.15, 1.0]
     assert apart.max() <= estimate.distance * (1 + 1e-6) < 0.02
+
+
+def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
+    """Friction of [reactions], on a slope: each law of the ground with the numbers that the estimate names."""
+    more = "[slope]\nangle = 0.2\n[reactions]\nfriction = 0.3\nheight = 0.05\n[rollers]\nmodel = 'massless'\n"
+    duration, found = estimates(scene_of(tmp_path, {"preset": "paper"}, more))
+    across, slope = {"normal_gravity": 9.80665 * np.cos(0.2)}, omniroll.Slope(0.2)
+    run = partial(omniroll.simulate, PAPER, nu=(1, 0, 1), duration=duration, roller_model="massless")
+    base, times = run(effects=[slope]), np.linspace(0, duration, 101)
+    fade = 0.05 * np.abs(base.kernel.wheel_rates(base.nu, base.chi)[0]).max() * PAPER.wheel_radius
+    grounds = {
+        "contact_viscous": {"coefficient": 0.3 * PAPER.mass * 9.80665 / 3 / fade},
+        "contact_regularised": across | {"law": "regularised", "friction": 0.3, "speed": fade},
+        "contact_coulomb": across | {"law": "coulomb", "friction": 0.3},
+        "contact_loads": across | {"law": "coulomb", "friction": 0.3, "loads": "dynamic", "height": 0.05},
+    }
+    estimated = {estimate.effect: estimate.distance for estimate in found}
+    for effect, numbers in grounds.items():
+        other = run(effects=[slope, omniroll.Contact(**numbers)])
+        apart = np.abs(base.sample(times).pose - other.sample(times).pose) / [0.15, 0.15, 1.0]
+        assert 0.01 < apart.max() <= estimated[effect] * (1 + 1e-6)
+
+
+def test_what_cannot_be_estimated_says_why(tmp_path):
+    more = "[contact]\nlaw = 'coulomb'\nfriction = 0.5\nloads = 'dynamic'\nheight = 0.05\n"
+    more += "[rollers]\nmodel = 'massless'\n"
+    found = {estimate.effect: estimate for estimate in estimates(scene_of(tmp_path, {"preset": "paper"}, more))[1]}
+    assert "cannot be locked where wheels may slip" in found["locked"].why
+    assert "wheel_mass" in found["layout"].why and found["layout"].distance is None
+    assert found["smooth"].why == found["impact"].why == "wheels that may slip ask for no law"
+    assert found["slope"].distance > 0 and not found["slope"].why
+    assert found["contact_regularised"].distance > 0 and "contact_coulomb" not in found
 
 
 def test_models_without_free_rollers_are_compared_from_rest(tmp_path):

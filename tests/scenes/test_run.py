@@ -2,6 +2,9 @@
 
 import csv
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -128,3 +131,13 @@ def test_the_coarser_run_tells_its_progress_too():
     run_scene(load_scene("scenes/motion-3.toml"), lambda done, total: told.append((done, total)))
     starts = [k for k in range(1, len(told)) if told[k][0] < told[k - 1][0]]
     assert len(starts) == 1 and told[-1] == told[starts[0] - 1] == (20.0, 20.0)
+
+
+def test_a_reader_that_closes_the_output_is_no_error():
+    """As `omniroll robots | head -1` does: exit code 141, and no message."""
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "omniroll", "robots"]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, "")

@@ -71,7 +71,7 @@ def _number(origin: dict[str, Any]) -> str:
 
 
 def _named(effect: dict[str, Any], place: str) -> str:
-    return f"{effect['name']:<15} {place}".ljust(28)
+    return f"{effect['name']:<19} {place}".ljust(32)
 
 
 def _why(effect: dict[str, Any]) -> str:
@@ -87,8 +87,10 @@ def _estimated(estimate: dict[str, Any] | None, felt: float) -> str:
     distance = "-" if estimate["distance"] is None else f"{estimate['distance']:.1e}"
     if estimate["distance"] is not None and 0 < estimate["distance"] < felt:
         distance = f"< {felt:.0e}"
-    percent = f"; 1 % at {estimate['percent']}" if estimate["percent"] else ""
-    return f"{distance:<9} {estimate['setting']}{percent}"
+    more = f"; 1 % at {estimate['percent']}" if estimate["percent"] else ""
+    if estimate["why"]:
+        more = f"{', ' if estimate['setting'] else ''}not estimated: {estimate['why']}"
+    return f"{distance:<9} {estimate['setting']}{more}"
 
 
 def _cost(explanation: dict[str, Any]) -> list[str]:
@@ -115,5 +117,7 @@ def _prices(prices: list[dict[str, Any]]) -> list[str]:
         shown = "not known: the scene does not run without it, or not in time"
         if price["microseconds"] is not None:
             shown = f"{price['microseconds']:.3g} us per simulated s, {price['percent']:.0f} % of the whole"
+        if price["setting"]:
+            shown += f", where wheels could slip ({price['setting']})"
         lines.append(f"  {price['effect']:<14} {shown}")
     return lines

@@ -166,14 +166,7 @@ class Contact(Effect):
         slope = next((effect for effect in others if isinstance(effect, Slope)), None)
         has_loads = self.law != "viscous" or self.is_loaded
         if has_loads and slope is not None and self.load is None and self.normal_gravity is None:
-            (across,) = parts.evaluate(
-                "across_plane",
-                vehicle.wheels,
-                vehicle.rollers_per_wheel,
-                gravity_strength=slope.gravity,
-                plane_angle=slope.angle,
-            )
-            bound = f"must be given on a slope; across this plane it is {across!r}"
+            bound = f"must be given on a slope; across this plane it is {slope.normal_gravity!r}"
             raise InvalidValueError("normal_gravity", None, bound)
         self.constants(vehicle)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from omniroll.effects.effect import Effect
+from omniroll.vehicles import parts
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import SLOPE, STANDARD_GRAVITY, documented
 
@@ -30,6 +31,12 @@ class Slope(Effect):
 
     def __post_init__(self) -> None:
         self._keep_checked(SLOPE)
+
+    @property
+    def normal_gravity(self) -> float:
+        """Gravity across the plane in m/s^2."""
+        (across,) = parts.evaluate("across_plane", 1, 3, gravity_strength=self.gravity, plane_angle=self.angle)
+        return across
 
     def kernel_effects(self) -> tuple[str, ...]:
         return ("slope",)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll.effects import Slope
-from omniroll.effects.load_numbers import ENTRIES, balance_numbers, part, spin_inertia_of
+from omniroll.effects.load_numbers import ENTRIES, balance_numbers, spin_inertia_of
 from omniroll.errors import InvalidValueError, RollingWarning
 from omniroll.results.accelerations import call_named, torques_of_free_rollers, turning, with_accelerations
 from omniroll.results.trajectory import Trajectory
@@ -247,4 +247,4 @@ def _normal_gravity(trajectory: Trajectory, gravity: float | None) -> float:
         return gravity
     if gravity != slope.gravity:
         raise InvalidValueError("gravity", gravity, f"must be that of the run's slope, {slope.gravity!r}")
-    return part(trajectory.vehicle, "across_plane", gravity_strength=gravity, plane_angle=slope.angle)
+    return slope.normal_gravity

@@ -18,6 +18,7 @@ from omniroll.errors import InvalidValueError, SimulationStopped
 from omniroll.kernels import sets
 from omniroll.scenes.allowance import Allowance, limited
 from omniroll.scenes.loading import Scene
+from omniroll.scenes.variants import coulomb_ground
 from omniroll.vehicles.vehicle import Vehicle
 
 KINDS = ("add", "mul", "div", "sqrt", "sincos")
@@ -65,41 +66,54 @@ def _cost(name: str, counted: dict[str, dict[str, int]], vehicle: Vehicle) -> Co
 
 @dataclass(frozen=True)
 class Price:
-    """What an effect adds to the time of a run: us per simulated s, and per cent of the whole; None if not known."""
+    """What an effect adds to the time of a run: us per simulated s, and per cent of the whole; None if not known.
+
+    setting  of an effect that is off, and would be added: its numbers, in words; the whole is the scene as it is
+    """
 
     effect: str
     microseconds: float | None
     percent: float | None
+    setting: str = ""
 
 
 def prices(scene: Scene, allowance: Allowance | None = None) -> list[Price]:
-    """The price of each effect that acts: the time of a run with all of them less that without this one. None are
-    known where there is no time left.
+    """The price of each effect that acts: the time of a run with all of them less that without this one; and of wheels
+    that may slip, where they may not. None are known where there is no time left.
 
     Both are measured on the beginning of a motion that starts with nu = (1, 1, 1), since the scene may stand still
     without the effect. An effect may save time: it may slow the vehicle down, so that there are fewer switches.
     """
-    acting = scene.options.get("effects", ())
+    acting = tuple(scene.options.get("effects", ()))
     allowance = allowance or Allowance()
-    if not acting or not allowance.has_time("the price of each effect"):
+    ground = coulomb_ground(scene)
+    if not (acting or ground) or not allowance.has_time("the price of each effect"):
         return []
     task = _moving(scene, acting)
     turning = np.abs(task.kernel.wheel_speeds(task.state.nu)).max()
     duration = float(WINDOW * np.pi / task.kernel.rollers_per_wheel / turning)
-    found: list[Price] = []
-    try:
-        whole = _of_duration(task, duration)
-    except SimulationStopped:
-        return [Price(type(effect).__name__, None, None) for effect in acting]
-    for effect in acting:
-        if not allowance.has_time(f"the price of {type(effect).__name__}"):
+    whole = _of_effects(scene, acting, duration)
+    without = [(type(effect).__name__, "", [other for other in acting if other is not effect]) for effect in acting]
+    beside = [("Contact", f"friction {ground.friction:g}", [*acting, ground])] if ground else []
+    found = []
+    for name, setting, effects in [*without, *beside]:
+        if not allowance.has_time(f"the price of {name}"):
             continue
-        try:
-            rest = _of_duration(_moving(scene, [other for other in acting if other is not effect]), duration)
-            found.append(Price(type(effect).__name__, whole - rest, 100 * (whole - rest) / whole))
-        except (InvalidValueError, SimulationStopped):  # another effect needs it, or the motion without it cannot go on
-            found.append(Price(type(effect).__name__, None, None))
+        other = None if whole is None else _of_effects(scene, effects, duration)
+        if whole is None or other is None:
+            found.append(Price(name, None, None, setting))
+        else:
+            added = other - whole if setting else whole - other
+            found.append(Price(name, added, 100 * added / whole, setting))
     return found
+
+
+def _of_effects(scene: Scene, effects: Sequence[Effect], duration: float) -> float | None:
+    """Microseconds per simulated second with these effects; None where they cannot stand so, or the motion stops."""
+    try:
+        return _of_duration(_moving(scene, effects), duration)
+    except (InvalidValueError, SimulationStopped):
+        return None
 
 
 def _moving(scene: Scene, effects: Sequence[Effect]) -> Task:

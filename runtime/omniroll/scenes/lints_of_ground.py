@@ -8,7 +8,6 @@ from omniroll.effects.contact import Contact
 from omniroll.effects.slope import Slope
 from omniroll.scenes.lint import Lint
 from omniroll.scenes.loading import Scene
-from omniroll.vehicles.parts import evaluate
 from omniroll.vocabulary import STANDARD_GRAVITY
 
 HEAVY = 0.25  # of the weight: given loads whose sum is farther from it are those of no vehicle at rest
@@ -30,7 +29,8 @@ def of_ground(scene: Scene) -> Iterator[Lint]:
         text = f"{ground.speed:g} m/s only costs: nobody sees so slow a creep; the law coulomb needs no such speed"
         yield Lint("contact", "speed", text)
     if ground.load is not None:
-        gravity = _across(scene, next((effect for effect in effects if isinstance(effect, Slope)), None))
+        slope = next((effect for effect in effects if isinstance(effect, Slope)), None)
+        gravity = STANDARD_GRAVITY if slope is None else slope.normal_gravity
         weight, sum_of_loads = (
             scene.vehicle.mass * gravity,
             float(np.broadcast_to(ground.load, scene.vehicle.wheels).sum()),
@@ -38,11 +38,3 @@ def of_ground(scene: Scene) -> Iterator[Lint]:
         if abs(sum_of_loads - weight) > HEAVY * weight:
             text = f"the loads add up to {sum_of_loads:.3g} N; the vehicle presses on the ground with {weight:.3g} N"
             yield Lint("contact", "load", text)
-
-
-def _across(scene: Scene, slope: Slope | None) -> float:
-    """Gravity across the plane in m/s^2."""
-    if slope is None:
-        return STANDARD_GRAVITY
-    counts = scene.vehicle.wheels, scene.vehicle.rollers_per_wheel
-    return evaluate("across_plane", *counts, gravity_strength=slope.gravity, plane_angle=slope.angle)[0]
