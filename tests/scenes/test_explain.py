@@ -68,7 +68,7 @@ def test_text(capsys):
     for part in (
         "3 wheels of 5 rollers",
         "  wheel_radius                0.0707107 m       given: by the preset\n",
-        "massless        [rollers]",
+        "massless            [rollers]",
         "in place of locked",
         "ns per evaluation",
         "nothing",
@@ -106,17 +106,17 @@ def test_an_estimate_is_the_distance_of_two_motions():
 
 def test_what_a_ground_would_change_is_the_distance_to_a_motion_on_it(tmp_path):
     """Friction of [reactions], on a slope: each law of the ground with the numbers that the estimate names."""
-    more = "[slope]\nangle = 0.2\n[reactions]\nfriction = 0.3\nheight = 0.05\n[rollers]\nmodel = 'massless'\n"
+    more = "[slope]\nangle = 0.2\n[reactions]\nfriction = 0.01\nheight = 0.05\n[rollers]\nmodel = 'massless'\n"
     duration, found = estimates(scene_of(tmp_path, {"preset": "paper"}, more))
     across, slope = {"normal_gravity": 9.80665 * np.cos(0.2)}, omniroll.Slope(0.2)
     run = partial(omniroll.simulate, PAPER, nu=(1, 0, 1), duration=duration, roller_model="massless")
     base, times = run(effects=[slope]), np.linspace(0, duration, 101)
     fade = 0.05 * np.abs(base.kernel.wheel_rates(base.nu, base.chi)[0]).max() * PAPER.wheel_radius
     grounds = {
-        "contact_viscous": {"coefficient": 0.3 * PAPER.mass * 9.80665 / 3 / fade},
-        "contact_regularised": across | {"law": "regularised", "friction": 0.3, "speed": fade},
-        "contact_coulomb": across | {"law": "coulomb", "friction": 0.3},
-        "contact_loads": across | {"law": "coulomb", "friction": 0.3, "loads": "dynamic", "height": 0.05},
+        "contact_viscous": {"coefficient": 0.01 * PAPER.mass * 9.80665 / 3 / fade},
+        "contact_regularised": across | {"law": "regularised", "friction": 0.01, "speed": fade},
+        "contact_coulomb": across | {"law": "coulomb", "friction": 0.01},
+        "contact_loads": across | {"law": "coulomb", "friction": 0.01, "loads": "dynamic", "height": 0.05},
     }
     estimated = {estimate.effect: estimate.distance for estimate in found}
     for effect, numbers in grounds.items():
