@@ -360,6 +360,17 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 #endif
 }
 
+/* Whether an iteration that contracts no more changes only what the rounding of slips that have just begun moves. */
+ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, double ratio, double tolerance)
+{
+#if SET_GRIPS
+    return s->turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
+#else
+    (void)s, (void)wheels, (void)change, (void)ratio, (void)tolerance;
+    return 0;
+#endif
+}
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
 {
@@ -390,7 +401,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. By Newton's rule
          * with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
         const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
-        const double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+        double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+        if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
+            rest = 0;
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif
