@@ -1,6 +1,5 @@
 """Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
-stick in them but for those of the law coulomb under dynamic loads (tests/contact/test_standing_under_loads.py has such
-scenes), and in scenes of their own rollers.
+stick in them unless a controller drives, and in scenes of their own rollers.
 
 A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`.
 """
@@ -75,7 +74,7 @@ def scene(number: int) -> tuple[Vehicle, dict[str, Any]]:
     ground = Contact(law=law, loads=loads, **numbers, wheel_rates=rates)
     effects = (ground, *acting, Slope(float(random.uniform(0, 0.3)), 1.0))
     nu = tuple(random.normal(size=3)) if random.random() < 0.9 else (0.0, 0.0, 0.0)
-    if (loads == "static" or law != "coulomb") and ACTING[kind] is not controller:  # whose axles have a named speed
+    if ACTING[kind] is not controller:  # whose axles have a named speed
         sliding = 10 ** random.uniform(-3, -0.5) * random.uniform(0.5, 1.5, wheels)
         effects += (Bearings(wheel_coulomb=sliding, wheel_break_away=1.2 * sliding),)
     task = {
