@@ -394,7 +394,7 @@ def test_contacts_beside_rollers_that_are_light_are_decided_to_rounding(number):
     matrix, given = plain.reshape(parts + light, 1, parts + light, 1), (rows @ rng.normal(size=6))[:, None]
     reach = 10 ** rng.uniform(-1, 0.5, (parts + light, 1))
     reach[parts:] = 8 * (np.abs(given[parts:]) + np.abs(plain[parts:, :parts]) @ reach[:parts])
-    found = cones.decide_semidefinite(matrix, given, reach, of_each_size=True)
+    found = cones.decide_semidefinite(matrix, given, reach)
     sizes = np.abs(given * reach) + np.einsum("kcjd,jd->kc", np.abs(matrix), reach) * reach
     missing = np.abs(found.rate * reach) / sizes
     inside = np.abs(found.force) < reach * (1 - 1e-12)
