@@ -356,7 +356,7 @@ def assert_obeys_the_laws(vehicle, run, options):
     """In each row: forces in their ellipses, torques within their bounds and against the motion, and the ledger."""
     ground, bearings, *_ = options["effects"]
     for name, found in residuals(vehicle, ground, run, vehicle.mass * 9.8).items():
-        assert found.max(initial=0.0) <= 1e-11, name
+        assert found.max(initial=0.0) <= 1e-12, name
     spins, torques = run.contact_spin, contact_torques(run)
     assert (np.abs(torques) <= np.array(bearings.roller_break_away) * (1 + 1e-11)).all()
     turning = np.abs(spins) > 1e-9 * max(np.abs(spins).max(), 1.0)
@@ -367,7 +367,10 @@ def assert_obeys_the_laws(vehicle, run, options):
     assert abs(run.ledger.residual) <= 1e-7 * scale
 
 
-@pytest.mark.parametrize("number", [0, 3])
+TURNS = 268  # a slip of this scene turns round in a phase, and rows before its rest had its force the wrong way
+
+
+@pytest.mark.parametrize("number", [0, 3, TURNS])
 def test_random_scenes_obey_the_laws_in_every_row(number):
     vehicle, options = scene(number)
     run = simulate(vehicle, **options)

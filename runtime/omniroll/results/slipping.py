@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from omniroll.effects.ground import AT_REST, Grip, slip_roundings
+from omniroll.effects.ground import AT_REST, PAST_REST, STRAIGHT, Grip, slip_roundings
 from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.effects.slipping_bearings import MOMENTS
@@ -12,9 +12,6 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
-
-PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
-STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 class Contacts:
