@@ -389,8 +389,8 @@ ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
     }
 }
 
-/* Whether the directions follow the slips that the last sweep has found as well as these are known. Where a slip has just
- * begun it is the small difference of large speeds, and what further sweeps change is its rounding. */
+/* Whether the directions follow the slips that the last sweep has found as well as these are known. Where a slip has
+ * just begun it is the small difference of large speeds, and what further sweeps change is its rounding. */
 NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
 {
     states_at_nodes(s, wheels);

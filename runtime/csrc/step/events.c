@@ -46,8 +46,8 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
     return rate;
 }
 
-/* The length at which a function of the motion comes to its bound that is `value` beyond it at the step's end. Where it has
- * not risen, since the step is that short, it comes there at the end as well as anywhere else. */
+/* The length at which a function of the motion comes to its bound that is `value` beyond it at the step's end. Where it
+ * has not risen, since the step is that short, it comes there at the end as well as anywhere else. */
 ALWAYS_INLINE double reached_from(const step_t *s, double value, double rate)
 {
     return rate > 0 ? s->h - value/rate : rate == 0 ? s->h : s->h/2;
@@ -373,8 +373,8 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 #endif
 }
 
-/* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding hides
- * it there: it lies between the two. */
+/* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding
+ * hides it there: it lies between the two. */
 ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settled, double *cut)
 {
 #if SET_GRIPS
