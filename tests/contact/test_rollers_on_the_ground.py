@@ -356,7 +356,7 @@ def assert_obeys_the_laws(vehicle, run, options):
     """In each row: forces in their ellipses, torques within their bounds and against the motion, and the ledger."""
     ground, bearings, *_ = options["effects"]
     for name, found in residuals(vehicle, ground, run, vehicle.mass * 9.8).items():
-        assert found.max(initial=0.0) <= 1e-11, name
+        assert found.max(initial=0.0) <= 1e-12, name
     spins, torques = run.contact_spin, contact_torques(run)
     assert (np.abs(torques) <= np.array(bearings.roller_break_away) * (1 + 1e-11)).all()
     turning = np.abs(spins) > 1e-9 * max(np.abs(spins).max(), 1.0)
@@ -367,7 +367,10 @@ def assert_obeys_the_laws(vehicle, run, options):
     assert abs(run.ledger.residual) <= 1e-7 * scale
 
 
-@pytest.mark.parametrize("number", [0, 3])
+TURNS = 268  # a slip of this scene turns round in a phase, and rows before its rest had its force the wrong way
+
+
+@pytest.mark.parametrize("number", [0, 3, TURNS])
 def test_random_scenes_obey_the_laws_in_every_row(number):
     vehicle, options = scene(number)
     run = simulate(vehicle, **options)
@@ -394,7 +397,7 @@ def test_contacts_beside_rollers_that_are_light_are_decided_to_rounding(number):
     matrix, given = plain.reshape(parts + light, 1, parts + light, 1), (rows @ rng.normal(size=6))[:, None]
     reach = 10 ** rng.uniform(-1, 0.5, (parts + light, 1))
     reach[parts:] = 8 * (np.abs(given[parts:]) + np.abs(plain[parts:, :parts]) @ reach[:parts])
-    found = cones.decide_semidefinite(matrix, given, reach, of_each_size=True)
+    found = cones.decide_semidefinite(matrix, given, reach)
     sizes = np.abs(given * reach) + np.einsum("kcjd,jd->kc", np.abs(matrix), reach) * reach
     missing = np.abs(found.rate * reach) / sizes
     inside = np.abs(found.force) < reach * (1 - 1e-12)

@@ -19,6 +19,12 @@ NEAR_EVENTS = {
     "contacts let go, massless": ("massless", [GROUND, RISING], (0.0, 0.0, 0.0)),
     "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
 }
+FOLLOWED = Contact(law="coulomb", friction=0.3, loads="dynamic", height=0.05)
+NEXT_TO_EVENTS = NEAR_EVENTS | {
+    "beside axles, free": ("free", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
+    "loads follow": ("free", [FOLLOWED, RISING], (0.0, 0.0, 0.0)),
+    "loads follow, beside axles": ("massless", [FOLLOWED, HELD, RISING], (0.0, 0.0, 0.0)),
+}
 
 
 def stepped(session, steps):
@@ -32,24 +38,45 @@ def state(session):
     return [session.nu.copy(), session.pose.copy(), session.energy, *contacts]
 
 
+def run_with_events(options):
+    """A run, and when its contacts and its axles change their modes."""
+    run = simulate(PAPER, duration=0.2, **options)
+    modes = np.concatenate([run.sticks, run.quantity("rates") == 0], axis=1)
+    events = np.unique(run.t[np.flatnonzero((modes[:-1] != modes[1:]).any(axis=1))])
+    return run, events[(events > 1e-3) & (events < 0.18)]
+
+
+def assert_steps_make_the_run(run, options, steps, within):
+    session = Session(PAPER, **options)
+    for step in steps:
+        session.step(step)
+        wanted = run.sample(session.time).nu
+        assert session.nu == pytest.approx(wanted, abs=within * np.abs(run.nu).max()), steps
+
+
 @pytest.mark.parametrize("name", NEAR_EVENTS)
 def test_a_step_may_end_however_little_before_an_event(name):
     """No step leads past its end; and a step so short that rounding moves its event farther than it is to be located
     ends there all the same."""
     model, effects, nu = NEAR_EVENTS[name]
     options = {"nu": nu, "effects": effects, "roller_model": model, "accuracy": 1e-12}
-    run = simulate(PAPER, duration=0.2, **options)
-    modes = np.concatenate([run.sticks, run.quantity("rates") == 0], axis=1)
-    events = run.t[np.flatnonzero((modes[:-1] != modes[1:]).any(axis=1))]
-    events = events[(events > 1e-3) & (events < 0.18)]
+    run, events = run_with_events(options)
     assert len(events) >= 1
     for event in events[:3]:
         for before in (1e-5, 1e-7, 3e-10, 2e-11, 1e-12):
-            session = Session(PAPER, **options)
-            for step in (event - before, before / 2, 0.01):
-                session.step(step)
-                wanted = run.sample(session.time).nu
-                assert session.nu == pytest.approx(wanted, abs=1e-11 * np.abs(run.nu).max()), (event, before)
+            assert_steps_make_the_run(run, options, (event - before, before / 2, 0.01), within=1e-11)
+
+
+@pytest.mark.parametrize("name", NEXT_TO_EVENTS)
+def test_a_step_may_end_where_rounding_hides_whether_it_is_an_event(name):
+    """In what is left of the way to the event nothing rises by more than its rounding."""
+    model, effects, nu = NEXT_TO_EVENTS[name]
+    options = {"nu": nu, "effects": effects, "roller_model": model, "accuracy": 1e-11}
+    run, events = run_with_events(options)
+    assert len(events) >= 1
+    for event in events[:6]:
+        for before in (1e-13, 1e-14, 3e-15, -3e-15, -1e-14, -1e-13):
+            assert_steps_make_the_run(run, options, (event - before, 0.01), within=1e-10)
 
 
 def test_a_run_may_end_just_before_a_slip_comes_to_rest():

@@ -326,7 +326,7 @@ def test_axles_that_feed_themselves_are_refused(engine):
 
 # ---- random scenes ---------------------------------------------------------------------------------------------------
 
-MISSED = 161  # a scene that misses 1e-12 in one row
+MISSED = 161  # a scene that misses 1e-12 in one row: a load vanishes beside a slip of 1.2e-7 m/s
 
 
 def scene(number):
@@ -390,9 +390,20 @@ def test_the_compiled_engine_obeys_the_laws_in_every_row_of_more_scenes():
 
 
 @pytest.mark.long
-@pytest.mark.xfail(reason="a load pulls in the row where it vanishes: friction is 4.5e-12 off", raises=AssertionError)
-def test_no_load_pulls_where_a_facet_is_told_before_it():
+@pytest.mark.xfail(reason="rounding of a slow slip moves the loads by 2e-12 where one vanishes", raises=AssertionError)
+def test_the_law_holds_where_a_load_vanishes_beside_a_slow_slip():
     by_compiled(MISSED)
+
+
+def test_no_load_pulls_and_no_friction_drives_where_a_load_vanishes_beside_a_slow_slip():
+    """Rounding of the slip turns its force by 1e-10. One load was -2e-12 of the weight, and its friction drove."""
+    vehicle, options = scene(MISSED)
+    run, rows = run_or_stop(vehicle, options, "compiled")
+    off = run.drive[:rows, run.effects.drives().index("carries")] == 0
+    assert (off[1:] & ~off[:-1]).any()
+    assert run.ground_load[:rows].min() >= 0
+    found = residuals(vehicle, options["effects"][0], run, vehicle.mass * 9.8)
+    assert found["slips: against it"][:rows].max() <= 1e-12 and found["slips: on the ellipse"][:rows].max() <= 1e-12
 
 
 @pytest.mark.long

@@ -108,3 +108,36 @@ def test_a_joint_under_a_flow_that_knows_the_time():
     phase = run(flow, [], first_step=0.01)
     assert phase.directions.tolist() == [1, 0, 0] and len(phase.times) > 2
     assert phase.duration == pytest.approx(np.arccos(1 - joint), rel=1e-11)
+
+
+def graze(bound, tolerance, stiff, others=()):
+    """The phase of nu_1 = sin t up to t = 3 with a guard at `bound`."""
+    integrator = PhaseIntegrator(3, np.pi / 5, np.ones(SIZE), tolerance, stiff=stiff)
+    guards = Guards([nu_1(-bound), *others], SIZE)
+    flow = only_nu(lambda t, nu: np.array([np.cos(t), 0, 0]))
+    return integrator.run(flow, np.zeros(SIZE), 3.0, lambda h: tau(h, h), guards), guards
+
+
+@pytest.mark.parametrize("stiff", [False, True])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_a_guard_that_a_polynomial_alone_passes_does_not_end_the_phase(tolerance, stiff):
+    """A step's polynomial may lead beyond a guard that the motion only comes near: the phase ended far behind it."""
+    ends = []
+    for near in np.linspace(-20, 3, 231):
+        phase, guards = graze(1 + near * tolerance, tolerance, stiff)
+        ends.append(phase.passed.any())
+        if phase.passed.any():
+            assert abs(guards.values(phase.duration, phase.y)[0]) <= 1e-8
+        else:
+            assert phase.duration == 3.0
+    assert any(ends) and not all(ends)
+
+
+def test_another_guard_of_a_step_ends_the_phase_where_the_first_is_passed_by_its_polynomial_alone():
+    """The other is a time, which the motion has no part in."""
+    passed = set()
+    for near in np.linspace(-20, 3, 231):
+        phase, guards = graze(1 + near * 1e-6, 1e-6, True, [Guard(-2.2, 1.0, np.zeros(3))])
+        passed.add(tuple(phase.passed.tolist()))
+        assert np.abs(guards.values(phase.duration, phase.y)[phase.passed]).max() <= 1e-8
+    assert passed == {(True, False), (False, True)}

@@ -227,8 +227,8 @@ static double length_to_own(step_t *s, const int wheels, double length)
         const double rate = own_rate_at_end(s, k);
         if (!((rate > 0 && !starts_from_rest(s, k, beyond)) || value > beyond))
             continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
+        const double reached = reached_from(s, value, rate);
+        if (comes_first(s, reached, length)) {
             length = reached;
             s->landing = wheels + s->guards + s->facets + k;
             s->unsure = rate > 0 ? rounding_at_end(s, k)/rate : 0;

@@ -190,7 +190,7 @@ static double length_to_change(step_t *s, const int wheels, double length)
         const double least_rate = s->slides[i] ? s->settles : 0;
         if (!(rate > least_rate) && !(s->slides[i] ? has_passed_rest(s, i, value) : value > noise))
             continue;
-        double reached = rate > least_rate ? s->h - value/rate : s->h/2;
+        double reached = s->grips[i] ? reached_from(s, value, rate) : rate > least_rate ? s->h - value/rate : s->h/2;
         /* No other length comes nearer to rest; but where wheels stand the noise is more than rounding, and it may. */
         if (s->slides[i] && fabs(value) <= SLIP_LANDS*noise && !(SET_STANDS && fabs(reached - s->h) <= s->reach*s->h))
             reached = fmin(s->h, length);

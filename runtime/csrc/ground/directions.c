@@ -9,6 +9,7 @@
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
+#define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
 
@@ -373,14 +374,9 @@ static void find_direction(step_t *s, const int wheels, int i)
         move_others(s, wheels, i, before);
 }
 
-/* New directions of all contacts that slip, and their forces, from the states at the nodes. */
-static void find_directions(step_t *s, const int wheels)
+/* The slips of all contacts, from the states at the nodes. */
+ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
 {
-    if (!s->turning)
-        return;
-    for (int i = 0; i < wheels && SET_LOADS && !(s->turned_most < TURN_RESPONDS); i++)
-        s->knows_response[i] = 0;               /* loads turn with the directions                       */
-    s->turned_most = 0;
     for (int b = 0; b < BLOCKS; b++) {
         lanes_t nu[3], chi[MOST_WHEELS], slip[2*MOST_WHEELS];
         for (int k = 0; k < 3; k++)
@@ -391,11 +387,45 @@ static void find_directions(step_t *s, const int wheels)
         for (int k = 0; k < 2*wheels; k++)
             s->at_slip[k].lanes[b] = slip[k];
     }
+}
+
+/* Whether the directions follow the slips that the last sweep has found as well as these are known. Where a slip has
+ * just begun it is the small difference of large speeds, and what further sweeps change is its rounding. */
+NEVER_INLINE int directions_are_found(step_t *s, const int wheels)
+{
+    states_at_nodes(s, wheels);
+    slips_at_nodes(s, wheels);
+    for (int i = 0; i < wheels; i++) {
+        nodes_t along, across;
+        if (!s->slides[i] || s->keeps[i])
+            continue;
+        along_and_across(s, i, &along, &across);
+        if (largest_of(&across) > SLIP_FOLLOWED*s->slip_noise[i])
+            return 0;
+    }
+    return 1;
+}
+
+/* New directions of all contacts that slip, and their forces, from the states at the nodes. */
+static void find_directions(step_t *s, const int wheels)
+{
+    if (!s->turning)
+        return;
+    for (int i = 0; i < wheels && SET_LOADS && !(s->turned_most < TURN_RESPONDS); i++)
+        s->knows_response[i] = 0;               /* loads turn with the directions                       */
+    s->turned_most = 0;
+    slips_at_nodes(s, wheels);
     for (int i = 0; i < wheels; i++)
         if (s->slides[i] && !s->keeps[i])
             find_direction(s, wheels, i);
 }
 #else
+ALWAYS_INLINE int directions_are_found(step_t *s, const int wheels)
+{
+    (void)s, (void)wheels;
+    return 0;
+}
+
 ALWAYS_INLINE void find_directions(step_t *s, const int wheels)
 {
     (void)s, (void)wheels;                      /* of massless rollers only the sign, which a phase keeps     */

@@ -71,8 +71,8 @@ static double length_to_facets(step_t *s, const int wheels, double length)
         const double value = end - LIFTS*rounding;
         if (!(rate > 0 || value > 0))
             continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
+        const double reached = reached_from(s, value, rate);
+        if (comes_first(s, reached, length)) {
             length = reached;
             s->landing = wheels + s->guards + s->facets + wheels + f;
             s->unsure = rate > 0 ? rounding/rate : 0;

@@ -46,6 +46,19 @@ ALWAYS_INLINE nodes_t guard_rate(const step_t *s, int guard)
     return rate;
 }
 
+/* The length at which a function of the motion comes to its bound that is `value` beyond it at the step's end. Where it
+ * has not risen, since the step is that short, it comes there at the end as well as anywhere else. */
+ALWAYS_INLINE double reached_from(const step_t *s, double value, double rate)
+{
+    return rate > 0 ? s->h - value/rate : rate == 0 ? s->h : s->h/2;
+}
+
+/* Whether this length is the first at which a mode ends; that of the step may be one. */
+ALWAYS_INLINE int comes_first(const step_t *s, double reached, double length)
+{
+    return reached < length || (reached == s->h && length == s->h && s->landing < 0);
+}
+
 #if SET_HOLDS
 #define FACET_PASSED 256            /* roundings above zero is beyond a facet                               */
 
@@ -113,8 +126,8 @@ ALWAYS_INLINE double length_to_facet(step_t *s, const int wheels, double length)
         const double value = facet_at_end(s, s->facet + f, force, slope, &rate);
         if (!(rate > 0 || value > 0))
             continue;
-        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-        if (reached < length) {
+        const double reached = reached_from(s, value, rate);
+        if (comes_first(s, reached, length)) {
             length = reached;
             s->landing = wheels + s->guards + f;
         }
@@ -360,10 +373,36 @@ ALWAYS_INLINE int is_much_too_long(const step_t *s, double tolerance)
 #endif
 }
 
+/* The next length of a step. Where rates have settled, and an event that has cut it is not in what was left, rounding
+ * hides it there: it lies between the two. */
+ALWAYS_INLINE double length_between(const step_t *s, double length, int is_settled, double *cut)
+{
+#if SET_GRIPS
+    if (is_settled && s->landing >= 0 && length < s->h)
+        *cut = fmin(*cut, s->h);
+    else if (s->landing < 0 && *cut < INFINITY)
+        return fmax(s->h, (s->h + *cut)/2);
+#endif
+    (void)s, (void)is_settled, (void)cut;
+    return length;
+}
+
+/* Whether an iteration that contracts no more changes only what the rounding of slips that have just begun moves. */
+ALWAYS_INLINE int changes_rounding(step_t *s, const int wheels, double change, double ratio, double tolerance)
+{
+#if SET_GRIPS
+    return s->turning && !(ratio < 0.5) && change <= tolerance && directions_are_found(s, wheels);
+#else
+    (void)s, (void)wheels, (void)change, (void)ratio, (void)tolerance;
+    return 0;
+#endif
+}
+
 /* Picard's iteration, together with the length of the step. A step that is much too long shows it early. */
 ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolerance, double sweep_tolerance)
 {
     double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
+    double cut = INFINITY;              /* the shortest length that an event has cut, at settled rates     */
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
     int moved_on = 0;                   /* whether it has been moved on to where a contact lets go        */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
@@ -373,7 +412,8 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     for (int k = 0; k < MOST_SWEEPS; k++) {
         const double change = sweep(s, wheels, !(ratio < RENEW));
         end_of_step(s, wheels);
-        const double length = length_to_event(s, wheels, most), moved = length - s->h;
+        const double found = length_to_event(s, wheels, most);
+        const double length = length_between(s, found, change <= sweep_tolerance, &cut), moved = length - s->h;
         ratio_before = ratio;
         ratio = change/last;
         (void)ratio_before;
@@ -390,7 +430,9 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
         /* What the next sweeps would still change, as a geometric series; the first sweep has no ratio. By Newton's rule
          * with slopes that turn within the step large and small ratios take turns, and the first is the guess's. */
         const double next = SET_IS_COUPLED ? fmax(ratio, k > 1 ? ratio_before : 1) : ratio;
-        const double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+        double rest = last < INFINITY && next < 0.5 ? change*next/(1 - next) : change;
+        if (rest > sweep_tolerance && changes_rounding(s, wheels, change, ratio, tolerance))
+            rest = 0;
 #if SET_IS_ACTED_ON
         s->rest = rest;
 #endif

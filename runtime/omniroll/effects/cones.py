@@ -21,7 +21,7 @@ SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each t
 NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
-DRAWN, ROUNDS = 1e-6, 60  # of a size: how strongly forces that need not be unique are drawn, and how often
+DRAWN, ROUNDS = 1e-6, 60  # of D's diagonal: how strongly forces that need not be unique are drawn, and how often
 EPS = float(np.finfo(float).eps)
 
 
@@ -56,26 +56,20 @@ def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, near: np.nd
     return Decided(place * reach, pull, rate)
 
 
-def decide_semidefinite(
-    matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, *, of_each_size: bool = False
-) -> Decided:
+def decide_semidefinite(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
     """The same where D is semidefinite: there is one rate, and forces that need not be unique.
 
-    Rockafellar's proximal point: D with a small part of its size on the diagonal, and the forces drawn to those of the
-    round before. Along what D feels the rounds converge as fast as that part is small; along what it does not feel
-    they stay. With `of_each_size` it is a part of each own size: beside contacts, free rollers are so light that a part
-    of the largest would hide what D feels of them.
+    Rockafellar's proximal point: D with a small part of its diagonal more, and the forces drawn to those of the round
+    before. Along what D feels the rounds converge as fast as that part is small; along what it does not feel they stay.
+    Beside contacts, free rollers are so light that a part of the largest number would hide what D feels of them.
     """
     size = given.size
-    scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)
-    largest = max(float(np.abs(scaled).max()), float(np.abs(given * reach).max()))
-    part = DRAWN * (np.diag(scaled).reshape(given.shape) if of_each_size else np.full(given.shape, largest))
-    shifted = matrix + (part / reach**2)[:, :, None, None] * np.eye(size).reshape(matrix.shape)
+    part = DRAWN * np.diag(matrix.reshape(size, size)).reshape(given.shape)
+    shifted = matrix + part[:, :, None, None] * np.eye(size).reshape(matrix.shape)
     force, near = np.zeros(given.shape), None
     for _ in range(ROUNDS):
         before = force
-        force = decide(shifted, given - part / reach**2 * before, reach, near).force
-        near = force if of_each_size else None
+        near = force = decide(shifted, given - part * before, reach, near).force
         if (np.abs(force - before) <= SETTLED * reach).all():
             break
     rate = np.tensordot(matrix, force, 2) + given

@@ -37,6 +37,8 @@ AT_EDGE = 1e-9  # friction is used up that is nearer to its bound than this part
 HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other forces
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
 PART_OF_WAY = 0.8  # to rest, at most, in one step
+PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
+STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -168,11 +170,14 @@ class Ground:
 
     def headings(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
         """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,) and says nothing: at a rest where
-        it went last, and where a slip begins where that goes. Other contacts have the latter, too."""
+        it went last, and where a slip begins where that goes. Other contacts have the latter, too, unless they have
+        turned away from it."""
         size = np.linalg.norm(slip, axis=1)
-        begun = size > rounding
+        back = (slip * self.seen).sum(axis=1) < -STRAIGHT * size  # such a slip has just come to rest
+        begun = size > np.where(back, PAST_REST, 1.0) * rounding
         self.seen[begun] = slip[begun] / size[begun, None]
-        towards = np.where(begun[:, None], self.towards, self.seen)
+        as_at_start = begun & ((self.towards * self.seen).sum(axis=1) > 0)
+        towards = np.where(as_at_start[:, None], self.towards, self.seen)
         return np.arctan2(towards[:, 1], towards[:, 0])
 
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

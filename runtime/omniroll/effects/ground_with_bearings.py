@@ -209,12 +209,12 @@ class GroundWithBearings(GroundWithAxles):
         less = np.minimum(reach, AMPLE * asked[:, None])
         less[contacts] = reach[contacts]
         less = np.maximum(less, LEAST_REACH * less.max())
-        found = cones.decide_semidefinite(matrix, without, less, of_each_size=True)
+        found = cones.decide_semidefinite(matrix, without, less)
         at_bound = np.abs(found.force[:, 0]) >= less[:, 0] * (1 - USED)
         too_little = at_bound & (less[:, 0] < reach[:, 0])
         if not too_little.any():
             return found
-        return cones.decide_semidefinite(matrix, without, reach, of_each_size=True)
+        return cones.decide_semidefinite(matrix, without, reach)
 
     def _overdone(self) -> bool:
         """Whether something that sticks is asked for more than it takes. It is let go."""

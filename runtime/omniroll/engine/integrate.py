@@ -134,9 +134,7 @@ class PhaseIntegrator:
             dense = step.polynomial()
             self.counts.evaluations += step.further
             crossing, directions = self._first_crossing(dense)
-            guard, passed = self._first_guard(dense, time, step.h, guards, crossing)
-            if guard is not None:
-                self._land_on_guard(flow, phase, step, guard, gap, guards, passed)
+            if self._land_on_first_guard(flow, phase, step, dense, gap, guards, crossing):
                 return True
             if crossing is not None:
                 if time + crossing * step.h == time:
@@ -246,20 +244,38 @@ class PhaseIntegrator:
         small = (slowing > 0) & (outwards**2 < 2 * ROUNDING * self.joint * slowing)
         return small & (np.abs(chi[0]) >= self.joint)
 
-    def _first_guard(
-        self, dense: np.ndarray, start: float, h: float, guards: Guards, first: float | None
-    ) -> tuple[float | None, np.ndarray]:
-        """Where in the step, 0..1, guards are first passed, and which; None if none is, or not before `first`."""
-        passed, earliest = np.zeros(len(guards), bool), None
+    def _land_on_first_guard(
+        self,
+        flow: Flow,
+        phase: Phase,
+        step: AnyStep,
+        dense: np.ndarray,
+        gap: Callable[[float], float],
+        guards: Guards,
+        crossing: float | None,
+    ) -> bool:
+        """Step onto the first guard that the step passes before `crossing`; False if it passes none. Its polynomial
+        (8, d) is less exact than the motion, and may lead beyond a guard that the motion only comes near."""
         if not len(guards):
-            return earliest, passed
-        margins = guards.margins(dense, start, h)
+            return False
+        margins = guards.margins(dense, step.time, step.h)
+        while True:
+            guard, passed = self._first_guard(margins, crossing)
+            if guard is None:
+                return False
+            if self._land_on_guard(flow, phase, step, guard, gap, guards, passed):
+                return True
+            margins[:, passed] = -1.0
+
+    def _first_guard(self, margins: np.ndarray, first: float | None) -> tuple[float | None, np.ndarray]:
+        """Where in the step, 0..1, guards are first passed, and which; None if none is, or not before `first`."""
+        passed, earliest = np.zeros(margins.shape[1], bool), None
         for k in np.flatnonzero(margins.max(axis=0) > 0):
             found = first_positive(margins[:, k].tolist())
             if found is None or any(other is not None and found > other for other in (first, earliest)):
                 continue
             if earliest is None or found < earliest:
-                earliest, passed = found, np.zeros(len(guards), bool)
+                earliest, passed = found, np.zeros(margins.shape[1], bool)
             passed[k] = True
         return earliest, passed
 
@@ -319,16 +335,17 @@ class PhaseIntegrator:
         gap: Callable[[float], float],
         guards: Guards,
         passed: np.ndarray,
-    ) -> None:
-        """Step onto the first of the passed guards, `guess` of the way of a step that passes them.
+    ) -> bool:
+        """Step onto the first of the passed guards, `guess` of the way of a step that passes them. False, and no step,
+        if the motion passes none after all.
 
         Newton's rule, and halving where it leaves the bracket. A guard on which the step starts is passed at once.
         """
-        low, high, h = 0.0, step.h, guess * step.h
+        low, high, h, is_passed = 0.0, step.h, guess * step.h, False
         waits, _ = guards.waits(step.time, step.y, step.rates)
         if (waits[passed] <= 0).any() or step.time + h == step.time:
             phase.passed = passed
-            return
+            return True
         for _ in range(LANDING_TRIALS):
             part = self._single_step(step, h)
             time, y = step.time + h, part.y_end
@@ -338,9 +355,11 @@ class PhaseIntegrator:
             if abs(waits[first]) <= noise[first] + EPS * h:
                 missed = guards.beyond(time, y) & ~passed
                 if not missed.any():
+                    is_passed = True
                     break
                 passed = passed | missed  # no polynomial shows them: a function with kinks, like the least use
             beyond = (guards.values(time, y)[passed] > 0).any()
+            is_passed |= bool(beyond)
             low, high = (low, h) if beyond else (h, high)
             following = h + waits[first]
             if not low < following < high:
@@ -348,10 +367,13 @@ class PhaseIntegrator:
             if following in (low, high):
                 break
             h = following
+        if not is_passed:
+            return False
         self._add(phase, part)
         phase.passed = passed & (waits <= max(waits[first], 0.0) + noise + gap(phase.duration))
         phase.directions = self._due(flow, phase.duration, y, gap(phase.duration))
         phase.y = self._onto_joint(phase, phase.directions)
+        return True
 
     def _single_step(self, step: AnyStep, h: float) -> AnyStep:
         """A step of exactly h from where `step` starts, whatever its error: it is part of a step that was accepted."""

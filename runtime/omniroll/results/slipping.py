@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from omniroll.effects.ground import Grip, slip_roundings
+from omniroll.effects.ground import AT_REST, PAST_REST, STRAIGHT, Grip, slip_roundings
 from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.effects.slipping_bearings import MOMENTS
@@ -12,9 +12,6 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
-
-PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
-STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 class Contacts:
@@ -92,7 +89,8 @@ class Contacts:
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
-        loads = self._loads("ground_dynamics", values) if self.grip.balance else given
+        misled = np.where(slips & ~sticks, rounding / np.where(slips, size, 1.0), 0.0).max(axis=-1, keepdims=True)
+        loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
         return slip, loads, values | self._called("ground_dynamics", values)
 
     def _under_loads(self, nu: np.ndarray, chi: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
@@ -125,8 +123,12 @@ class Contacts:
         found = call_named(self.kernel, name, values)
         return {argument.name: value for argument, value in zip(outputs, found, strict=True)}
 
-    def _loads(self, dynamics: str, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Loads (..., N) that follow the motion, by this function of the accelerations; `values` gets load_factor."""
+    def _loads(self, dynamics: str, values: dict[str, np.ndarray], misled: np.ndarray | float = 0.0) -> np.ndarray:
+        """Loads (..., N) that follow the motion, by this function of the accelerations; `values` gets load_factor.
+
+        misled  (..., 1) how far rounding turns the forces on contacts that slip: a load that vanishes is found to so
+                much of the weight, and is zero within it
+        """
         shape = self.rates.shape
         carries = np.broadcast_to(values["carries"] > 0.5, shape)
         springs = Springs(self.kernel.vehicle.places())
@@ -140,7 +142,7 @@ class Contacts:
         start = np.broadcast_to(springs.rows.T @ self.grip.loads, (*shape[:-1], 3)).copy()
         arm = float(np.abs(springs.places).max())
         found = carried(shares.reshape(*shape, 3), carries, sums_of, start, arm)
-        rounding = ROUNDINGS * np.finfo(float).eps * self.grip.loads.sum()
+        rounding = (ROUNDINGS * np.finfo(float).eps + misled) * self.grip.loads.sum()
         loads = np.where(found.loads > -rounding, np.maximum(found.loads, 0.0), found.loads)
         values["load_factor"] = self.grip.factor(loads, carries)
         return loads
