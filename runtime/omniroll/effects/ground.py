@@ -37,6 +37,8 @@ AT_EDGE = 1e-9  # friction is used up that is nearer to its bound than this part
 HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other forces
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
 PART_OF_WAY = 0.8  # to rest, at most, in one step
+PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
+STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
@@ -48,6 +50,14 @@ def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: n
     if axial is not None:
         of_wheels = of_wheels + vehicle.roller_radius * np.abs(axial)
     return AT_REST * EPS * (of_platform[..., None] + of_wheels)
+
+
+def slip_says(slip: np.ndarray, towards: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """(..., N) bool: contacts whose slip (..., N, 2) says where they go; of others the unit vectors `towards`
+    (..., N, 2) do, since the slip is rounding (..., N), or has just come to rest and gone back."""
+    size = np.linalg.norm(slip, axis=-1)
+    back = (slip * towards).sum(axis=-1) < -STRAIGHT * size
+    return size > np.where(back, PAST_REST, 1.0) * rounding
 
 
 # From sticks (N,) and the forces (N, 2) of slipping contacts: forces (N, 2) and rates of the slip (N, 2) of all.
@@ -94,7 +104,8 @@ class Ground:
     released  (N,) bool: those that have used their friction up at this instant
     still     (N,) bool: all whose slip is rounding, also those without load
     towards   (N, 2) where contacts slip that have begun to; a unit vector
-    seen      (N, 2) where they have slipped last; a unit vector
+    seen      (N, 2) where they have slipped last in a row; a unit vector
+    going     (N, 2) the same at the start of the present step
     load      (N,) in N
     off       (N,) bool: those without load
     """
@@ -106,7 +117,7 @@ class Ground:
         self.load, self.off = grip.loads, grip.loads == 0
         self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
-        self.seen = self.towards.copy()
+        self.seen, self.going = self.towards.copy(), self.towards.copy()
         vehicle = kernel.vehicle
         self.settles = grip.settles(vehicle)
 
@@ -160,19 +171,29 @@ class Ground:
     # What follows
 
     def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
+        """(N, 2) along the slip (N, 2), or where that is rounding, where the contact went last; a unit vector."""
         if self.directions.start:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
-        return np.where(begun[:, None], slip, self.towards)
+        return np.where(begun[:, None], slip, self.going)
 
-    def headings(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,) and says nothing: at a rest where
-        it went last, and where a slip begins where that goes. Other contacts have the latter, too."""
+    def follow(self, slip: np.ndarray, rounding: np.ndarray) -> None:
+        """A step begins with slips (N, 2). Those that come to rest in it have turned since the phase began."""
         size = np.linalg.norm(slip, axis=1)
         begun = size > rounding
-        self.seen[begun] = slip[begun] / size[begun, None]
-        towards = np.where(begun[:, None], self.towards, self.seen)
+        self.going[begun] = slip[begun] / size[begun, None]
+
+    def keep_ways(self) -> None:
+        """A phase begins: contacts go where it has been decided that they go."""
+        self.seen, self.going = self.towards.copy(), self.towards.copy()
+
+    def headings(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+        """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,), or near it, and may say nothing: at a rest
+        where it went last, and where a slip begins where that goes. Other contacts have the latter, too."""
+        says = slip_says(slip, self.seen, rounding)
+        size = np.linalg.norm(slip, axis=1)
+        self.seen[says] = slip[says] / size[says, None]
+        towards = np.where((size > PAST_REST * rounding)[:, None], self.towards, self.seen)
         return np.arctan2(towards[:, 1], towards[:, 0])
 
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from omniroll.effects.ground import Grip, slip_roundings
+from omniroll.effects.ground import Grip, slip_roundings, slip_says
 from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.effects.slipping_bearings import MOMENTS
@@ -12,9 +12,6 @@ from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
-
-PAST_REST = 100.0  # roundings: a slip that comes to rest beside others may go back by so many
-STRAIGHT = 0.9  # the cosine from which on a slip against its direction counts as one that goes back
 
 
 class Contacts:
@@ -85,10 +82,7 @@ class Contacts:
         stands = {"standing_dynamics", "bearing_dynamics"} & self.kernel.signatures.keys()
         if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
-        size = np.linalg.norm(slip, axis=-1)
-        back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # such a slip has just come to rest
-        slips = size > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
-        towards = np.where(slips[..., None], slip, heading)
+        towards = np.where(slip_says(slip, heading, rounding)[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
