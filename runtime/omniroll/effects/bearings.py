@@ -56,8 +56,7 @@ class Bearings(Effect):
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where
-    wheels may slip.
+    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where wheels may slip.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
