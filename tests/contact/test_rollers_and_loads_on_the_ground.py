@@ -323,5 +323,5 @@ def test_friction_with_named_speeds_tends_to_it():
 
 def test_sessions_are_refused_and_say_why():
     effects = [Contact(law="coulomb", friction=0.3, **FOLLOW), Bearings(roller_coulomb=1e-3)]
-    with pytest.raises(KernelsMissingError, match="rollers that stick beside contacts that stick"):
+    with pytest.raises(KernelsMissingError, match="rollers that stick"):
         Session(CROSS, nu=(0, 0, 0), roller_model="free", effects=effects)
