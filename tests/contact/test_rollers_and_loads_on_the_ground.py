@@ -27,7 +27,6 @@ from contact.test_rollers_on_the_ground import (
     at_rest,
     by_kernel,
     pushed,
-    run_of,
 )
 from omniroll import (
     Bearings,
@@ -52,6 +51,11 @@ TIP = {67, 71}  # random scenes whose vehicle tips
 WEIGHT = MASS * GRAVITY
 FOLLOW = {"loads": "dynamic", "height": HEIGHT}
 BLOCKED = Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)
+
+
+def run_of(effects, duration, nu=(0, 0, 0)):
+    return simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=1e-11,
+                    control=False, engine="python")  # fmt: skip
 
 
 # ---- every body ------------------------------------------------------------------------------------------------------
@@ -206,6 +210,23 @@ def test_the_wheel_in_front_slips_and_lifts_as_the_vehicle_starts():
     leaves = breaks / growth + RADIUS / (2 * growth) * ((mass + ROLLER / RHO**2) * fastest + turns / RHO)
     off = np.flatnonzero(run.drive[:, run.effects.drives().index("carries"), 0] == 0)[0]
     assert starts < slips < leaves < run.t[-1] and run.t[off] == pytest.approx(leaves, rel=INSTANT)
+
+
+def test_wheels_that_drive_begin_to_slip_together_and_cannot_slip_aside():
+    """Under static loads. Wheels 2 and 4 push by F = (b t - S)/l - J a/l^2 each, and 1 and 3 roll on rollers:
+    (M + 2 B/rho^2) a is 2 F - 2 T/rho. Both push until F = mu W/4, and their slips have one direction: their rollers
+    stick."""
+    growth, breaks, turns, friction = 40.0, 0.02, 0.004, 0.9
+    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
+    run = run_of([Contact(law="coulomb", friction=friction), bearings, pushed(growth)], 0.017)
+    most, starts = friction * MASS * GRAVITY / 4, (breaks + RADIUS * turns / RHO) / growth
+    fastest = 2 * (most - turns / RHO) / (MASS + 2 * ROLLER / RHO**2)
+    slips = (breaks + RADIUS * most + WHEEL * fastest / RADIUS) / growth
+    at = np.flatnonzero(~run.sticks.all(axis=1))[0]
+    assert run.t[at] == pytest.approx(slips, rel=INSTANT)
+    speed = fastest * (slips - starts) / 2 + fastest * (run.t[-1] - slips)
+    assert run.nu[-1, 0] * ARM == pytest.approx(speed, rel=1e-9)
+    assert run.sticks[-1].tolist() == [True, False, True, False]
 
 
 def test_blocked_wheels_that_hold_tip_the_vehicle():

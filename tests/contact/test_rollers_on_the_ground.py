@@ -44,6 +44,11 @@ def run_of(effects, duration, nu=(0, 0, 0), **options):
                     control=False, **options)  # fmt: skip
 
 
+def within(uses, use, forces):
+    """(K,) positive where forces use less; smooth."""
+    return (use - uses.lacking) ** 2 - (uses.of(forces) - uses.lacking) ** 2
+
+
 def axle_torques(run):
     """(T, N) in N m, what the axles' bearings take in each row."""
     return run.drive[:, run.effects.drives().index("bearing_torque")]
@@ -258,22 +263,6 @@ def test_a_vehicle_with_blocked_bearings_stops_to_turn():
     assert not run.nu[-1].any() and np.abs(all_spins(run)).max() <= 1e-12 * turn
 
 
-def test_wheels_that_drive_begin_to_slip_together_and_cannot_slip_aside():
-    """Wheels 2 and 4 push by F = (b t - S)/l - J a/l^2 each, and 1 and 3 roll on rollers: (M + 2 B/rho^2) a is
-    2 F - 2 T/rho. Both push until F = mu W/4, and their slips have one direction: their rollers stick."""
-    growth, breaks, turns, friction = 40.0, 0.02, 0.004, 0.9
-    bearings = Bearings(wheel_coulomb=(HOLDS, breaks, HOLDS, breaks), roller_coulomb=turns)
-    run = run_of([Contact(law="coulomb", friction=friction), bearings, pushed(growth)], 0.017)
-    most, starts = friction * MASS * GRAVITY / 4, (breaks + RADIUS * turns / RHO) / growth
-    fastest = 2 * (most - turns / RHO) / (MASS + 2 * ROLLER / RHO**2)
-    slips = (breaks + RADIUS * most + WHEEL * fastest / RADIUS) / growth
-    at = np.flatnonzero(~run.sticks.all(axis=1))[0]
-    assert run.t[at] == pytest.approx(slips, rel=INSTANT)
-    speed = fastest * (slips - starts) / 2 + fastest * (run.t[-1] - slips)
-    assert run.nu[-1, 0] * ARM == pytest.approx(speed, rel=1e-9)
-    assert run.sticks[-1].tolist() == [True, False, True, False]
-
-
 def test_a_rolling_vehicle_rests_by_its_bearings():
     """(M + 2 J/l^2 + 2 B/rho^2) v' = -2 S/l - 2 T/rho: two wheels roll on their rollers, two on their axles."""
     breaks, turns, speed = 0.02, 0.002, 0.1
@@ -323,11 +312,6 @@ def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(numbe
     )  # fmt: skip
     assert wider.of(forces).max() <= 1 + 1e-12
     assert forces @ forces <= found.x @ found.x * (1 + 1e-9) and forces == pytest.approx(found.x, abs=1e-6)
-
-
-def within(uses, use, forces):
-    """(K,) positive where forces use less; smooth."""
-    return (use - uses.lacking) ** 2 - (uses.of(forces) - uses.lacking) ** 2
 
 
 def test_forces_that_are_not_determinate_are_those_of_least_norm_within_the_bounds():

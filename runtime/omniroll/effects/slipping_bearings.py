@@ -66,11 +66,6 @@ class SlippingBearings:
         """(N,) where the rollers in contact stand in the list."""
         return self.wheels + self.places * np.arange(self.wheels)
 
-    def resting_on_ground(self) -> np.ndarray:
-        """Places of those at rest that touch the ground: of axles, and of rollers in contact."""
-        touching = np.append(np.arange(self.wheels), self.contact)
-        return touching[self.resting[touching]]
-
     # What the state says
 
     def rates(self, state: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -118,6 +113,11 @@ class SlippingBearings:
         self.released[bearings] = -np.sign(asked[bearings]).astype(int)
 
     # What follows
+
+    def resting_on_ground(self) -> np.ndarray:
+        """Places of those at rest that touch the ground: of axles, and of rollers in contact."""
+        touching = np.append(np.arange(self.wheels), self.contact)
+        return touching[self.resting[touching]]
 
     def asked_in(self, buffers: Mapping[str, np.ndarray]) -> np.ndarray:
         """(B,) what holds those that stick, as the rates that were computed last have it."""
