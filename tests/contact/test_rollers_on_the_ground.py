@@ -44,6 +44,11 @@ def run_of(effects, duration, nu=(0, 0, 0), **options):
                     control=False, **options)  # fmt: skip
 
 
+def within(uses, use, forces):
+    """(K,) positive where forces use less; smooth."""
+    return (use - uses.lacking) ** 2 - (uses.of(forces) - uses.lacking) ** 2
+
+
 def axle_torques(run):
     """(T, N) in N m, what the axles' bearings take in each row."""
     return run.drive[:, run.effects.drives().index("bearing_torque")]
@@ -110,14 +115,15 @@ def at_rest(case, contacts, stuck, still):
     return replace(case, nu=nu, rates=rates, turns=turns, spins=case.spins * ~stuck[:, 1:]), along
 
 
-def by_kernel(case, modes, axles, push, torque, given, along):
+def by_kernel(case, modes, axles, push, torque, given, along, balance=None):
     """What the kernel gives, by name, with forces put in along the directions in which wheels stand: of all that
-    balance those of least norm. `rollers` (N, n) and `axle_torque` (N,) are the torques of all bearings."""
+    balance those of least norm. `rollers` (N, n) and `axle_torque` (N,) are the torques of all bearings. With the
+    numbers of a balance of the loads it gives these, too."""
     contacts, stuck, still = modes
     turning, spinning = given
     vehicle = case.vehicle
     effects = ("contact", "contact_coulomb", "drive", "roller_sticking", *axles)
-    bound = kernel(vehicle, "free", "python", effects=effects)
+    bound = kernel(vehicle, "free", "python", effects=(*effects, *(("contact_loads", "reactions") if balance else ())))
     stands = contacts[:, None] & np.stack([stuck[:, 0], still], axis=1)
     rows = np.stack([along, -vehicle.wheel_radius * bound.wheel_rows], axis=1)[stands]
     directions = directions_allowed(rows, np.eye(3)) if len(rows) else np.eye(3)
@@ -127,11 +133,16 @@ def by_kernel(case, modes, axles, push, torque, given, along):
     values |= {"contact_sticks": stuck[:, 0].astype(float), "free_sticks": stuck[:, 1:].astype(float)}
     values |= {"contact_bearing": spinning[:, 0], "free_bearing": spinning[:, 1:]}
     values |= {"directions": directions.ravel(), "absent": (~directions.any(axis=0)).astype(float)}
+    values |= {"load_factor": np.ones(len(contacts))} | (balance or {})
     values["contact_omega"] = case.turns + case.nu[2] / vehicle.yaw_scale * np.sin(case.chi)
     values["axial"] = call(bound, "axial_speeds", values)
     values["momenta"] = call(bound, "momenta", values)
     outputs = [argument.name for argument in bound.signatures["bearing_dynamics"].outputs]
     found = dict(zip(outputs, call(bound, "bearing_dynamics", values), strict=True))
+    if balance:
+        values |= found
+        values["bearing_momenta_dot"] = call(bound, "disk_momenta", values)
+        found["load_sums"], found["contact_places"] = call(bound, "slip_load_balance", values)
     forces, *_ = np.linalg.lstsq(rows.T, found["held_force"], rcond=None) if len(rows) else (np.zeros(0), 0)
     held = found["held_force"]
     assert rows.T @ forces == pytest.approx(held, abs=1e-12 * (1 + np.abs(held).max()))
@@ -268,9 +279,11 @@ def test_a_rolling_vehicle_rests_by_its_bearings():
 # ---- forces that are not determinate ---------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("lacks", [False, True])
 @pytest.mark.parametrize("number", range(8))
-def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(number):
-    """SciPy's SLSQP, on as many forces as a vehicle of three to six wheels has, with ellipses and bearings."""
+def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(number, lacks):
+    """SciPy's SLSQP, on as many forces as a vehicle of three to six wheels has, with ellipses and bearings, of which
+    some can take less than that by which forces are measured, or nothing."""
     rng = np.random.default_rng([51, number])
     count, parts = int(rng.integers(4, 13)), int(rng.integers(6, 16))
     columns, force = rng.normal(size=(3, count)), rng.normal(size=3)
@@ -278,6 +291,8 @@ def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(numbe
     per_force[:, 1] *= (rng.random(parts) < 0.5)[:, None]
     per_force[np.arange(count) % parts, 0, np.arange(count)] += 1
     uses = Uses(per_force, 0.3 * rng.normal(size=(parts, 2)))
+    if lacks:
+        uses = replace(uses, lacking=rng.uniform(-0.2, 1.1, parts) * (rng.random(parts) < 0.5))
     use, forces = least_use(columns, force, uses)
     assert columns @ forces == pytest.approx(force, abs=1e-13)
     assert uses.of(forces).max() == pytest.approx(use, rel=1e-12)
@@ -285,15 +300,15 @@ def test_the_least_use_and_the_least_norm_are_those_of_a_general_minimiser(numbe
     options = {"ftol": 1e-15, "maxiter": 500}
     found = minimize(
         lambda x: x[-1], np.append(0.9 * forces, 2 * use + 1), jac=lambda x: np.append(np.zeros(count), 1.0),
-        constraints=[equal, {"type": "ineq", "fun": lambda x: x[-1] ** 2 - uses.of(x[:-1]) ** 2}],
+        constraints=[equal, {"type": "ineq", "fun": lambda x: within(uses, x[-1], x[:-1])}],
         options=options, method="SLSQP",
     )  # fmt: skip
     assert use == pytest.approx(found.fun, rel=1e-7) and use <= uses.of(found.x[:-1]).max() * (1 + 1e-11)
-    wider = Uses(uses.per_force / (1.1 * use), uses.given / (1.1 * use))
+    wider = Uses(uses.per_force / (1.1 * use), uses.given / (1.1 * use), uses.lacking / (1.1 * use))
     forces = least_norm(columns, force, wider)
     found = minimize(
         lambda x: x @ x / 2, forces, jac=lambda x: x, options=options, method="SLSQP",
-        constraints=[equal, {"type": "ineq", "fun": lambda x: 1 - wider.of(x) ** 2}],
+        constraints=[equal, {"type": "ineq", "fun": lambda x: within(wider, 1.0, x)}],
     )  # fmt: skip
     assert wider.of(forces).max() <= 1 + 1e-12
     assert forces @ forces <= found.x @ found.x * (1 + 1e-9) and forces == pytest.approx(found.x, abs=1e-6)
@@ -352,17 +367,18 @@ def scene(number):
     return vehicle, options | {"control": False}
 
 
-def assert_obeys_the_laws(vehicle, run, options):
-    """In each row: forces in their ellipses, torques within their bounds and against the motion, and the ledger."""
+def assert_obeys_the_laws(vehicle, run, options, rows=None):
+    """In each row, or in the first `rows`: forces in their ellipses, torques within their bounds and against the
+    motion. And the ledger closes."""
     ground, bearings, *_ = options["effects"]
     for name, found in residuals(vehicle, ground, run, vehicle.mass * 9.8).items():
-        assert found.max(initial=0.0) <= 1e-12, name
-    spins, torques = run.contact_spin, contact_torques(run)
+        assert found[:rows].max(initial=0.0) <= 1e-12, name
+    spins, torques = run.contact_spin[:rows], contact_torques(run)[:rows]
     assert (np.abs(torques) <= np.array(bearings.roller_break_away) * (1 + 1e-11)).all()
     turning = np.abs(spins) > 1e-9 * max(np.abs(spins).max(), 1.0)
     assert (torques == -np.sign(spins) * np.array(bearings.roller_coulomb))[turning].all()
     if bearings.wheel_coulomb is not None:
-        assert (np.abs(axle_torques(run)) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
+        assert (np.abs(axle_torques(run)[:rows]) <= np.array(bearings.wheel_break_away) * (1 + 1e-11)).all()
     scale = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
     assert abs(run.ledger.residual) <= 1e-7 * scale
 

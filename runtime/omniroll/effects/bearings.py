@@ -40,7 +40,6 @@ COEFFICIENTS = (
     ("roller_viscous", "roller_damping", "roller_viscous"),
     ("roller_coulomb", "roller_torque", "roller_coulomb"),
 )
-UNDECIDED = {"contact_coulomb", "contact_loads"}  # effects of the registry beside both of which rollers cannot stick
 SPEEDS = (("wheel_speed", "axle_fade_speed"), ("roller_speed", "roller_fade_speed"))  # field, argument of prepare
 
 
@@ -57,8 +56,7 @@ class Bearings(Effect):
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, for break_away below coulomb, and for rollers that stick where wheels may slip, if they
-    are massless, or if the ground's law is coulomb and loads follow the motion.
+    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where wheels may slip.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -93,13 +91,6 @@ class Bearings(Effect):
             self._torques("wheel", vehicle.wheels)
         if self.rollers_stick:
             self._torques("roller", vehicle.wheels)
-            on_ground = {name for effect in others for name in effect.kernel_effects()}
-            if on_ground >= UNDECIDED:
-                bound = (
-                    "must be given beside the law coulomb with loads that follow the motion: what a wheel holds on "
-                    "which contact and bearings stick, and the loads, are not found for each other"
-                )
-                raise InvalidValueError("roller_speed", None, bound)
 
     @property
     def sticks(self) -> bool:

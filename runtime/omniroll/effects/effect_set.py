@@ -24,6 +24,7 @@ from omniroll.effects.loaded_axles import GroundBesideAxles
 from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
+from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.slipping_bearings import MOMENTS, SlippingBearings, Torques
@@ -264,6 +265,8 @@ class EffectRun:
             bearings = SlippingBearings(self.kernel, of_axles, rollers)
             if not grip.sticks:
                 return GroundBesideBearings(self.kernel, grip, bearings, self.bound_rates)
+            if grip.balance is not None:
+                return LoadedGroundWithBearings(self.kernel, grip, bearings, self.bound_rates)
             return GroundWithBearings(self.kernel, grip, bearings, self.bound_rates.buffers)
         if axles is not None:
             if not grip.sticks:
@@ -437,7 +440,7 @@ class EffectRun:
             return
         self.signals["sticks"] = Signal.constant(ground.sticks.astype(float))
         self.signals["slip_heading"] = Signal.constant(np.arctan2(ground.towards[:, 1], ground.towards[:, 0]))
-        ground.seen = ground.towards.copy()
+        ground.keep_ways()
 
     def _in_slipping_bearings(
         self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
@@ -554,14 +557,14 @@ class EffectRun:
         if self.slipping_rollers is not None:
             flow(time, y)
             drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
+        if isinstance(flow, GroundFlow):
+            drive[self.drives.index("slip_heading")] = flow.headings(y)
         standing = isinstance(self.ground, GroundWithAxles) and isinstance(flow, GroundFlow)
         if standing or (isinstance(self.ground, GroundBesideAxles) and isinstance(flow, SmoothFlow)):
-            flow(time, y)
+            flow.in_row(time, y)
             for name, torques in self.ground.torques_in_rows().items():
                 if name in self.drives:
                     drive[self.drives.index(name)] = torques
-        if isinstance(flow, GroundFlow):
-            drive[self.drives.index("slip_heading")] = self.ground.headings(flow.slip(y), flow.rounding())
         return drive
 
     def _own_drives(self) -> list[int]:

@@ -52,6 +52,14 @@ def slip_roundings(vehicle: Vehicle, nu: np.ndarray, rates: np.ndarray, axial: n
     return AT_REST * EPS * (of_platform[..., None] + of_wheels)
 
 
+def slip_says(slip: np.ndarray, towards: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """(..., N) bool: contacts whose slip (..., N, 2) says where they go; of others the unit vectors `towards`
+    (..., N, 2) do, since the slip is rounding (..., N), or has just come to rest and gone back."""
+    size = np.linalg.norm(slip, axis=-1)
+    back = (slip * towards).sum(axis=-1) < -STRAIGHT * size
+    return size > np.where(back, PAST_REST, 1.0) * rounding
+
+
 # From sticks (N,) and the forces (N, 2) of slipping contacts: forces (N, 2) and rates of the slip (N, 2) of all.
 Dynamics = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
@@ -96,7 +104,8 @@ class Ground:
     released  (N,) bool: those that have used their friction up at this instant
     still     (N,) bool: all whose slip is rounding, also those without load
     towards   (N, 2) where contacts slip that have begun to; a unit vector
-    seen      (N, 2) where they have slipped last; a unit vector
+    seen      (N, 2) where they have slipped last in a row; a unit vector
+    going     (N, 2) the same at the start of the present step
     load      (N,) in N
     off       (N,) bool: those without load
     """
@@ -108,7 +117,7 @@ class Ground:
         self.load, self.off = grip.loads, grip.loads == 0
         self.sticks, self.resting, self.released, self.still = (np.zeros(count, bool) for _ in range(4))
         self.towards = np.tile([0.0, 1.0], (count, 1))
-        self.seen = self.towards.copy()
+        self.seen, self.going = self.towards.copy(), self.towards.copy()
         vehicle = kernel.vehicle
         self.settles = grip.settles(vehicle)
 
@@ -162,22 +171,29 @@ class Ground:
     # What follows
 
     def direction(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N, 2) along the slip (N, 2), or where a contact has just begun to slip, its own way, a unit vector."""
+        """(N, 2) along the slip (N, 2), or where that is rounding, where the contact went last; a unit vector."""
         if self.directions.start:
             return self.towards
         begun = np.linalg.norm(slip, axis=1) > rounding
-        return np.where(begun[:, None], slip, self.towards)
+        return np.where(begun[:, None], slip, self.going)
+
+    def follow(self, slip: np.ndarray, rounding: np.ndarray) -> None:
+        """A step begins with slips (N, 2). Those that come to rest in it have turned since the phase began."""
+        size = np.linalg.norm(slip, axis=1)
+        begun = size > rounding
+        self.going[begun] = slip[begun] / size[begun, None]
+
+    def keep_ways(self) -> None:
+        """A phase begins: contacts go where it has been decided that they go."""
+        self.seen, self.going = self.towards.copy(), self.towards.copy()
 
     def headings(self, slip: np.ndarray, rounding: np.ndarray) -> np.ndarray:
-        """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,) and says nothing: at a rest where
-        it went last, and where a slip begins where that goes. Other contacts have the latter, too, unless they have
-        turned away from it."""
+        """(N,) in rad, where contacts go whose slip (N, 2) is rounding (N,), or near it, and may say nothing: at a rest
+        where it went last, and where a slip begins where that goes. Other contacts have the latter, too."""
+        says = slip_says(slip, self.seen, rounding)
         size = np.linalg.norm(slip, axis=1)
-        back = (slip * self.seen).sum(axis=1) < -STRAIGHT * size  # such a slip has just come to rest
-        begun = size > np.where(back, PAST_REST, 1.0) * rounding
-        self.seen[begun] = slip[begun] / size[begun, None]
-        as_at_start = begun & ((self.towards * self.seen).sum(axis=1) > 0)
-        towards = np.where(as_at_start[:, None], self.towards, self.seen)
+        self.seen[says] = slip[says] / size[says, None]
+        towards = np.where((size > PAST_REST * rounding)[:, None], self.towards, self.seen)
         return np.arctan2(towards[:, 1], towards[:, 0])
 
     def used_up(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
-from omniroll.effects.ground import Ground
+from omniroll.effects.ground import Ground, slip_says
 from omniroll.kernels.kernel import Flow
 
 MOVED = 1e-7  # of a component, for slopes by differences
@@ -50,8 +50,26 @@ class GroundFlow:
         """y' under the forces that are given now."""
         return self.plain(time, y)
 
+    def headings(self, y: np.ndarray) -> np.ndarray:
+        """(N,) in rad, where contacts go, as a row keeps it."""
+        return self.ground.headings(self.slip(y), self.rounding())
+
+    def in_row(self, time: float, y: np.ndarray) -> None:
+        """Evaluates the rates under the forces that a row says, whose headings have been asked for: a slip that comes
+        to rest may have turned since the phase began."""
+        if self.ground.directions.start:
+            self(time, y)
+            return
+        slip, seen = self.slip(y), self.ground.seen
+        self._push_along(np.where(slip_says(slip, seen, self.rounding())[:, None], slip, seen))
+        self._rates(time, y)
+
     def _push(self, y: np.ndarray) -> None:
-        self.buffers["slip_direction"][:] = self.ground.direction(self.slip(y), self.rounding())
+        self._push_along(self.ground.direction(self.slip(y), self.rounding()))
+
+    def _push_along(self, directions: np.ndarray) -> None:
+        """The forces of slips along directions (N, 2)."""
+        self.buffers["slip_direction"][:] = directions
         self._slide()
         self.buffers["ground_push"][:] = np.where(self.slides[:, None], self.buffers["sliding_force"], 0.0)
 

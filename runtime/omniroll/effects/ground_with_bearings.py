@@ -25,12 +25,11 @@ import numpy as np
 from omniroll.effects import cones
 from omniroll.effects.complementarity import allowed_by
 from omniroll.effects.ground import AT_REST as CONTACT_AT_REST
-from omniroll.effects.ground import HELD_ROUNDINGS, Grip, Ground
+from omniroll.effects.ground import HELD_ROUNDINGS, Ground
 from omniroll.effects.ground_with_axles import LEAST_REACH, GroundWithAxles, directions_of_nu
 from omniroll.effects.guards import EPS, PASSED, Guard
 from omniroll.effects.least_use import Uses, least_norm, least_use
 from omniroll.effects.slipping_bearings import SlippingBearings
-from omniroll.kernels.kernel import Kernel
 from omniroll.vehicles.state import State
 
 AMPLE = 8.0  # times what bearings may be asked for
@@ -65,8 +64,9 @@ class GroundWithBearings(GroundWithAxles):
     axles: SlippingBearings
     at_edge = USED
 
-    def __init__(self, kernel: Kernel, grip: Grip, bearings: SlippingBearings, held: dict[str, np.ndarray]):
-        super().__init__(kernel, grip, bearings, held)
+    def _put_axles(self, axles: SlippingBearings, held: dict[str, np.ndarray]) -> None:
+        super()._put_axles(axles, held)
+        kernel = self.kernel
         _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
         self.rows_along = spins.T * (kernel.vehicle.wheel_radius - kernel.vehicle.roller_axis_radius)
         self.stands = np.zeros((kernel.wheels, 2), bool)
@@ -125,9 +125,10 @@ class GroundWithBearings(GroundWithAxles):
         self.resting |= resting
 
     def pass_guards(self, passed: np.ndarray) -> None:
-        """Guards that have ended the phase: of contacts, of bearings, and the least use."""
-        of_contacts, of_bearings, of_use = np.split(passed, np.cumsum([len(self.sticks), len(self.axles.modes)]))
-        Ground.pass_guards(self, of_contacts)
+        """Guards that have ended the phase: of contacts and loads, of bearings, and the least use."""
+        ends = np.cumsum([self.guards_of_contacts, len(self.axles.modes)])
+        of_contacts, of_bearings, of_use = np.split(passed, ends)
+        super(GroundWithAxles, self).pass_guards(of_contacts)
         self.axles.pass_guards(of_bearings, self._asked())
         if of_use.any():
             self._release_used()
@@ -142,7 +143,7 @@ class GroundWithBearings(GroundWithAxles):
         """What has a part in holding the wheels that stand."""
         wheels, ways = np.nonzero(self.stands)
         contacts, count = np.flatnonzero(self.stands.any(axis=1)), len(wheels)
-        reach, first = self.load[:, None] * self.grip.static, len(contacts)
+        (reach, lacking), first = self._of_ground(), len(contacts)
         bearings = np.where(ways == 0, self.axles.contact[wheels], wheels)
         arms = np.where(ways == 0, self._reach(self.held["chi"])[wheels], -self.radius)
         holding = np.maximum(self.axles.holding[bearings], LEAST_REACH * self.axles.holding.max() + TINY)
@@ -151,7 +152,12 @@ class GroundWithBearings(GroundWithAxles):
         per_force[first + np.arange(count), 0, np.arange(count)] = arms / holding
         given[:first] = np.where(self.stands[contacts], 0.0, self.held["ground_force"][contacts] / reach[contacts])
         given[first:, 0] = self._asked()[bearings] / holding
-        return Parts(contacts, bearings, arms, Uses(per_force, given))
+        return Parts(contacts, bearings, arms, Uses(per_force, given, np.append(lacking[contacts], np.zeros(count))))
+
+    def _of_ground(self) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 2) in N, by what forces of the ground are measured, and (N,) what contacts can take less than that, as a
+        part of it."""
+        return self.load[:, None] * self.grip.static, np.zeros(len(self.load))
 
     def _least_use(self, parts: Parts) -> tuple[float, np.ndarray]:
         """The least use, and forces (m,) that make it; the rates have been computed."""
@@ -243,4 +249,3 @@ class GroundWithBearings(GroundWithAxles):
     def accelerations(self) -> np.ndarray:
         """(B,) of the bearings' rates, as the rates that were computed last say."""
         return self.axles.accelerations_in(self.held)
-

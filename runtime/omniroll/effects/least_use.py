@@ -1,14 +1,18 @@
 """How much contacts and bearings must take that hold a vehicle together in more ways than one.
 
 Forces x (m,) are to give together the force A x = f on nu, of three components. Contacts and bearings have a part in
-them: each is used by |B_k x + b_k|, a norm in two components, and used up at 1. The vehicle can be held if the largest
-of these uses can be at most 1,
+them: each is used by |B_k x + b_k| + l_k, a norm in two components beside a number, and used up at 1. The vehicle can
+be held if the largest of these uses can be at most 1,
 
-    use = min over A x = f of max_k |B_k x + b_k| ,
+    use = min over A x = f of max_k (|B_k x + b_k| + l_k) ,
 
 which is a convex problem. Where the use is below 1 there are forces to choose from, and those of least norm are another
-convex problem. Both are solved by Newton's rule with the barrier - sum log(t^2 - |B_k x + b_k|^2), whose part falls to
-nothing in rounds. It is self-concordant: a step of Newton's rule, made shorter by what it promises, leaves no cone.
+convex problem. Both are solved by Newton's rule with the barrier - sum log((t - l_k)^2 - |B_k x + b_k|^2), whose part
+falls to nothing in rounds. It is self-concordant: a step of Newton's rule, made shorter by what it promises, leaves no
+cone.
+
+The number l_k is what the load of a contact lacks of the one by which forces are measured. A use in parts of a load
+that vanishes would have no bound; this one is smooth where the load passes zero.
 """
 
 from dataclasses import dataclass
@@ -27,18 +31,19 @@ INSIDE = 1e-9  # below 1: a use that leaves forces to choose
 
 @dataclass(frozen=True)
 class Uses:
-    """B (K, 2, m) and b (K, 2)."""
+    """B (K, 2, m), b (K, 2), and l (K,) or one for all."""
 
     per_force: np.ndarray
     given: np.ndarray
+    lacking: np.ndarray | float = 0.0
 
     def of(self, forces: np.ndarray) -> np.ndarray:
         """(K,) how much forces (m,) use."""
-        return np.linalg.norm(self.per_force @ forces + self.given, axis=1)
+        return np.linalg.norm(self.per_force @ forces + self.given, axis=1) + self.lacking
 
     def along(self, start: np.ndarray, ways: np.ndarray, size: float) -> "Uses":
         """The same of forces start (m,) + size ways (m, p) z, over `size`, by z."""
-        return Uses(self.per_force @ ways, (self.per_force @ start + self.given) / size)
+        return Uses(self.per_force @ ways, (self.per_force @ start + self.given) / size, self.lacking / size)
 
 
 def least_use(columns: np.ndarray, force: np.ndarray, uses: Uses) -> tuple[float, np.ndarray]:
@@ -88,8 +93,9 @@ def _barrier(uses: Uses, place: np.ndarray, use: float) -> tuple[np.ndarray, np.
     """Slope (p + 1,) and second derivative (p + 1, p + 1) of the barrier by z and t."""
     found = uses.per_force @ place + uses.given
     length = np.linalg.norm(found, axis=1)
-    left = (use - length) * (use + length)
-    rows = np.column_stack([np.einsum("kcp,kc->kp", uses.per_force, found), np.full(len(found), -use)])
+    most = np.full(len(found), use) - uses.lacking
+    left = (most - length) * (most + length)
+    rows = np.column_stack([np.einsum("kcp,kc->kp", uses.per_force, found), -most])
     scaled = rows / left[:, None]
     matrix = 4 * scaled.T @ scaled
     matrix[:-1, :-1] += np.einsum("kcp,kcq,k->pq", uses.per_force, uses.per_force, 2 / left)

@@ -102,10 +102,6 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
         """(N,) in N m, the axles' accelerations times their inertia, as the rates that were computed last say."""
         return self.buffers["rates_dot"] * self.kernel.vehicle.wheel_inertia
 
-    def in_question(self) -> np.ndarray:
-        """Those at rest, whichever of which may turn (rule 3)."""
-        return np.flatnonzero(self.axles.resting)
-
     def inputs(self, modes: np.ndarray, bounds: np.ndarray) -> dict[str, np.ndarray]:
         """What the rates take, by name, of axles with modes (N,) that take torques (N,) where they turn."""
         return {"axle_sticks": modes == 0, "bearing_torque": -modes * bounds}
@@ -174,7 +170,7 @@ class GroundBesideAxles(BesideAxles, SmoothGround):
 
     def _refuse_unless_determined(self, settled: Settled, sums_of: SumsOf) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
-        resting = self.in_question()
+        resting = self.axles.resting_on_ground()
         if self.grip.law == "viscous" or len(resting) > MOST:
             return
         carries = self.loads.carries

@@ -43,11 +43,6 @@ class GroundBesideBearings(GroundBesideAxles):
             vehicle.wheel_inertia, vehicle.roller_inertia
         )
 
-    def in_question(self) -> np.ndarray:
-        """Those at rest that touch the ground: axles, and rollers in contact."""
-        touching = np.append(np.arange(self.axles.wheels), self.axles.contact)
-        return touching[self.axles.resting[touching]]
-
     def inputs(self, modes: np.ndarray, bounds: np.ndarray) -> dict[str, np.ndarray]:
         """What the rates take, by name, of bearings with modes (B,) that take torques (B,) where they turn."""
         return self.axles.inputs(modes == 0, -modes * bounds)

@@ -82,11 +82,11 @@ class LoadedGroundWithAxles(GroundWithAxles, LoadedGround):
 
     def _refuse_unless_determined(self, dynamics: Dynamics) -> None:
         """Raises GroundFailsError where loads and axles need not determine each other (rule 3)."""
-        resting, modes = np.flatnonzero(self.axles.resting), self.axles.modes
+        resting, modes = self.axles.resting_on_ground(), self.axles.modes
         if len(resting) > MOST:
             return
         shares = self.loads.springs.shares(self.loads.carries)
-        unit = self.sliding_forces(np.ones(len(modes))) * self._slides[:, None]
+        unit = self.sliding_forces(np.ones(len(self.sticks))) * self._slides[:, None]
 
         def sums_of(loads: np.ndarray) -> np.ndarray:
             self._under(loads, dynamics, self.sticks, unit)

@@ -76,6 +76,10 @@ class SlippingAxles:
 
     # What follows
 
+    def resting_on_ground(self) -> np.ndarray:
+        """Places of those at rest, all of which touch the ground with their wheels."""
+        return np.flatnonzero(self.resting)
+
     def torques(self) -> np.ndarray:
         """(N,) of the bearings of turning axles; 0 where an axle sticks."""
         return -self.modes * self.sliding

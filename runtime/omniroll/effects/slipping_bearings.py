@@ -114,6 +114,11 @@ class SlippingBearings:
 
     # What follows
 
+    def resting_on_ground(self) -> np.ndarray:
+        """Places of those at rest that touch the ground: of axles, and of rollers in contact."""
+        touching = np.append(np.arange(self.wheels), self.contact)
+        return touching[self.resting[touching]]
+
     def asked_in(self, buffers: Mapping[str, np.ndarray]) -> np.ndarray:
         """(B,) what holds those that stick, as the rates that were computed last have it."""
         none = np.zeros(self.wheels)

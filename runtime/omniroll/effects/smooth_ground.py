@@ -64,6 +64,10 @@ class SmoothFlow:
     def __init__(self, ground: SmoothGround, plain: Flow):
         self.ground, self.plain = ground, plain
 
+    def in_row(self, time: float, y: np.ndarray) -> None:
+        """Evaluates the rates under the forces that a row says."""
+        self(time, y)
+
     def __call__(self, time: float, y: np.ndarray) -> np.ndarray:
         ground = self.ground
         carries = ground.loads.carries

@@ -64,7 +64,7 @@ class Step(RadauStep):
                     return moved <= ROUNDED and bool((along >= 0).all())
                 solve, renewed = None, renewed + 1
             last = moved
-        return last <= ROUNDED
+        return last <= ROUNDED and bool((along >= 0).all())
 
     def _times(self) -> np.ndarray:
         return self.time + NODES * self.h
@@ -79,7 +79,10 @@ class Step(RadauStep):
 
     def _linear(self, places: np.ndarray, along: np.ndarray):
         """Newton's correction of the rates (s, d) and the directions (s, m), by the slopes in the middle of the step
-        and by the slips at the nodes."""
+        and by the slips at the nodes. A slip that has not begun says nothing about the direction of a contact that all
+        others keep from going across: it counts as its rounding."""
+        least = self.flow.rounding()[self.flow.turning]
+        along = np.where(np.abs(along) < least, least, along)
         size, turning = len(self.y), self.angles.shape[1]
         middle = STAGES // 2
         self.evaluations += size + turning + 1

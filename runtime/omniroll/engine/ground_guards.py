@@ -54,6 +54,7 @@ class GroundGuards(MotionGuards):
         """A slip with a direction may not come to rest within a step: there the direction turns without end."""
         if not self.has_direction:
             return np.inf
+        self.ground.follow(self.flow.slip(y), self.flow.rounding())
         left, falls, _ = self._approach(time, y)
         ends = self.flow.slides & (falls > self.ground.settles) & (left > 0)
         return float((PART_OF_WAY * left[ends] / falls[ends]).min(initial=np.inf))
@@ -94,8 +95,14 @@ class AllBearingGuards(AxleGuards):
     wheels that stand the least use."""
 
     def _missed(self, values: np.ndarray) -> np.ndarray:
+        contacts, bearings = len(self.ground.sticks), len(self.ground.axles.modes)
         slides = ~self.ground.sticks & ~self.ground.off
-        return missed_of_turning(values, slice(0, -1), np.append(slides, self.ground.axles.modes))
+        own = np.append(np.arange(contacts), values.shape[1] - 1 - bearings + np.arange(bearings))
+        return missed_of_turning(values, own, np.append(slides, self.ground.axles.modes))
+
+
+class LoadsAndBearingsGuards(AllBearingGuards, LoadedGuards):
+    """Those of LoadedGuards, then those of bearings and the least use."""
 
 
 class LoadGuards(MotionGuards):
@@ -140,13 +147,13 @@ def ground_guards(guards: Guards, flow: GroundFlow | SmoothFlow) -> MotionGuards
         beside = isinstance(flow.ground, GroundBesideAxles)
         return LoadedAxleGuards(guards, flow) if beside else LoadGuards(guards, flow)
     if isinstance(flow.ground, GroundWithBearings):
-        return AllBearingGuards(guards, flow)
+        return (LoadsAndBearingsGuards if isinstance(flow, LoadedFlow) else AllBearingGuards)(guards, flow)
     if isinstance(flow.ground, GroundWithAxles):
         return (LoadsAndAxlesGuards if isinstance(flow, LoadedFlow) else AxleGuards)(guards, flow)
     return LoadedGuards(guards, flow) if isinstance(flow, LoadedFlow) else GroundGuards(guards, flow)
 
 
-def missed_of_turning(values: np.ndarray, own: slice, modes: np.ndarray) -> np.ndarray:
+def missed_of_turning(values: np.ndarray, own: slice | np.ndarray, modes: np.ndarray) -> np.ndarray:
     """(K,) what polynomials through values (P, K) may miss, of which `own` are contacts or bearings with modes (B,), 0
     of those that stick: one that has just begun to move is as slow at first as its rate's polynomial is wrong."""
     missed, largest = np.zeros(values.shape[1]), np.abs(values[:, own]).max(axis=0)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from omniroll.effects.ground import AT_REST, PAST_REST, STRAIGHT, Grip, slip_roundings
+from omniroll.effects.ground import AT_REST, Grip, slip_roundings, slip_says
 from omniroll.effects.ground_loads import ROUNDINGS, carried
 from omniroll.effects.ground_with_axles import LEFT_OF
 from omniroll.effects.slipping_bearings import MOMENTS
@@ -82,14 +82,13 @@ class Contacts:
         stands = {"standing_dynamics", "bearing_dynamics"} & self.kernel.signatures.keys()
         if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
-        size = np.linalg.norm(slip, axis=-1)
-        back = (slip * heading).sum(axis=-1) < -STRAIGHT * size  # such a slip has just come to rest
-        slips = size > np.where(back, PAST_REST, 1.0) * rounding  # rounding has no direction
+        slips = slip_says(slip, heading, rounding)
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
         values["ground_push"] = np.where((sticks | (given == 0))[..., None], 0.0, force)
-        misled = np.where(slips & ~sticks, rounding / np.where(slips, size, 1.0), 0.0).max(axis=-1, keepdims=True)
+        size = np.where(slips, np.linalg.norm(slip, axis=-1), 1.0)
+        misled = np.where(slips & ~sticks, rounding / size, 0.0).max(axis=-1, keepdims=True)
         loads = self._loads("ground_dynamics", values, misled / AT_REST) if self.grip.balance else given
         return slip, loads, values | self._called("ground_dynamics", values)
 
