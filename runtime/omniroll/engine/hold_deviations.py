@@ -160,9 +160,17 @@ class HoldDeviations:
         return starts & sticks.any(axis=1) & ~same
 
     @cached_property
+    def left_to_do(self) -> np.ndarray:
+        """(T,) int32, not 0 in the rows in which something happens as a step begins: 1 where nothing but free rollers
+        stick, which a library may look at. Who has done it makes 0 of it."""
+        alone = ~self.holds.sets.any(axis=1)[self.holds.which] & (self.holds.spins is not None)
+        alone[1:] &= alone[:-1]
+        return np.where(self.enters | self.turns_alone, np.where(alone, 1, -1), 0).astype(np.int32)
+
+    @cached_property
     def meets(self) -> np.ndarray:
         """(k,) the rows in which deviations may meet bearings that have begun to stick, or that stick no more."""
-        return np.flatnonzero(self.enters | np.append(False, self.changes))
+        return np.flatnonzero(self.enters | self.turns_alone | np.append(False, self.changes))
 
     @cached_property
     def rates(self) -> np.ndarray:
