@@ -7,7 +7,7 @@
  * blockwise.c    these equations, in blocks
  * apart.c        numbers of its core that hang together through nu alone
  * spins.c        free rollers that stick on their disks, in its equations
- * spin_rates.c   the rates of their spins at its nodes
+ * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
  * rests.c        slips that come to rest
  * spin_rests.c   spins that come to rest, turn back and break away */
@@ -33,11 +33,14 @@ static void lay_out_spins(variations_t *w, long long *size, char *base)
     w->free_bearing = part(base, size, count);
     w->free_holding = part(base, size, 2*count);
     w->bearing_along = part(base, size, count);
-    w->response = part(base, size, count);
+    w->response = part(base, size, count*w->run->models);
+    w->fading = part(base, size, count*w->run->models);
     w->response_moved = part(base, size, count*w->groups);
+    w->fading_moved = part(base, size, count*w->groups);
     w->torque_moved = part(base, size, count*w->groups);
+    w->momenta_moved = part(base, size, SUMS(w)*w->groups*(long long)sizeof(lanes_t));
     w->axial_moved = part(base, size, count*w->groups);
-    w->axial_rate = part(base, size, count*w->groups);
+    w->axial_nodes = part(base, size, NODES*count*w->groups);
     w->axial_at = part(base, size, count);
     w->basis = part(base, size, SUMS(w)*(long long)sizeof *w->basis);
     w->is_given = part(base, size, w->inputs*(long long)sizeof(int));
@@ -52,10 +55,9 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->known = 3 + core_size(wheels, run->rollers_per_wheel);
-    w->core = SET_SPINS_STICK ? 3 : w->known;
+    w->core = SET_SPINS_STICK ? 3 + 2*wheels : w->known;
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
-    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_SPINS_STICK*4*wheels;
-    w->changing = SET_MOVING*wheels + SET_SPINS_STICK*2*wheels;
+    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_SPINS_STICK*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
@@ -70,7 +72,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     }
     w->moved = part(base, &size, w->size*groups*lane);
     w->began = part(base, &size, w->size*groups*lane);
-    w->given = part(base, &size, (w->inputs + w->changing)*groups*lane);
+    w->given = part(base, &size, (w->inputs + SET_MOVING*wheels)*groups*lane);
 #if SET_GRIPS
     w->pushed = part(base, &size, 12*wheels*lane);
     w->towards = part(base, &size, 2*wheels*lane);
@@ -131,7 +133,7 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
-    memset(w->given, 0, (w->inputs + w->changing)*w->groups*sizeof *w->given);
+    memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
 #elif SET_SPINS_STICK

@@ -1,8 +1,8 @@
 /* How deviations pass where a step begins with other free rollers that stick than the one before it.
  *
  * Where free rollers come to rest on their disks, nu takes their momentum: the projection in the kinetic metric
- * (runtime/omniroll/engine/hold_deviations.py). Where one turns back, rates jump at a time that deviates. Where one breaks
- * away, and takes no more torque then than before, nothing jumps. Anything else the caller decides. */
+ * (runtime/omniroll/engine/hold_deviations.py). Where one turns back, rates jump at a time that deviates. Where one
+ * breaks away, and takes no more torque then than before, nothing jumps. Anything else the caller decides. */
 
 #if SET_SPINS_STICK
 #define SPIN_GRAZES 1e-6            /* of the fastest: a spin that comes to zero more slowly grazes it      */
@@ -10,7 +10,7 @@
 
 /* What changes in a row in which a step ends and the next one begins. */
 typedef struct {
-    int changed, rests, turned;     /* how many free rollers change; of these come to rest; one that turns back, or -1 */
+    int changed, rests, turned;     /* how many rollers change; of these come to rest; one that turns back, or -1 */
 } spin_event_t;
 
 static spin_event_t event_of_spins(const variations_t *w, long long row)
@@ -104,7 +104,7 @@ static void project_spins(variations_t *w, long long row)
     }
 }
 
-/* Pass what happens where a step begins in a row. Returns 0 where that is left to the caller; nothing has been done then. */
+/* Pass what happens where a step begins in a row. Returns 0 where that is left to the caller, and nothing is done. */
 static int enter_step(variations_t *w, long long row)
 {
     if (w->run->step_of[row - 1] >= 0) {

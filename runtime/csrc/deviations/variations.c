@@ -9,7 +9,7 @@
  *
  * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
  * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. Where free
- * rollers stick on their disks, their spins are numbers of the state that need not be solved for (spins.c). */
+ * rollers stick on their disks, the core of a step is less than that of the state (spins.c). */
 #include "set_in_lanes.h"
 
 #include "along_set.h"
@@ -26,13 +26,13 @@ typedef struct {
     int wheels, rollers, columns, groups;
     int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
     int size, core, felt, inputs;       /* numbers: all, of the core, of what it feels, that it is given    */
-    int known, changing;        /* nu and all of the state behind it; inputs that change in a step: the first ones */
+    int known;                  /* nu and the whole core of the state                           */
     int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
     lanes_t *moved;             /* size x groups: deviations now                                */
     lanes_t *began;             /* the same at the start of the phase                           */
-    lanes_t *given;             /* (inputs + changing) x groups: inputs, and how fast those change */
+    lanes_t *given;             /* (inputs + SET_MOVING*wheels) x groups: inputs, and how fast drives change */
     lanes_t *axial;             /* wheels*rollers x groups: by physical roller                  */
     double *momenta;            /* of the phase                                                 */
     lanes_t *held;              /* what sticks leaves to nu, and what holds it: at a point, and how these move */
@@ -62,9 +62,12 @@ typedef struct {
 #if SET_SPINS_STICK
     lanes_t *free_sticks, *free_bearing, *free_holding; /* of free rollers, as a point needs them                */
     lanes_t *bearing_along;     /* how free_bearing moves                                       */
-    lanes_t *response, *response_moved; /* axial accelerations by torques of 1; x groups        */
+    lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
+    lanes_t *response_moved, *fading_moved; /* rollers x groups: the same in the columns        */
+    int fades;                  /* whether spins do anything                                    */
     lanes_t *torque_moved;      /* rollers x groups: deviations of free_bearing in a step       */
-    lanes_t *axial_moved, *axial_rate;  /* the same of axial speeds at its start, and of how fast they change */
+    lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
+    lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
     lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
     double (*basis)[2];         /* of each momentum of a wheel                                  */
     int *is_given;              /* inputs: whether any column has one                           */
@@ -95,13 +98,25 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
 /* Where a number of the core stands among the deviations. */
 ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a : a + 3 + w->wheels; }
 
+/* Its deviations at the start of a step. */
+ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
+{
+#if SET_SPINS_STICK
+    if (a >= 3)
+        return w->momenta_moved + (a - 3)*w->groups;
+#endif
+    return w->moved + place_of_core(w, a)*w->groups;
+}
+
 /* The first direction that is the turn of a slip's direction; those before it are numbers of a point. */
 ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->felt + w->inputs; }
 
 /* Whether a direction is a number of a point: no turn, no sum over rollers, and no number of the vehicle. */
 ALWAYS_INLINE int is_of_point(const variations_t *w, int d)
 {
-    return d < (SET_SPINS_STICK ? w->core + w->felt + SET_MOVING*w->wheels : first_turn(w));
+    if (SET_SPINS_STICK)
+        return d < 3 || (d >= w->core && d < w->core + w->felt + SET_MOVING*w->wheels);
+    return d < first_turn(w);
 }
 
 /* The place of a direction among those. */
@@ -235,6 +250,9 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         put_spins_of_direction(w, d, at.vehicle);
 #endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+#if SET_SPINS_STICK
+        put_momenta_along(w, d, along.core_dot);
+#endif
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
         if (way)
@@ -432,13 +450,13 @@ static void put_right(variations_t *w, double h, int a, int width)
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
                 if (!still[c])
-                    add_moved(slope + c, j, w->moved[place_of_core(w, c)*groups + g], sum);
+                    add_moved(slope + c, j, start_of_core(w, c)[g], sum);
             for (int f = 0; f < w->felt; f++)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
                 add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
-            for (int u = 0; u < w->changing; u++)
+            for (int u = 0; u < SET_MOVING*w->wheels; u++)
                 for (int i = 0; i < AT_ONCE; i++)
                     sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
@@ -519,13 +537,11 @@ NEVER_INLINE void solve(const equations_t *e)
     }
 }
 
-#if SET_SPINS_STICK
-#include "deviations/spin_rates.c"
-#endif
 #if SET_GRIPS
 #include "deviations/turning.c"
 #else
 #include "deviations/apart.c"
+#include "deviations/spin_nodes.c"
 #endif
 
 static void put_slopes(variations_t *w, long long step, long long row)
@@ -552,7 +568,7 @@ static void put_core(variations_t *w, double h, int width)
         lanes_t *const at = w->core_at + a*NODES*groups;
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
-                at[j*groups + g] = w->moved[place_of_core(w, a)*groups + g];
+                at[j*groups + g] = start_of_core(w, a)[g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
             memcpy(rate + j*groups, w->row[a*w->nodes + j] + width, groups*sizeof *rate);
@@ -705,8 +721,7 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
     put_core(w, h, width);
     put_carried_rates(w, h);
 #if SET_SPINS_STICK
-    if (rates)
-        put_rates_of_spins(w, step, row, h, rates);
+    finish_spins(w, step, row, h, rates);
 #endif
     for (int place = 0; place < places; place++)
         for (int j = 0; j < w->nodes; j++) {
@@ -717,7 +732,7 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
 #if SET_SPINS_STICK
-    put_spins_at_end(w, row + 1, h);
+    put_spins_at_end(w, row + 1);
 #endif
     return 1;
 }
