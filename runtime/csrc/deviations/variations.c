@@ -438,6 +438,9 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
         sum[i] += slope->node[j + i]*moved;
 }
 
+/* Whether an input that does nothing is passed over: where it is most often so. */
+ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_SPINS_STICK && still[direction]; }
+
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, double h, int a, int width)
 {
@@ -455,9 +458,10 @@ static void put_right(variations_t *w, double h, int a, int width)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
+                if (!is_spared(still, fed + u))
+                    add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_MOVING*w->wheels; u++)
-                for (int i = 0; i < AT_ONCE; i++)
+                for (int i = 0; i < AT_ONCE && !is_spared(still, fed + u); i++)
                     sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
                 row[j + i][width + g] = sum[i];

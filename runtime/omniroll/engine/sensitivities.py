@@ -277,7 +277,7 @@ class Sweep:
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
         if self.holds is not None:
             found |= self.holds.left_to_do < 0
-            found[:-1] |= self.holds.changes
+            found[:-1] |= self.holds.changes & ~self.motion.directions[1:].any(axis=1)  # a switch is none of these
         return found
 
     def _samples(self) -> np.ndarray:
