@@ -1,27 +1,28 @@
 /* How deviations pass where a step begins with other free rollers that stick than the one before it.
  *
  * Where free rollers come to rest on their disks, nu takes their momentum: the projection in the kinetic metric
- * (runtime/omniroll/engine/hold_deviations.py). Where one turns back, rates jump at a time that deviates. Where one
- * breaks away, and takes no more torque then than before, nothing jumps. Anything else the caller decides. */
+ * (runtime/omniroll/engine/hold_deviations.py). Where one turns back, or breaks away from more torque than it takes as
+ * it turns, rates jump at a time that deviates: d+ = d- + (f- - f+) dt. Anything else the caller decides. */
 
 #if SET_SPINS_STICK
 #define SPIN_GRAZES 1e-6            /* of the fastest: a spin that comes to zero more slowly grazes it      */
 #define SPIN_JUMPS 1e-9             /* of a rate: it does not jump by less                                  */
+#define SPIN_REACHED 1e-6           /* of what can hold a roller: it has been reached                       */
 
 /* What changes in a row in which a step ends and the next one begins. */
 typedef struct {
-    int changed, rests, turned;     /* how many rollers change; of these come to rest; one that turns back, or -1 */
+    int changed, rests;             /* how many rollers change; of these come to rest                       */
+    int turned;                     /* one that turns on: back, or away from rest                           */
 } spin_event_t;
 
 static spin_event_t event_of_spins(const variations_t *w, long long row)
 {
     const long long *const after = w->run->free_mode + row*FREE(w), *const before = after - FREE(w);
-    spin_event_t found = {.turned = -1};
+    spin_event_t found = {0};
     for (int k = 0; k < FREE(w); k++)
         if (before[k] != after[k]) {
             found.changed++, found.rests += after[k] == 0;
-            if (before[k] && after[k])
-                found.turned = k;
+            found.turned = k;
         }
     return found;
 }
@@ -54,15 +55,93 @@ static int spin_grazes(const variations_t *w, long long row, const lanes_t *rate
     return 0;
 }
 
-/* A roller has turned back: the rates jump at the time at which its spin is zero. */
-static void turn_back(variations_t *w, int roller, const lanes_t *before, const lanes_t *after)
+/* A roller turns back where its spin is zero: by how much the time deviates. */
+static void put_times_of_turn(const variations_t *w, int roller, const lanes_t *before, lanes_t *time)
 {
-    const int spin = 6 + w->wheels + roller, groups = w->groups;
-    for (int g = 0; g < groups; g++) {
-        const lanes_t time = -w->moved[spin*groups + g]/before[spin];
-        for (int place = 0; place < w->size; place++)
-            w->moved[place*groups + g] += (before[place] - after[place])*time;
+    const int spin = 6 + w->wheels + roller;
+    for (int g = 0; g < w->groups; g++)
+        time[g] = -w->moved[spin*w->groups + g]/before[spin];
+}
+
+/* A direction along the motion before a row in which a step ends. */
+static void put_motion(const variations_t *w, long long row, const lanes_t *rate)
+{
+    const double length = w->run->elapsed[row] - w->run->elapsed[row - 1];
+    const double *const then = w->run->drive + row*SET_INPUTS*w->wheels, *const first = then - SET_INPUTS*w->wheels;
+    for (int k = 0; k < w->size; k++)
+        if (point_of_place(w, k) >= 0)
+            w->along[point_of_place(w, k)] = rate[k];
+    for (int u = 0; u < SET_MOVING*w->wheels; u++)
+        w->along[point_inputs(w) + u] = lanes_of((then[u] - first[u])/length);
+}
+
+/* A direction along the deviations there, in a vector of columns. */
+static void put_deviations(const variations_t *w, long long row, int group)
+{
+    const int groups = w->groups;
+    const double length = w->run->elapsed[row] - w->run->elapsed[row - 1];
+    put_moved(w, w->moved, group, w->along);
+    for (int u = 0; u < SET_MOVING*w->wheels; u++)
+        w->along[point_inputs(w) + u] = w->given[u*groups + group] + length*w->given[(w->inputs + u)*groups + group];
+    for (int k = 0; k < FREE(w); k++)
+        w->bearing_along[k] = (1 - w->free_sticks[k])*w->torque_moved[k*groups + group];
+}
+
+/* Whether it is this roller alone that what holds it, in w->free_holding, has brought to its bound. */
+static int comes_alone(const variations_t *w, int roller)
+{
+    for (int k = 0; k < FREE(w); k++) {
+        const int reached = w->free_sticks[k][0] != 0
+            && fabs(w->free_holding[k][0]) >= (1 - SPIN_REACHED)*w->run->free_most[k];
+        if (reached != (k == roller))
+            return 0;
     }
+    return 1;
+}
+
+/* A roller breaks away where what holds it comes to its bound: by how much the time deviates. Returns 0 where others are
+ * at theirs, or where it only just comes there. */
+static int put_times_of_release(variations_t *w, long long row, int roller, const lanes_t *before, lanes_t *time)
+{
+    const double most = w->run->free_most[roller];
+    lanes_t nu_dot[3], nu_dot_along[3];
+    put_state(w, row, w->point);
+    put_spin_modes(w, row - 1);
+    put_held(w, row - 1, -1);
+    put_motion(w, row, before);
+    const point_t by_time = point_of(w, w->vehicle, w->point), in_time = point_of(w, w->vehicle, w->along);
+    rates_at(w, &by_time, &in_time, nu_dot, nu_dot_along);
+    const double side = w->free_holding[roller][0] < 0 ? -1 : 1, slope = side*in_time.free_holding[roller][0];
+    const int is_known = comes_alone(w, roller) && slope*w->run->held_for[row] > SPIN_GRAZES*most;
+    for (int g = 0; g < w->groups && is_known; g++) {
+        put_deviations(w, row, g);
+        const point_t at = point_of(w, &w->column[g], w->point), along = point_of(w, at.vehicle, w->along);
+        rates_at(w, &at, &along, nu_dot, nu_dot_along);
+        time[g] = -side*along.free_holding[roller]/slope;
+        for (int p = g*LANES; p < w->columns && p < (g + 1)*LANES; p++)
+            time[g][p%LANES] += w->run->free_most_moved[p*FREE(w) + roller]/slope;
+    }
+    memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    return is_known;
+}
+
+/* A roller turns on, where that makes rates jump. Returns 0 where that is left to the caller. */
+static int turn_on(variations_t *w, long long row, spin_event_t event, const lanes_t *before)
+{
+    const int starts = w->run->free_mode[(row - 1)*FREE(w) + event.turned] == 0;
+    lanes_t after[w->size], time[w->groups];
+    rates_in_row(w, row, after);
+    if (!spins_jump(w, before, after))
+        return 1;
+    if (event.changed > 1 || (starts && !put_times_of_release(w, row, event.turned, before, time)))
+        return 0;
+    if (!starts)
+        put_times_of_turn(w, event.turned, before, time);
+    for (int place = 0; place < w->size; place++)
+        for (int g = 0; g < w->groups; g++)
+            w->moved[place*w->groups + g] += (before[place] - after[place])*time[g];
+    return 1;
 }
 
 /* What a momentum of 1 about nu_3 gives nu, by a mass matrix (symmetric, by rows). */
@@ -109,20 +188,14 @@ static int enter_step(variations_t *w, long long row)
 {
     if (w->run->step_of[row - 1] >= 0) {
         const spin_event_t event = event_of_spins(w, row);
-        lanes_t before[w->size], after[w->size];
+        lanes_t before[w->size];
         if (event.changed) {
             rates_in_modes(w, row, row - 1, before);
             if (spin_grazes(w, row, before))
                 return 0;
         }
-        if (event.changed > event.rests) {
-            rates_in_row(w, row, after);
-            if (spins_jump(w, before, after)) {
-                if (event.changed > 1 || event.turned < 0)
-                    return 0;
-                turn_back(w, event.turned, before, after);
-            }
-        }
+        if (event.changed > event.rests && !turn_on(w, row, event, before))
+            return 0;
     }
     project_spins(w, row);
     return 1;

@@ -29,6 +29,8 @@ typedef struct {
                                              * of its columns are absent, 3; how the directions move with each number */
     const long long *free_mode;             /* T x N x (n-1): 0 where a free roller sticks, else its spin's sign; or null */
     const double *free_torque;              /* the same: torques of the bearings of those that turn; or null */
+    const double *free_most, *free_most_moved;  /* N x (n-1), P x that: the largest torques at rest, and how they move */
+    const double *held_for;                 /* T: in s, for how long modes have been those that end in a row */
     int *enters;                            /* T: not 0 where something happens as a step begins: 1 where it is looked
                                              * at here, which makes 0 of it; -1: the caller does it. Or null */
     const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and

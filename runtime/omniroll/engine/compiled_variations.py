@@ -245,7 +245,8 @@ class CompiledVariations:
             numbers["per_reach"] = motion.contacts.per_reach()
             run.jumps, run.reached, run.grazes = JUMPS, REACHED, GRAZES * motion.contacts.friction_rate()
         if holds is not None and holds.holds.spins is not None:
-            numbers["free_torque"] = holds.holds.spins.torques
+            numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
+            numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():
