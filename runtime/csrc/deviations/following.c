@@ -263,6 +263,17 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
+#if SET_SPINS_STICK
+/* A step begins in a row: pass what happens there, where that is known. */
+static void enter_at(variations_t *w, long long row)
+{
+    if (!enter_step(w, row))
+        return;
+    w->run->enters[row] = 0;
+    out_of_lanes(w, w->moved, w->size, row_of(w, row));
+}
+#endif
+
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                                    int as_one)
 {
@@ -272,6 +283,8 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
 #if SET_SPINS_STICK
+    if (run->enters[first] > 0 && (first == 0 || run->step_of[first - 1] < 0))
+        enter_at(w, first);
     if (run->enters[first])
         return first;
 #endif
@@ -295,12 +308,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
                     exchange_axial(w, phase, 1);
             }
         }
-#if SET_SPINS_STICK
-        if (run->enters[row + 1] > 0 && enter_step(w, row + 1))
-            run->enters[row + 1] = 0;
-#endif
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
 #if SET_SPINS_STICK
+        if (run->enters[row + 1] > 0)
+            enter_at(w, row + 1);
         if (run->enters[row + 1])
             return row + 1;
 #endif

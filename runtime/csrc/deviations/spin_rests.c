@@ -186,7 +186,7 @@ static void project_spins(variations_t *w, long long row)
 /* Pass what happens where a step begins in a row. Returns 0 where that is left to the caller, and nothing is done. */
 static int enter_step(variations_t *w, long long row)
 {
-    if (w->run->step_of[row - 1] >= 0) {
+    if (row > 0 && w->run->step_of[row - 1] >= 0) {
         const spin_event_t event = event_of_spins(w, row);
         lanes_t before[w->size];
         if (event.changed) {

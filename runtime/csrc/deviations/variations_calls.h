@@ -32,7 +32,8 @@ typedef struct {
     const double *free_most, *free_most_moved;  /* N x (n-1), P x that: the largest torques at rest, and how they move */
     const double *held_for;                 /* T: in s, for how long modes have been those that end in a row */
     int *enters;                            /* T: not 0 where something happens as a step begins: 1 where it is looked
-                                             * at here, which makes 0 of it; -1: the caller does it. Or null */
+                                             * at here, which makes 0 of it; -1: the caller does it. Or null. Behind a
+                                             * step that another call has followed the caller does it as well */
     const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and
                                              * along the rolling direction; behind the first how they move. Or null */
     const double *per_reach;                /* N x 2: one over the squares of what friction can hold; or null */

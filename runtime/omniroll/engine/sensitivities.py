@@ -294,7 +294,7 @@ class Sweep:
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
         """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
-        if self.holds is not None and self.holds.left_to_do[row]:
+        if self.holds is not None and self.holds.left_to_do[row] and not self._enters_in_c(row):
             self.holds.left_to_do[row] = 0
             if self.holds.turns_alone[row]:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
@@ -302,6 +302,11 @@ class Sweep:
                 moved[:] = self.holds.entered(row, moved)
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
+
+    def _enters_in_c(self, row: int) -> bool:
+        """Whether a library passes what happens as a step begins, where it goes on from this row."""
+        behind_step = row > 0 and self.motion.starts_step[row - 1]
+        return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
 
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
