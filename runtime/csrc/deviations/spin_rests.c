@@ -99,8 +99,8 @@ static int comes_alone(const variations_t *w, int roller)
     return 1;
 }
 
-/* A roller breaks away where what holds it comes to its bound: by how much the time deviates. Returns 0 where others are
- * at theirs, or where it only just comes there. */
+/* A roller breaks away where what holds it comes to its bound: by how much the time deviates. Returns 0 where others
+ * are at theirs, or where it only just comes there. */
 static int put_times_of_release(variations_t *w, long long row, int roller, const lanes_t *before, lanes_t *time)
 {
     const double most = w->run->free_most[roller];
@@ -126,6 +126,13 @@ static int put_times_of_release(variations_t *w, long long row, int roller, cons
     return is_known;
 }
 
+/* Whether all directions are left to nu in a row. */
+static int nothing_else_sticks(const variations_t *w, long long row)
+{
+    const double *const absent = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1)) + 9;
+    return absent[0] == 0 && absent[1] == 0 && absent[2] == 0;
+}
+
 /* A roller turns on, where that makes rates jump. Returns 0 where that is left to the caller. */
 static int turn_on(variations_t *w, long long row, spin_event_t event, const lanes_t *before)
 {
@@ -134,7 +141,9 @@ static int turn_on(variations_t *w, long long row, spin_event_t event, const lan
     rates_in_row(w, row, after);
     if (!spins_jump(w, before, after))
         return 1;
-    if (event.changed > 1 || (starts && !put_times_of_release(w, row, event.turned, before, time)))
+    if (event.changed > 1 || (starts && !nothing_else_sticks(w, row)))
+        return 0;
+    if (starts && !put_times_of_release(w, row, event.turned, before, time))
         return 0;
     if (!starts)
         put_times_of_turn(w, event.turned, before, time);
@@ -144,19 +153,70 @@ static int turn_on(variations_t *w, long long row, spin_event_t event, const lan
     return 1;
 }
 
-/* What a momentum of 1 about nu_3 gives nu, by a mass matrix (symmetric, by rows). */
-static void put_given_momentum(const lanes_t *matrix, double *nu)
+/* What forces do to nu, 3 x 3, where what sticks in a row leaves it the directions A: A (A^T M A)^-1 A^T. */
+static void put_yields(const variations_t *w, long long row, const lanes_t *matrix, double *yields)
 {
-    double m[9];
-    for (int k = 0; k < 9; k++)
-        m[k] = matrix[k][0];
-    const double u12 = m[1]/m[0], u13 = m[2]/m[0], d22 = m[4] - m[1]*u12, d23 = m[5] - m[1]*u13, u23 = d23/d22;
-    nu[2] = 1/(m[8] - m[2]*u13 - d23*u23);
-    nu[1] = -u23*nu[2];
-    nu[0] = -u12*nu[1] - u13*nu[2];
+    const double *const A = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1)), *const absent = A + 9;
+    double half[9] = {0}, left[9] = {0}, inverse[9];
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++)
+            for (int c = 0; c < 3; c++)
+                half[3*a + b] += matrix[3*a + c][0]*A[3*c + b];
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            left[3*a + b] = a == b ? absent[a] : 0;
+            for (int c = 0; c < 3; c++)
+                left[3*a + b] += A[3*c + a]*half[3*c + b];
+        }
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            const int c = (a + 1)%3, d = (a + 2)%3, e = (b + 1)%3, f = (b + 2)%3;
+            inverse[3*a + b] = left[3*c + e]*left[3*d + f] - left[3*c + f]*left[3*d + e];
+        }
+    const double determinant = left[0]*inverse[0] + left[1]*inverse[1] + left[2]*inverse[2];
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            yields[3*a + b] = 0;
+            for (int c = 0; c < 3; c++)
+                for (int d = 0; d < 3; d++)
+                    yields[3*a + b] += A[3*a + c]*inverse[3*c + d]/determinant*A[3*b + d];
+        }
 }
 
-/* The projection on what the free rollers that stick in a row leave. */
+/* How nu turns with the directions that it has left, in a vector of columns. */
+static void put_beside(const variations_t *w, long long row, int group, lanes_t *beside)
+{
+    const double *const A = w->run->allowed + w->run->hold[row]*(12 + 9*(w->run->models - 1));
+    memset(beside, 0, 3*sizeof *beside);
+    for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++) {
+        const double *const turning = A + 12 + 9*(w->run->number[p] - 1);
+        for (int k = 0; w->run->number[p] && k < 3; k++) {
+            double along = 0;
+            for (int c = 0; c < 3; c++)
+                along += A[3*c + k]*w->point[POINT_NU + c][0];
+            for (int c = 0; c < 3; c++)
+                beside[c][p%LANES] += turning[3*c + k]*along;
+        }
+    }
+}
+
+/* The deviations of nu that are left of those in a vector of columns, with a momentum of nu_3 that it gets. */
+static void project_nu(const variations_t *w, long long row, int group, const lanes_t *matrix, lanes_t momentum,
+                       lanes_t *nu)
+{
+    lanes_t beside[3], pull[3] = {{0}};
+    double yields[9];
+    put_yields(w, row, matrix, yields);
+    put_beside(w, row, group, beside);
+    pull[2] = momentum;
+    for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++)
+            pull[c] += matrix[3*c + d]*(nu[d] - beside[d]);
+    for (int c = 0; c < 3; c++)
+        nu[c] = beside[c] + yields[3*c]*pull[0] + yields[3*c + 1]*pull[1] + yields[3*c + 2]*pull[2];
+}
+
+/* The projection on what all that sticks in a row leaves. */
 static void project_spins(variations_t *w, long long row)
 {
     const int wheels = OWN_WHEELS(w->wheels), count = FREE(w), chi = point_chi(w), groups = w->groups;
@@ -168,15 +228,16 @@ static void project_spins(variations_t *w, long long row)
     put_spin_modes(w, row);
     for (int g = 0; g < groups; g++) {
         lanes_t *const own = w->moved + g;
-        double nu[3];
-        lanes_t by[3];
+        lanes_t nu[3], by[3];
         for (int k = 0; k < count; k++)
             spins[k] = own[(6 + wheels + k)*groups];
+        for (int c = 0; c < 3; c++)
+            nu[c] = own[c*groups];
         set_stuck_momenta_along(wheels, w->vehicle, point + chi, spins, w->free_sticks, zero, zero, zero, matrix,
                                 &momentum, unused_matrix, &unused_momentum);
-        put_given_momentum(matrix, nu);
+        project_nu(w, row, g, matrix, momentum, nu);
         for (int c = 0; c < 3; c++)
-            by[c] = nu[c]*momentum, own[c*groups] += by[c];
+            by[c] = nu[c] - own[c*groups], own[c*groups] = nu[c];
         set_spins_from_axial_along(wheels, w->vehicle, by, point + chi, zero, zero, zero, zero, jump, unused);
         for (int k = 0; k < count; k++)
             own[(6 + wheels + k)*groups] = (spins[k] + jump[k])*(1 - w->free_sticks[k]);

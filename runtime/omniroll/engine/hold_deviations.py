@@ -162,9 +162,9 @@ class HoldDeviations:
     @cached_property
     def left_to_do(self) -> np.ndarray:
         """(T,) int32, not 0 in the rows in which something happens as a step begins: 1 where nothing but free rollers
-        stick, which a library may look at. Who has done it makes 0 of it."""
-        alone = ~self.holds.sets.any(axis=1)[self.holds.which] & (self.holds.spins is not None)
-        alone[1:] &= alone[:-1]
+        changes, which a library may look at. Who has done it makes 0 of it."""
+        alone = np.full(len(self.modes), self.holds.spins is not None)
+        alone[1:] &= ~self.motion.starts_step[:-1] | (self.holds.modes[1:] == self.holds.modes[:-1]).all(axis=1)
         return np.where(self.enters | self.turns_alone, np.where(alone, 1, -1), 0).astype(np.int32)
 
     @cached_property
