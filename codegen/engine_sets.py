@@ -46,6 +46,7 @@ RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels,
 DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
+STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 # Of a point, beside these, where wheels slip and rollers stick.
@@ -285,6 +286,7 @@ class EngineSet:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
+        names |= {STUCK_MOMENTA} if self.spins_stick else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
     @property
@@ -378,7 +380,8 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    facts.plain = [f for f in facts.differentiated if f.name in (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1])]
+    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA)
+    facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 
 

@@ -19,6 +19,10 @@ TASKS: dict[str, dict[str, Any]] = {
     "free": {"roller_model": "free"},
     "friction": {"roller_model": "free", "effects": [FRICTION]},
     "motors": {"roller_model": "locked", "effects": [MOTOR]},
+    "rollers that stick": {"roller_model": "free", "effects": [Bearings(roller_coulomb=2e-5)]},
+    "rollers that stick, friction": {
+        "roller_model": "free", "effects": [Bearings(roller_coulomb=2e-5, wheel_viscous=1e-6, roller_viscous=1e-9)]
+    },
     "axles that stick": {"roller_model": "locked", "effects": [Bearings(wheel_coulomb=0.002)]},
     "massless, viscous": {"roller_model": "massless", "effects": [VISCOUS]},
     "massless, regularised": {"roller_model": "massless", "effects": [REGULARISED]},

@@ -78,12 +78,12 @@ def apart(one, other):
     }
 
 
-def runs_in_c_and_python(case, names, monkeypatch, others=()):
+def runs_in_c_and_python(case, names, monkeypatch, others=(), **options):
     """The run with its derivatives in C and in Python, and what `others` make of it, in Python."""
-    own = case.run(sensitivities=names)
+    own = case.run(sensitivities=names, **options)
     with monkeypatch.context() as context:
         context.setattr(sensitivities, "library_of", lambda motion: None)
-        runs = [case.run(sensitivities=names), *(other(case.run()) for other in others)]
+        runs = [case.run(sensitivities=names, **options), *(other(case.run()) for other in others)]
     assert own.followed.compiled is not None and all(run.followed.compiled is None for run in runs)
     return own, *runs
 
@@ -236,6 +236,7 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
 # Times the instructions of the run with its control, and the same with what Python does, where that is held.
 MOST = dict.fromkeys(TASKS, 5.0) | {"coulomb": 5.5}
 WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
+         "rollers that stick": 4.5, "rollers that stick, friction": 5.5,
          "massless, coulomb": 5.6, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2}  # fmt: skip
 
 

@@ -6,12 +6,16 @@
  * turning.c      contacts that slip and stick, in its equations
  * blockwise.c    these equations, in blocks
  * apart.c        numbers of its core that hang together through nu alone
+ * spins.c        free rollers that stick on their disks, in its equations
+ * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
- * rests.c        slips that come to rest */
+ * rests.c        slips that come to rest
+ * spin_rests.c   spins that come to rest, turn back and break away */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
 #include "deviations/rests.c"
+#include "deviations/spin_rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -21,6 +25,28 @@ ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
     return found;
 }
 
+#if SET_SPINS_STICK
+static void lay_out_spins(variations_t *w, long long *size, char *base)
+{
+    const long long count = FREE(w)*(long long)sizeof(lanes_t);
+    w->free_sticks = part(base, size, count);
+    w->free_bearing = part(base, size, count);
+    w->free_holding = part(base, size, 2*count);
+    w->bearing_along = part(base, size, count);
+    w->response = part(base, size, count*w->run->models);
+    w->fading = part(base, size, count*w->run->models);
+    w->response_moved = part(base, size, count*w->groups);
+    w->fading_moved = part(base, size, count*w->groups);
+    w->torque_moved = part(base, size, count*w->groups);
+    w->momenta_moved = part(base, size, SUMS(w)*w->groups*(long long)sizeof(lanes_t));
+    w->axial_moved = part(base, size, count*w->groups);
+    w->axial_nodes = part(base, size, NODES*count*w->groups);
+    w->axial_at = part(base, size, count);
+    w->basis = part(base, size, SUMS(w)*(long long)sizeof *w->basis);
+    w->is_given = part(base, size, w->inputs*(long long)sizeof(int));
+}
+#endif
+
 static long long lay_out(variations_t *w, const omniroll_variations_t *run, char *base)
 {
     const int models = run->models, wheels = run->wheels, numbers = models - 1;
@@ -28,9 +54,10 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     long long size = 0;
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
-    w->core = 3 + core_size(wheels, run->rollers_per_wheel);
+    w->known = 3 + core_size(wheels, run->rollers_per_wheel);
+    w->core = SET_SPINS_STICK ? 3 + 2*wheels : w->known;
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
-    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels);
+    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_SPINS_STICK*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
@@ -82,6 +109,9 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->answered = part(base, &size, NODES*groups*lane);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
+#if SET_SPINS_STICK
+    lay_out_spins(w, &size, base);
+#endif
     return size;
 }
 
@@ -106,6 +136,8 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
+#elif SET_SPINS_STICK
+    prepare_spins(w);
 #endif
     const int nodes = w->nodes;
     const double *const integral = run->gauss_integral;
@@ -165,10 +197,16 @@ static void enter_phase(variations_t *w, long long phase)
 /* Inputs of drives as the caller has put them down, and of rollers for the caller. */
 static void exchange_given(variations_t *w, long long step)
 {
-    const int drives = SET_MOVING*w->wheels, held = HELD_MOMENTA(w->wheels), inputs = SET_INPUTS*w->wheels;
+    const int drives = SET_MOVING*w->wheels, inputs = SET_INPUTS*w->wheels;
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
+#if SET_SPINS_STICK
+    const int held = FREE(w);
+    into_lanes(w, own + inputs*w->columns, held, w->torque_moved);
+#else
+    const int held = HELD_MOMENTA(w->wheels);
     out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
+#endif
     into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
 }
 
@@ -195,7 +233,7 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins)
 #if SET_CORE_PARTS
         start_core_along(wheels, &w->column[g], at, at + point_chi(w), axial, moved, moved + point_chi(w), moved_axial,
                          at + POINT_CORE, moved + POINT_CORE);
-        for (int k = 0; k < w->core - 3; k++)
+        for (int k = 0; k < w->known - 3; k++)
             w->moved[(6 + wheels + k)*w->groups + g] = moved[POINT_CORE + k];
 #endif
     }
@@ -225,6 +263,17 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
+#if SET_SPINS_STICK
+/* A step begins in a row: pass what happens there, where that is known. */
+static void enter_at(variations_t *w, long long row)
+{
+    if (!enter_step(w, row))
+        return;
+    w->run->enters[row] = 0;
+    out_of_lanes(w, w->moved, w->size, row_of(w, row));
+}
+#endif
+
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                                    int as_one)
 {
@@ -233,6 +282,12 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
+#if SET_SPINS_STICK
+    if (run->enters[first] > 0 && (first == 0 || run->step_of[first - 1] < 0))
+        enter_at(w, first);
+    if (run->enters[first])
+        return first;
+#endif
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {
             exchange_given(w, run->step_of[row]);
@@ -254,6 +309,12 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             }
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
+#if SET_SPINS_STICK
+        if (run->enters[row + 1] > 0)
+            enter_at(w, row + 1);
+        if (run->enters[row + 1])
+            return row + 1;
+#endif
     }
     return last;
 }

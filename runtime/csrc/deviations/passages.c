@@ -7,20 +7,6 @@
 
 #define GRAZING 1e-6                /* of the fastest wheel's rate: a slower wheel grazes its joint     */
 
-static void put_state(const variations_t *w, long long row, lanes_t *point)
-{
-    const omniroll_variations_t *const run = w->run;
-    for (int k = 0; k < w->size; k++) {
-        const int place = point_of_place(w, k);
-        if (place >= 0)
-            point[place] = lanes_of(run->y[row*run->row_size + run->place[k]]);
-    }
-    for (int k = 0; k < SET_INPUTS*w->wheels; k++)
-        point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
-    for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
-        point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
-}
-
 /* The wheels' rates at a point. */
 ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, lanes_t *rate)
 {
@@ -34,12 +20,16 @@ ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, l
 #endif
 }
 
-/* The rates in a row of all that deviates: one number in all lanes. The row's state is left in w->point. */
-NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
+/* The rates in a row of all that deviates, where what sticks is as in another one: one number in all lanes. The row's
+ * state is left in w->point. */
+NEVER_INLINE void rates_in_modes(const variations_t *w, long long row, long long of_modes, lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels);
     put_state(w, row, w->point);
-    put_held(w, row, -1);
+    put_held(w, of_modes, -1);
+#if SET_SPINS_STICK
+    put_spin_modes(w, of_modes);
+#endif
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
@@ -50,8 +40,14 @@ NEVER_INLINE void rates_in_row(const variations_t *w, long long row, lanes_t *ra
     rates_along(wheels, &at, &along, rate, moved);
     wheel_rates_at(w, w->point, rate + 3);
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
-    for (int k = 0; k < w->core - 3; k++)
+    for (int k = 0; k < w->known - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
+}
+
+/* The same where it is as in the row. */
+static void rates_in_row(const variations_t *w, long long row, lanes_t *rate)
+{
+    rates_in_modes(w, row, row, rate);
 }
 
 /* The physical roller at a free place of a wheel. */
@@ -73,16 +69,6 @@ ALWAYS_INLINE void take_free(variations_t *w, const long long *contact, int grou
     for (int i = 0; i < w->wheels; i++)
         for (int s = 0; s < w->rollers - 1; s++)
             w->axial[(i*w->rollers + roller_at(w, contact, i, s))*w->groups + group] = free[i*(w->rollers - 1) + s];
-}
-
-/* One vector of columns of the deviations of what a point has. */
-ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int group, lanes_t *point)
-{
-    for (int k = 0; k < w->size; k++) {
-        const int place = point_of_place(w, k);
-        if (place >= 0)
-            point[place] = moved[k*w->groups + group];
-    }
 }
 
 #if SET_HAS_ROLLERS
@@ -294,7 +280,7 @@ ALWAYS_INLINE void take_switched(variations_t *w, int group, long long row, lane
 #else
     (void)at, (void)row;
 #endif
-    for (int k = 0; k < w->core; k++)
+    for (int k = 0; k < w->known; k++)
         w->moved[(k < 3 ? k : 3 + wheels + k)*groups + group] = moved[k];
     for (int i = 0; i < wheels; i++)
         w->moved[(3 + i)*groups + group] = moved[point_chi(w) + i];

@@ -8,7 +8,8 @@
  *     c = c0 + h T r,  g = g0 + h x W c0 + h^2 W T^2 r + h T G,  r = f_c c + f_g g + f_u du + f_p dp:
  *
  * one linear system a step, whose right sides are the columns. The slopes are those of the generated functions, which
- * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. */
+ * are called with directions: the nodes in the lanes. The columns stand in the lanes of everything else. Where free
+ * rollers stick on their disks, the core of a step is less than that of the state (spins.c). */
 #include "set_in_lanes.h"
 
 #include "along_set.h"
@@ -25,6 +26,7 @@ typedef struct {
     int wheels, rollers, columns, groups;
     int nodes, blocks;          /* of a step, at most NODES; vectors of them                    */
     int size, core, felt, inputs;       /* numbers: all, of the core, of what it feels, that it is given    */
+    int known;                  /* nu and the whole core of the state                           */
     int equations, directions;  /* the core and turns of directions; all that these have slopes by          */
     vehicle_t *vehicle;         /* models: one number deviates, the nodes in the lanes          */
     vehicle_t *column;          /* groups: each lane has the number of its column               */
@@ -57,17 +59,30 @@ typedef struct {
     int *answer_at;
     lanes_t *answered;          /* NODES x groups                                               */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
+#if SET_SPINS_STICK
+    lanes_t *free_sticks, *free_bearing, *free_holding; /* of free rollers, as a point needs them                */
+    lanes_t *bearing_along;     /* how free_bearing moves                                       */
+    lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
+    lanes_t *response_moved, *fading_moved; /* rollers x groups: the same in the columns        */
+    int fades;                  /* whether spins do anything                                    */
+    lanes_t *torque_moved;      /* rollers x groups: deviations of free_bearing in a step       */
+    lanes_t *momenta_moved;     /* 2*wheels x groups: of the momenta at its start               */
+    lanes_t *axial_moved, *axial_nodes; /* rollers x groups: of axial speeds there; x NODES in between */
+    lanes_t *axial_at;          /* axial speeds at a block of nodes                             */
+    double (*basis)[2];         /* of each momentum of a wheel                                  */
+    int *is_given;              /* inputs: whether any column has one                           */
+#endif
 } variations_t;
 
 /* Where what a point needs stands among w->point and w->along. */
 enum { POINT_NU = 0, POINT_CORE = 3 };
-ALWAYS_INLINE int point_chi(const variations_t *w) { return w->core; }
-ALWAYS_INLINE int point_heading(const variations_t *w) { return w->core + w->wheels; }
+ALWAYS_INLINE int point_chi(const variations_t *w) { return w->known; }
+ALWAYS_INLINE int point_heading(const variations_t *w) { return w->known + w->wheels; }
 ALWAYS_INLINE int point_inputs(const variations_t *w) { return point_heading(w) + 1; }
 ALWAYS_INLINE int point_momenta(const variations_t *w) { return point_inputs(w) + SET_INPUTS*w->wheels; }
 ALWAYS_INLINE int point_still(const variations_t *w) { return point_momenta(w) + 2*w->wheels; }
 ALWAYS_INLINE int point_rates(const variations_t *w) { return point_still(w) + w->wheels*w->rollers; }
-ALWAYS_INLINE int point_size(const variations_t *w) { return point_rates(w) + w->core; }
+ALWAYS_INLINE int point_size(const variations_t *w) { return point_rates(w) + w->known; }
 
 /* Where what stands at a place among the deviations is in a point; -1 for x and y, which nothing feels. */
 ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
@@ -83,8 +98,26 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
 /* Where a number of the core stands among the deviations. */
 ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a : a + 3 + w->wheels; }
 
+/* Its deviations at the start of a step. */
+ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
+{
+#if SET_SPINS_STICK
+    if (a >= 3)
+        return w->momenta_moved + (a - 3)*w->groups;
+#endif
+    return w->moved + place_of_core(w, a)*w->groups;
+}
+
 /* The first direction that is the turn of a slip's direction; those before it are numbers of a point. */
 ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->felt + w->inputs; }
+
+/* Whether a direction is a number of a point: no turn, no sum over rollers, and no number of the vehicle. */
+ALWAYS_INLINE int is_of_point(const variations_t *w, int d)
+{
+    if (SET_SPINS_STICK)
+        return d < 3 || (d >= w->core && d < w->core + w->felt + SET_MOVING*w->wheels);
+    return d < first_turn(w);
+}
 
 /* The place of a direction among those. */
 ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
@@ -115,6 +148,12 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
     lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
 #endif
+#if SET_SPINS_STICK
+    const int count = w->wheels*(w->rollers - 1), moves = own == w->along;
+    point.free_sticks = moves ? own + point_still(w) : w->free_sticks;
+    point.free_bearing = moves ? w->bearing_along : w->free_bearing;
+    point.free_holding = w->free_holding + (moves ? count : 0);
+#endif
 #if SET_GRIPS
     point.ground_push = w->pushed + (own == w->along ? 6*w->wheels : 0);
     point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
@@ -137,7 +176,45 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 #endif
 }
 
+/* The state and the inputs in a row. */
+static void put_state(const variations_t *w, long long row, lanes_t *point)
+{
+    const omniroll_variations_t *const run = w->run;
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = lanes_of(run->y[row*run->row_size + run->place[k]]);
+    }
+    for (int k = 0; k < SET_INPUTS*w->wheels; k++)
+        point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
+    for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
+        point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
+}
+
+/* One vector of columns of the deviations of what a point has. */
+ALWAYS_INLINE void put_moved(const variations_t *w, const lanes_t *moved, int group, lanes_t *point)
+{
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            point[place] = moved[k*w->groups + group];
+    }
+}
+
+/* Whether vectors are zero. */
+ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
+{
+    lane_mask_t any = {0};
+    for (int b = 0; b < count; b++)
+        any |= x[b] != 0;
+    long long found = 0;
+    for (int k = 0; k < LANES; k++)
+        found |= any[k];
+    return !found;
+}
+
 #include "deviations/slipping.c"
+#include "deviations/spins.c"
 
 /* The slopes of the core's rates by all that they depend on, and by the numbers, at one block of nodes. */
 NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
@@ -145,13 +222,15 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
 #if SET_GRIPS
     put_ground(w, row, b);
+#elif SET_SPINS_STICK
+    put_axial_at_nodes(w);
 #endif
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
-        lanes_t *const way = d < first_turn(w) ? &w->along[place_of_direction(w, d)] : 0;
+        lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
         nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
-#if SET_GRIPS
+#if SET_GRIPS || SET_SPINS_STICK
         if (is_idle(w, row, d)) {
             for (int a = 0; a < w->core; a++)
                 to[a*stride].lanes[b] = lanes_of(0);
@@ -167,8 +246,13 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         lanes_t nu_dot[3], nu_dot_along[3];
 #if SET_GRIPS
         put_ground_along(w, row, d, b, &at, &along);
+#elif SET_SPINS_STICK
+        put_spins_of_direction(w, d, at.vehicle);
 #endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+#if SET_SPINS_STICK
+        put_momenta_along(w, d, along.core_dot);
+#endif
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
         if (way)
@@ -176,6 +260,8 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     }
 #if SET_GRIPS
     let_speeds_follow(w, row, -1, b);
+#elif SET_SPINS_STICK
+    take_spins_back(w);
 #endif
 }
 
@@ -259,13 +345,7 @@ static void put_point(variations_t *w, long long step, long long row, int b)
 
 ALWAYS_INLINE int is_zero(const variations_t *w, const nodes_t *x)
 {
-    lane_mask_t any = {0};
-    for (int b = 0; b < w->blocks; b++)
-        any |= x->lanes[b] != 0;
-    long long found = 0;
-    for (int k = 0; k < LANES; k++)
-        found |= any[k];
-    return !found;
+    return are_zero(x->lanes, w->blocks);
 }
 
 /* Which slopes of the core are zero at all nodes. */
@@ -358,6 +438,9 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
         sum[i] += slope->node[j + i]*moved;
 }
 
+/* Whether an input that does nothing is passed over: where it is most often so. */
+ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_SPINS_STICK && still[direction]; }
+
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, double h, int a, int width)
 {
@@ -370,14 +453,15 @@ static void put_right(variations_t *w, double h, int a, int width)
             lanes_t sum[AT_ONCE] = {{0}};
             for (int c = 0; c < w->core; c++)
                 if (!still[c])
-                    add_moved(slope + c, j, w->moved[place_of_core(w, c)*groups + g], sum);
+                    add_moved(slope + c, j, start_of_core(w, c)[g], sum);
             for (int f = 0; f < w->felt; f++)
                 for (int i = 0; i < AT_ONCE && !still[w->core + f]; i++)
                     sum[i] += slope[w->core + f].node[j + i]*w->felt_at[(f*NODES + j + i)*groups + g];
             for (int u = 0; u < w->inputs; u++)
-                add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
+                if (!is_spared(still, fed + u))
+                    add_moved(slope + fed + u, j, w->given[u*groups + g], sum);
             for (int u = 0; u < SET_MOVING*w->wheels; u++)
-                for (int i = 0; i < AT_ONCE; i++)
+                for (int i = 0; i < AT_ONCE && !is_spared(still, fed + u); i++)
                     sum[i] += slope[fed + u].node[j + i]*h*w->node.node[j + i]*w->given[(w->inputs + u)*groups + g];
             for (int i = 0; i < AT_ONCE; i++)
                 row[j + i][width + g] = sum[i];
@@ -461,6 +545,7 @@ NEVER_INLINE void solve(const equations_t *e)
 #include "deviations/turning.c"
 #else
 #include "deviations/apart.c"
+#include "deviations/spin_nodes.c"
 #endif
 
 static void put_slopes(variations_t *w, long long step, long long row)
@@ -487,7 +572,7 @@ static void put_core(variations_t *w, double h, int width)
         lanes_t *const at = w->core_at + a*NODES*groups;
         for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
-                at[j*groups + g] = w->moved[place_of_core(w, a)*groups + g];
+                at[j*groups + g] = start_of_core(w, a)[g];
         lanes_t *const rate = w->carried_at;        /* in one piece */
         for (int j = 0; j < w->nodes; j++)
             memcpy(rate + j*groups, w->row[a*w->nodes + j] + width, groups*sizeof *rate);
@@ -628,7 +713,10 @@ static int put_core_rates(variations_t *w, long long row, double h)
 static int vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
-    const int groups = w->groups;
+    const int groups = w->groups, places = SET_SPINS_STICK ? 6 + w->wheels : w->size;
+#if SET_SPINS_STICK
+    begin_spins(w, row);
+#endif
     put_slopes(w, step, row);
     put_felt(w, h);
     const int width = put_core_rates(w, row, h);
@@ -636,7 +724,10 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
         return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);
-    for (int place = 0; place < w->size; place++)
+#if SET_SPINS_STICK
+    finish_spins(w, step, row, h, rates);
+#endif
+    for (int place = 0; place < places; place++)
         for (int j = 0; j < w->nodes; j++) {
             const lanes_t *const rate = rate_at_node(w, place, j, width);
             for (int g = 0; g < groups; g++)
@@ -644,5 +735,8 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
+#if SET_SPINS_STICK
+    put_spins_at_end(w, row + 1);
+#endif
     return 1;
 }

@@ -27,6 +27,13 @@ typedef struct {
     const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
+    const long long *free_mode;             /* T x N x (n-1): 0 where a free roller sticks, else its spin's sign; or null */
+    const double *free_torque;              /* the same: torques of the bearings of those that turn; or null */
+    const double *free_most, *free_most_moved;  /* N x (n-1), P x that: the largest torques at rest, and how they move */
+    const double *held_for;                 /* T: in s, for how long modes have been those that end in a row */
+    int *enters;                            /* T: not 0 where something happens as a step begins: 1 where it is looked
+                                             * at here, which makes 0 of it; -1: the caller does it. Or null. Behind a
+                                             * step that another call has followed the caller does it as well */
     const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and
                                              * along the rolling direction; behind the first how they move. Or null */
     const double *per_reach;                /* N x 2: one over the squares of what friction can hold; or null */
@@ -51,7 +58,8 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
- * grazes, or contacts change their modes as rests.c does not know. -1 - row: the step from this row asks for more nodes. */
+ * grazes, or contacts change their modes as rests.c does not know, or a step begins with what spin_rests.c does not
+ * know. -1 - row: the step from this row asks for more nodes. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

@@ -14,7 +14,7 @@ from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.variations import gauss
+from omniroll.engine.variations import Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
@@ -33,16 +33,21 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.spins_stick or deviations.loaded or deviations.axles_stick:
+    if deviations.loaded or deviations.axles_stick:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
     except KernelsMissingError:
         return None
     states, inputs = _names(plain.base, plain.effects, plain.wheels, plain.sharp)
-    drives = tuple(name for name in deviations.inputs if name != "momenta")
+    drives = _drives(deviations)
     fits = tuple(deviations.rates)[3:] == states and drives == inputs
     return found if fits else None
+
+
+def _drives(deviations: Deviations) -> tuple[str, ...]:
+    """The inputs that drives give, and modes: those that are not of free rollers."""
+    return tuple(name for name in deviations.inputs if name not in ("momenta", "free_bearing"))
 
 
 @cache
@@ -218,7 +223,7 @@ class CompiledVariations:
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
-        names, kept = [name for name in deviations.inputs if name != "momenta"], trajectory.effects.drives()
+        names, kept = _drives(deviations), trajectory.effects.drives()
         drive = trajectory.drive[:, [kept.index(name) for name in names]] if names else np.zeros(1)
         integers = {"number": number, "place": deviations.state}
         for name, array in integers.items():
@@ -226,6 +231,9 @@ class CompiledVariations:
         whole = {"contact": trajectory.contact, "step_of": steps, "step_rows": trajectory.step_rows}
         if holds is not None:
             whole["hold"] = holds.holds.which
+            if holds.holds.spins is not None:
+                whole["free_mode"] = holds.holds.spins.modes
+                run.enters = self._pointer(holds.left_to_do, np.int32)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
@@ -236,6 +244,9 @@ class CompiledVariations:
             numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": motion.contacts.roundings(motion.y)}
             numbers["per_reach"] = motion.contacts.per_reach()
             run.jumps, run.reached, run.grazes = JUMPS, REACHED, GRAZES * motion.contacts.friction_rate()
+        if holds is not None and holds.holds.spins is not None:
+            numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
+            numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

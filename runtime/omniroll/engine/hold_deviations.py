@@ -160,9 +160,17 @@ class HoldDeviations:
         return starts & sticks.any(axis=1) & ~same
 
     @cached_property
+    def left_to_do(self) -> np.ndarray:
+        """(T,) int32, not 0 in the rows in which something happens as a step begins: 1 where nothing but free rollers
+        changes, which a library may look at. Who has done it makes 0 of it."""
+        alone = np.full(len(self.modes), self.holds.spins is not None)
+        alone[1:] &= ~self.motion.starts_step[:-1] | (self.holds.modes[1:] == self.holds.modes[:-1]).all(axis=1)
+        return np.where(self.enters | self.turns_alone, np.where(alone, 1, -1), 0).astype(np.int32)
+
+    @cached_property
     def meets(self) -> np.ndarray:
         """(k,) the rows in which deviations may meet bearings that have begun to stick, or that stick no more."""
-        return np.flatnonzero(self.enters | np.append(False, self.changes))
+        return np.flatnonzero(self.enters | self.turns_alone | np.append(False, self.changes))
 
     @cached_property
     def rates(self) -> np.ndarray:
@@ -332,7 +340,7 @@ class HoldDeviations:
 
     def _times_of_release(self, event: "Event", moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(k, P) the same of what is reached: facets, and the torques of free rollers."""
-        columns = self.columns.behind_another(self.trajectory)  # the first is that of the time
+        columns = self._behind_time
         rates = np.concatenate([event.rates[0][:, None], moved], axis=1)
         found = self._held(event, columns.kernel, rates, inputs)
         parts = [self._slopes_of_facets(event, columns.kernel, found)]
@@ -343,10 +351,26 @@ class HoldDeviations:
             raise self._none(event.row, self._why_unknown(event), self.modes[event.before] == 0)
         return -slopes[:, 1:] / slopes[:, :1]
 
+    @cached_property
+    def _behind_time(self) -> Columns:
+        """The columns behind that of the time."""
+        return self.columns.behind_another(self.trajectory)
+
     def _time_of_hold(self, event: "Event") -> float:
         """For how long the bearings have had the modes before an event."""
+        return self._time_in_modes(event.row, event.before)
+
+    def _time_in_modes(self, row: int, before: int) -> float:
         elapsed = self.trajectory.elapsed
-        return float(elapsed[event.row] - elapsed[first_with_modes(self.modes, event.before)])
+        return float(elapsed[row] - elapsed[first_with_modes(self.modes, before)])
+
+    @cached_property
+    def held_for(self) -> np.ndarray:
+        """(T,) the same in rows in which a step ends and free rollers turn on in the next one; else 0."""
+        found = np.zeros(len(self.modes))
+        for row in np.flatnonzero(self.turns_alone):
+            found[row] = self._time_in_modes(row, row - 1)
+        return found
 
     def _why_unknown(self, event: "Event") -> str:
         """Why what holds bearings rises too little before an event: what is known of it begins with the piece."""

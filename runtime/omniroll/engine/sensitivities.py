@@ -260,7 +260,7 @@ class Sweep:
                 self._give(row, given)
             phase = int(np.searchsorted(self.motion.phases, row, side="right")) - 1
             reached = compiled.follow(row, end, phase)
-            if reached < end:
+            if reached < end and not self.motion.starts_step[reached]:
                 if not self._jumped(reached):
                     self._pass_together(compiled, reached)
                 reached += 1
@@ -276,8 +276,8 @@ class Sweep:
             return found
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
         if self.holds is not None:
-            found |= self.holds.enters
-            found[:-1] |= self.holds.changes
+            found |= self.holds.left_to_do < 0
+            found[:-1] |= self.holds.changes & ~self.motion.directions[1:].any(axis=1)  # a switch is none of these
         return found
 
     def _samples(self) -> np.ndarray:
@@ -294,12 +294,19 @@ class Sweep:
 
     def _enter(self, row: int, moved: np.ndarray) -> None:
         """A step begins with deviations (m, P), changed where bearings stick or turn back now. Samples are due."""
-        if self.holds is not None and self.holds.turns_alone[row]:
-            moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
-        if self.holds is not None and self.holds.enters[row]:
-            moved[:] = self.holds.entered(row, moved)
+        if self.holds is not None and self.holds.left_to_do[row] and not self._enters_in_c(row):
+            self.holds.left_to_do[row] = 0
+            if self.holds.turns_alone[row]:
+                moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
+            if self.holds.enters[row]:
+                moved[:] = self.holds.entered(row, moved)
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
+
+    def _enters_in_c(self, row: int) -> bool:
+        """Whether a library passes what happens as a step begins, where it goes on from this row."""
+        behind_step = row > 0 and self.motion.starts_step[row - 1]
+        return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
 
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next

@@ -1,0 +1,254 @@
+/* Free rollers that stick on their disks, in the equations of a step.
+ *
+ * The spins of all are numbers of the state, but none is solved for. The axial speed a of a roller that turns has the
+ * rate
+ *
+ *     a' = (response) (torque of its bearing) + (fading) (spin),
+ *
+ * with a torque that is constant in a step; fading is there with viscous friction, alike for the rollers of a wheel. nu
+ * feels the axial speeds through two momenta of each wheel. So beside nu these momenta are what a step's system is for:
+ * they act upon themselves and nu alone (apart.c). One that sticks goes with its disk, and its spin does not deviate.
+ *
+ * What is known of the momenta here are sums that generated functions give of numbers of the rollers: momenta are those
+ * of axial speeds, with the vehicle's own inertia, and moments those of accelerations by deviations of the torques. */
+
+#if SET_SPINS_STICK
+#define FREE(w) ((w)->wheels*((w)->rollers - 1))
+#define SUMS(w) (2*(w)->wheels)                 /* momenta; as many moments */
+
+/* The rates of everything at a point and how they move: once in the library, for what does not call it often. */
+NEVER_INLINE void rates_at(const variations_t *w, const point_t *at, const point_t *along, lanes_t *nu_dot,
+                           lanes_t *nu_dot_along)
+{
+    rates_along(OWN_WHEELS(w->wheels), at, along, nu_dot, nu_dot_along);
+}
+
+/* Which free rollers stick as in a row, and the torques of the others' bearings. */
+static void put_spin_modes(const variations_t *w, long long row)
+{
+    for (int k = 0; k < FREE(w); k++) {
+        w->free_sticks[k] = lanes_of(w->run->free_mode[row*FREE(w) + k] == 0);
+        w->free_bearing[k] = lanes_of(w->run->free_torque[row*FREE(w) + k]);
+    }
+}
+
+/* Make numbers of rollers that stick zero. */
+static void leave_turning(const variations_t *w, lanes_t *of_rollers)
+{
+    for (int k = 0; k < FREE(w); k++)
+        of_rollers[k] *= 1 - w->free_sticks[k];
+}
+
+/* The axial acceleration of each free roller by torques of 1, or by spins of 1: where nu is held at zero it is that of
+ * the spin. How it moves with each number of the vehicle stands behind it. */
+static void put_response(variations_t *w, double torque, double spin, lanes_t *to)
+{
+    const int count = FREE(w);
+    lanes_t nu_dot[3], nu_dot_along[3];
+    for (int k = 0; k < count; k++) {
+        w->free_sticks[k] = lanes_of(0), w->free_bearing[k] = lanes_of(torque);
+        w->point[POINT_CORE + k] = lanes_of(spin);
+    }
+    for (int model = 0; model < w->run->models; model++) {
+        const point_t at = point_of(w, &w->vehicle[model], w->point), along = point_of(w, at.vehicle, w->along);
+        rates_at(w, &at, &along, nu_dot, nu_dot_along);
+        memcpy(to + model*count, model ? along.core_dot : at.core_dot, count*sizeof *to);
+    }
+    memset(w->point + POINT_CORE, 0, count*sizeof *to);
+}
+
+/* How a response moves in the columns, from how it moves with the numbers. */
+static void spread_response(const variations_t *w, const lanes_t *by, lanes_t *to)
+{
+    const int count = FREE(w);
+    memset(to, 0, count*w->groups*sizeof *to);
+    for (int c = 0; c < w->numbered; c++)
+        for (int k = 0; k < count; k++) {
+            const int p = w->numbered_column[c];
+            to[k*w->groups + p/LANES][p%LANES] = by[(1 + w->number_of[c])*count + k][0];
+        }
+}
+
+/* The momenta of axial speeds, with the vehicle's own inertia. */
+static void put_momenta_of(const variations_t *w, const lanes_t *axial, lanes_t *momenta)
+{
+    lanes_t still[FREE(w)], moved[2*MOST_WHEELS];
+    memset(still, 0, sizeof still);
+    set_momenta_along(OWN_WHEELS(w->wheels), w->vehicle, axial, still, momenta, moved);
+}
+
+/* Axial speeds of the first two free rollers of each wheel that make one of its momenta alone 1. */
+static void put_basis(variations_t *w)
+{
+    const int places = w->rollers - 1;
+    lanes_t axial[FREE(w)], momenta[2][2*MOST_WHEELS];
+    for (int s = 0; s < 2; s++) {
+        memset(axial, 0, sizeof axial);
+        for (int i = 0; i < w->wheels; i++)
+            axial[i*places + s] = lanes_of(1);
+        put_momenta_of(w, axial, momenta[s]);
+    }
+    for (int i = 0; i < w->wheels; i++) {
+        const lanes_t *const one = momenta[0] + 2*i, *const two = momenta[1] + 2*i;
+        const double determinant = one[0][0]*two[1][0] - one[1][0]*two[0][0];
+        double (*const basis)[2] = w->basis + 2*i;
+        basis[0][0] = two[1][0]/determinant, basis[0][1] = -one[1][0]/determinant;
+        basis[1][0] = -two[0][0]/determinant, basis[1][1] = one[0][0]/determinant;
+    }
+}
+
+static void prepare_spins(variations_t *w)
+{
+    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+    for (int c = 0; c < 3; c++)
+        w->held[ABSENT + c] = lanes_of(1);
+    put_response(w, 1, 0, w->response);
+    put_response(w, 0, 1, w->fading);
+    memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
+    spread_response(w, w->response, w->response_moved);
+    spread_response(w, w->fading, w->fading_moved);
+    w->fades = !are_zero(w->fading, FREE(w));
+    put_basis(w);
+}
+
+/* Axial speeds at a point and how these deviate in a vector of columns; of those that turn. */
+static void put_axial(const variations_t *w, int group, const lanes_t *at, const lanes_t *moved, lanes_t *axial,
+                      lanes_t *axial_moved)
+{
+    const int chi = point_chi(w);
+    set_axial_speeds_along(OWN_WHEELS(w->wheels), &w->column[group], at, at + chi, at + POINT_CORE, moved, moved + chi,
+                           moved + POINT_CORE, axial, axial_moved);
+    leave_turning(w, axial_moved);
+}
+
+/* Deviations of the spins, of those that turn from those of the axial speeds. */
+static void put_spins_along(const variations_t *w, const vehicle_t *vehicle, const lanes_t *at, const lanes_t *moved,
+                            const lanes_t *axial, const lanes_t *axial_moved, lanes_t *spins_moved)
+{
+    const int chi = point_chi(w);
+    lanes_t spins[FREE(w)];
+    set_spins_from_axial_along(OWN_WHEELS(w->wheels), vehicle, at, at + chi, axial, moved, moved + chi, axial_moved,
+                               spins, spins_moved);
+    leave_turning(w, spins_moved);
+}
+
+/* A step begins in a row: how its rollers deviate, and the moments that it is given. */
+static void begin_spins(variations_t *w, long long row)
+{
+    const int count = FREE(w), moving = SET_MOVING*w->wheels, groups = w->groups;
+    lanes_t moved[point_size(w)], axial[count], axial_moved[count], by_torque[count], momenta[2][SUMS(w)];
+    put_spin_modes(w, row);
+    put_state(w, row, w->point);
+    memset(moved, 0, sizeof moved);
+    for (int g = 0; g < groups; g++) {
+        put_moved(w, w->moved, g, moved);
+        put_axial(w, g, w->point, moved, axial, axial_moved);
+        for (int k = 0; k < count; k++) {
+            w->axial_moved[k*groups + g] = axial_moved[k];
+            by_torque[k] = w->response[k]*w->torque_moved[k*groups + g];
+        }
+        leave_turning(w, by_torque);
+        put_momenta_of(w, axial_moved, momenta[0]);
+        put_momenta_of(w, by_torque, momenta[1]);
+        for (int k = 0; k < SUMS(w); k++) {
+            w->momenta_moved[k*groups + g] = momenta[0][k];
+            w->given[(moving + k)*groups + g] = momenta[1][k];
+        }
+    }
+    for (int u = 0; u < w->inputs; u++)
+        w->is_given[u] = !are_zero(w->given + u*groups, groups)
+            || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
+}
+
+/* The axial speeds at a block of nodes, whose state stands in w->point. */
+static void put_axial_at_nodes(variations_t *w)
+{
+    const int chi = point_chi(w);
+    lanes_t moved[FREE(w)];
+    set_axial_speeds_along(OWN_WHEELS(w->wheels), w->vehicle, w->point, w->point + chi, w->point + POINT_CORE, w->along,
+                           w->along + chi, w->along + POINT_CORE, w->axial_at, moved);
+}
+
+/* Which of the momenta a direction is, or which of the moments, or -1. */
+ALWAYS_INLINE int momentum_of(const variations_t *w, int d) { return d >= 3 && d < w->core ? d - 3 : -1; }
+ALWAYS_INLINE int moment_of(const variations_t *w, int d)
+{
+    const int input = d - w->core - w->felt;
+    return d < w->directions && input >= SET_MOVING*w->wheels ? input - SET_MOVING*w->wheels : -1;
+}
+
+/* Whether nothing deviates along a direction, so that no slope by it is needed. */
+ALWAYS_INLINE int is_idle(const variations_t *w, long long row, int d)
+{
+    const int input = d - w->core - w->felt;
+    (void)row;
+    return d < w->directions && input >= 0 && !w->is_given[input];
+}
+
+/* What a direction moves of the rollers: one of the momenta, or of the moments; or where nu, the angles or a number of
+ * the vehicle move, the spins so that the axial speeds stay. */
+static void put_spins_of_direction(variations_t *w, int d, const vehicle_t *vehicle)
+{
+    const int momentum = momentum_of(w, d), moment = moment_of(w, d), places = w->rollers - 1;
+    lanes_t *const spins = w->along + POINT_CORE;
+    memset(spins, 0, FREE(w)*sizeof *spins);
+    memset(w->bearing_along, 0, FREE(w)*sizeof *spins);
+    for (int s = 0; s < 2; s++) {
+        const int one = momentum/2*places + s, other = moment/2*places + s;
+        if (momentum >= 0)
+            spins[one] = lanes_of(w->basis[momentum][s]);
+        if (moment >= 0)
+            w->bearing_along[other] = w->basis[moment][s]/w->response[other];
+    }
+    if (momentum < 0 && moment < 0) {
+        lanes_t still[FREE(w)];
+        memset(still, 0, sizeof still);
+        put_spins_along(w, vehicle, w->point, w->along, w->axial_at, still, spins);
+    }
+}
+
+/* How the rates of the momenta move along a direction, at a block of nodes. */
+static void put_momenta_along(const variations_t *w, int d, lanes_t *to)
+{
+    const int momentum = momentum_of(w, d), moment = moment_of(w, d), count = FREE(w), number = d - w->directions;
+    if (momentum >= 0 || moment >= 0) {
+        memset(to, 0, SUMS(w)*sizeof *to);
+        to[momentum >= 0 ? momentum : moment] = momentum >= 0 ? w->fading[momentum/2*(w->rollers - 1)] : lanes_of(1);
+        return;
+    }
+    lanes_t rate[count];
+    for (int k = 0; k < count; k++) {
+        rate[k] = w->fading[k]*w->along[POINT_CORE + k];
+        if (number >= 0)
+            rate[k] += w->fading[(1 + number)*count + k]*w->point[POINT_CORE + k]
+                + w->response[(1 + number)*count + k]*w->free_bearing[k];
+    }
+    leave_turning(w, rate);
+    put_momenta_of(w, rate, to);
+}
+
+/* No direction any more. */
+static void take_spins_back(variations_t *w)
+{
+    memset(w->along + POINT_CORE, 0, FREE(w)*sizeof *w->along);
+    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
+}
+
+/* The spins' deviations where a step ends, before a row: from those of the axial speeds. */
+static void put_spins_at_end(variations_t *w, long long row)
+{
+    const int count = FREE(w), first = 6 + w->wheels, groups = w->groups;
+    lanes_t moved[point_size(w)], axial[count], axial_moved[count], spins_moved[count];
+    memset(moved, 0, sizeof moved);
+    put_state(w, row, w->point);
+    for (int g = 0; g < groups; g++) {
+        put_moved(w, w->moved, g, moved);
+        put_axial(w, g, w->point, moved, axial, axial_moved);
+        for (int k = 0; k < count; k++)
+            axial_moved[k] = w->axial_moved[k*groups + g];
+        put_spins_along(w, &w->column[g], w->point, moved, axial, axial_moved, spins_moved);
+        for (int k = 0; k < count; k++)
+            w->moved[(first + k)*groups + g] = spins_moved[k];
+    }
+}
+#endif
