@@ -88,6 +88,7 @@ typedef struct {
     int knows_rates;            /* whether the rates at this instant have been found, where all stick   */
     double typical, friction;   /* the largest force of friction, and what it makes of nu'              */
     double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
+    double reach;               /* in m, from the axis of a roller in contact to the ground where chi is 0  */
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
 
     /* Where the loads follow the motion: the numbers of their balance (see omniroll_slip_load_balance), and what becomes
