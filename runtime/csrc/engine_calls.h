@@ -46,7 +46,8 @@ typedef struct {
 /* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller. The rate of a
  * free roller is a number of the core, and so is that of an axle where wheels may slip. */
 typedef struct {
-    double row[3];              /* its rate for each of nu, of a roller in contact where chi is 0; if it follows from nu */
+    double row[3];              /* its rate for each of nu, if it follows from nu; of a roller in contact where chi is 0,
+                                 * and where wheels may stand on it also of free ones, as if they were in contact */
     double sliding, holding;    /* its torque while it turns, and the largest at rest                   */
     double nearer;              /* times its row: its rate for each of nu at this instant               */
     double size;                /* if it is a number of the core: what it is rounded against            */

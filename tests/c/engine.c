@@ -148,8 +148,8 @@ int main(int count, char **arguments)
         const double along[3] = {k == 0, k == 1, k == 2};
         double wheel_rates[WHEELS], contact_spins[WHEELS];
         omniroll_wheel_rates(&model, along, level, wheel_rates, contact_spins);
-        for (int i = 0; i < WHEELS; i++)
-            bearings[WHEELS + i].row[k] = contact_spins[i];
+        for (int i = WHEELS; i < BEARINGS; i++)
+            bearings[i].row[k] = contact_spins[i < 2*WHEELS ? i - WHEELS : (i - 2*WHEELS)/PLACES];
     }
     for (int i = 0; i < WHEELS; i++)
         grips[i] = (omniroll_grip_t){.carries = 1, .load = load, .sliding = {0.3, 0.2}, .staying = {0.3, 0.2},

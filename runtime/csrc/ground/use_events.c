@@ -27,25 +27,31 @@ ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *no
     return standing->way[d] ? -standing->radius : now->arm[standing->wheel[d]];
 }
 
+/* One part more, of which nothing is used so far; returns it. */
+static int new_part(uses_t *uses)
+{
+    memset(uses->per_force[uses->parts], 0, sizeof uses->per_force[uses->parts]);
+    memset(uses->given[uses->parts], 0, sizeof uses->given[uses->parts]);
+    return uses->parts++;
+}
+
 /* What has a part in holding the wheels that stand: contacts, then bearings. */
 static void find_uses(const standing_t *standing, const asked_t *now, uses_t *uses)
 {
-    memset(uses, 0, sizeof *uses);
-    uses->count = standing->count;
+    uses->parts = 0, uses->count = standing->count;
     for (int d = 0, last = -1; d < standing->count; d++) {
-        const int i = standing->wheel[d];
-        if (i != last)
-            for (int k = 0; k < 2; k++)
-                uses->given[uses->parts][k] = standing->stands[2*i + k] ? 0
-                    : now->along[2*i + k]/standing->of_ground[2*i + k];
-        uses->parts += i != last;
+        const int i = standing->wheel[d], part = i == last ? uses->parts - 1 : new_part(uses);
+        const double *const reach = standing->of_ground + 2*i;
+        for (int k = 0; k < 2 && i != last; k++)
+            uses->given[part][k] = standing->stands[2*i + k] ? 0 : now->along[2*i + k]/reach[k];
+        uses->per_force[part][standing->way[d]][d] = 1/reach[standing->way[d]];
         last = i;
-        uses->per_force[uses->parts - 1][standing->way[d]][d] = 1/standing->of_ground[2*i + standing->way[d]];
     }
     for (int d = 0; d < standing->count; d++) {
+        const int part = new_part(uses);
         const double holding = fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
-        uses->per_force[uses->parts][0][d] = arm_of(standing, d, now)/holding;
-        uses->given[uses->parts++][0] = now->asked[2*standing->wheel[d] + standing->way[d]]/holding;
+        uses->per_force[part][0][d] = arm_of(standing, d, now)/holding;
+        uses->given[part][0] = now->asked[2*standing->wheel[d] + standing->way[d]]/holding;
     }
 }
 

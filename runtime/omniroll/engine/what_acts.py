@@ -50,13 +50,13 @@ class WhatActs:
 
     @staticmethod
     def _slipping_bearings(bearings: SlippingBearings) -> list[dict[str, Any]]:
-        """The same of those that stand beside contacts that stick; axles only where they may. Rollers in contact have
-        their rows."""
+        """The same beside contacts that stick; of axles only where these may stick, too. Each roller has the row that
+        it has in contact, since it comes there."""
         kernel = bearings.kernel
         _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
         order = bearings.in_order_of_the_engine()
         rows = np.zeros((len(bearings.sliding), 3))
-        rows[bearings.contact] = spins.T
+        rows[kernel.wheels :] = np.repeat(spins.T, kernel.rollers_per_wheel, axis=0)
         names = ("row", "sliding", "holding", "nearer")
         numbers = zip(rows[order].tolist(), bearings.sliding[order], bearings.holding[order], np.ones(len(order)),
                       strict=True)  # fmt: skip
