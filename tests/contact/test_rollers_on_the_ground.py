@@ -415,7 +415,7 @@ def test_both_engines_make_the_same_motion_in_more_scenes(number):
     assert_engines_agree(*scene(number))
 
 
-@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2,))])
+@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 4))])
 def test_both_engines_make_the_same_motion_where_rollers_pass_on(number):
     run = assert_engines_agree(*switching_scene(number))
     assert len(run.switches) >= 1
