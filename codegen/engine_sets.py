@@ -27,13 +27,15 @@ OF_ROLLERS = ("spins_from_axial", "axial_speeds")  # which sensitivities call be
 SLIP = "slip_dynamics"  # instead of forward_dynamics where wheels may slip; it gives the rates of their speeds, too
 STANDS = "standing_dynamics"  # instead of these where axles may stick beside them
 DISKS = "disk_dynamics"  # instead of slip_dynamics where rollers may stick on their disks
+BEARINGS = "bearing_dynamics"  # instead of all of these where rollers may stick beside contacts that do
 GRIPS = "ground_dynamics"  # instead of these where contacts may also stick on the ground: with their modes as an input
 ON_THE_GROUND = ("slip_forces", "sliding_forces")  # which the engine calls then
 HEADING_INPUT = (
     "slip_heading"  # beside the inputs then, for rows alone: the direction in which a contact begins to slip
 )
 CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
-MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT)  # inputs that a phase holds
+MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what the free rollers' bearings do to the wheels' momenta
+MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
 LOAD_SUMS = ("coulomb_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
 SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
@@ -79,9 +81,9 @@ class EngineSet:
         self.slips = self.grips or effects.function(SLIP) is not None
         names = {state.name for state in present}
         self.spins = SPINS in names
-        self.stands = effects.function(STANDS) is not None
-        self.disks_stick = effects.function(DISKS) is not None
-        slipping = STANDS if self.stands else GRIPS if self.grips else DISKS if self.disks_stick else SLIP
+        slipping = next((name for name in (BEARINGS, STANDS, GRIPS, DISKS) if effects.function(name)), SLIP)
+        self.stands = slipping in (BEARINGS, STANDS)
+        self.disks_stick = slipping in (BEARINGS, DISKS)
         self.dynamics = slipping if self.slips else DYNAMICS[self.spins]
         dynamics = self.function(self.dynamics)
         own = {array.name for array in dynamics.outputs if self.slips and "n-1" not in array.shape}
@@ -94,6 +96,7 @@ class EngineSet:
         self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
         self.inputs = [name for name in INPUTS if name in asked]
         self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
+        self.inputs += MOMENT_INPUTS if self.stands and self.disks_stick else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
@@ -363,14 +366,14 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# Where rollers may stick beside contacts that do, or under loads that follow: the Python engine alone runs such sets.
-NOT_RUN = ("bearing_dynamics", "disk_momenta")
+# Where rollers may stick under loads that follow: the Python engine alone runs such sets.
+NOT_RUN = "disk_momenta"
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and not any(map(effects.function, NOT_RUN))
+    runs = all(map(effects.function, MOTION)) and effects.function(NOT_RUN) is None
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

@@ -46,7 +46,8 @@ typedef struct {
 /* A bearing whose friction is the set-valued law: of an axle, of a roller in contact, or of a free roller. The rate of a
  * free roller is a number of the core, and so is that of an axle where wheels may slip. */
 typedef struct {
-    double row[3];              /* its rate for each of nu, of a roller in contact where chi is 0; if it follows from nu */
+    double row[3];              /* its rate for each of nu, if it follows from nu; of a roller in contact where chi is 0,
+                                 * and where wheels may stand on it also of free ones, as if they were in contact */
     double sliding, holding;    /* its torque while it turns, and the largest at rest                   */
     double nearer;              /* times its row: its rate for each of nu at this instant               */
     double size;                /* if it is a number of the core: what it is rounded against            */
@@ -88,6 +89,7 @@ typedef struct {
     int knows_rates;            /* whether the rates at this instant have been found, where all stick   */
     double typical, friction;   /* the largest force of friction, and what it makes of nu'              */
     double settles;             /* in m/s^2: a slip comes to rest that falls faster                     */
+    double reach;               /* in m, from the axis of a roller in contact to the ground where chi is 0  */
     double arms[4];             /* in m: what slip is rounded against, of v, theta', the wheels' rates, omega */
 
     /* Where the loads follow the motion: the numbers of their balance (see omniroll_slip_load_balance), and what becomes

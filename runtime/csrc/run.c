@@ -39,6 +39,11 @@
 #include "ground/contact_events.c"
 #include "bearings/own_events.c"
 #include "ground/standing_events.c"
+#include "ground/least_use.c"
+#include "ground/use_events.c"
+#if SET_GRIPS
+#include "ground/cones.c"
+#endif
 #include "run/rows.c"
 #include "run/instant.c"
 #include "bearings/own_bearings.c"
@@ -46,14 +51,13 @@
 #include "bearings/sticking.c"
 #include "bearings/slipping_axles.c"
 #include "bearings/slipping_rollers.c"
-#if SET_GRIPS
-#include "ground/cones.c"
-#endif
 #include "bearings/loaded_axles.c"
 #include "ground/standing_sets.c"
 #include "ground/carrying.c"
 #include "ground/grip.c"
 #include "ground/standing.c"
+#include "ground/standing_both_ways.c"
+#include "ground/standing_decisions.c"
 #include "run/transitions.c"
 #include "run/inputs.c"
 #include "run/distance.c"

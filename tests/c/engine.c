@@ -1,8 +1,8 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
  * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
- * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion. It
- * prints a line for each switch, time and directions, and
- * one for the end. */
+ * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
+ * with STANDING under static loads, and axles and rollers may stick beside contacts. It prints a line for each switch,
+ * time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -21,6 +21,8 @@ enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #elif defined CARRYING
 enum { INPUTS = 3, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
+#elif defined STANDING
+enum { INPUTS = 6, CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
 #else
 enum { INPUTS = 0, CORE = 0, ACCOUNTS = 0 };
 #endif
@@ -36,9 +38,9 @@ int main(int count, char **arguments)
         return 2;
     for (int k = 0; k < WHEELS; k++)
         angles[k] = atof(arguments[k + 9]);
-#if defined SLIPPING || defined CARRYING
+#if defined SLIPPING || defined CARRYING || defined STANDING
     double core[CORE] = {5, -3, 2}, core_before[CORE], accounts[ACCOUNTS] = {0};    /* the wheels' rates; and below */
-    const double part_sizes[] = {30, 30};
+    const double part_sizes[] = {30, 30, 30};
 #endif
 #ifdef SLIPPING
     const double damping[2*WHEELS] = {30, 20, 30, 20, 30, 20};
@@ -132,7 +134,36 @@ int main(int count, char **arguments)
         .sums = {weight, 0, 0}};
     run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
 #endif
-#if defined SLIPPING || defined CARRYING
+#ifdef STANDING
+    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0};
+    omniroll_bearing_t bearings[BEARINGS];
+    omniroll_grip_t grips[WHEELS];
+    const double load = vehicle.mass*9.80665/WHEELS, radius = vehicle.platform_radius, level[WHEELS] = {0};
+    for (int k = 0; k < BEARINGS; k++) {                /* free rollers are counted by wheel, then by place     */
+        const int wheel_of = k < 2*WHEELS ? k%WHEELS : (k - 2*WHEELS)/PLACES;
+        const double torque = (k < WHEELS ? 1e-2 : 1e-4)*(3 + wheel_of);
+        bearings[k] = (omniroll_bearing_t){.sliding = torque, .holding = 1.2*torque, .nearer = 1};
+    }
+    for (int k = 0; k < 3; k++) {
+        const double along[3] = {k == 0, k == 1, k == 2};
+        double wheel_rates[WHEELS], contact_spins[WHEELS];
+        omniroll_wheel_rates(&model, along, level, wheel_rates, contact_spins);
+        for (int i = WHEELS; i < BEARINGS; i++)
+            bearings[i].row[k] = contact_spins[i < 2*WHEELS ? i - WHEELS : (i - 2*WHEELS)/PLACES];
+    }
+    for (int i = 0; i < WHEELS; i++)
+        grips[i] = (omniroll_grip_t){.carries = 1, .load = load, .sliding = {0.3, 0.2}, .staying = {0.3, 0.2},
+                                     .towards = {0, 1}};
+    run.ground = (omniroll_ground_t){
+        .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
+        .reach = vehicle.wheel_radius - vehicle.roller_axis_radius,
+        .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
+                 vehicle.wheel_radius - vehicle.roller_axis_radius}};
+    run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
+    run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 20, run.hold.undecided = 1;
+    run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
+#endif
+#if defined SLIPPING || defined CARRYING || defined STANDING
     omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */
     run.speed = 1, run.core = core, run.core_before = core_before, run.accounts = accounts, run.part_sizes = part_sizes;
     run.signals = signals;

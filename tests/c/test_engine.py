@@ -42,6 +42,11 @@ ROLLERS = omniroll.Bearings(
 )  # fmt: skip
 GROUND = omniroll.Contact((30, 20), wheel_rates=(5, -3, 2))
 LOADED = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), loads="dynamic", height=0.05, wheel_rates=(5, -3, 2))
+STANDING = omniroll.Contact(law="coulomb", friction=(0.3, 0.2), wheel_rates=(5, -3, 2))
+ALL_BEARINGS = omniroll.Bearings(
+    wheel_coulomb=(3e-2, 4e-2, 5e-2), wheel_break_away=(3.6e-2, 4.8e-2, 6e-2),
+    roller_coulomb=(3e-4, 4e-4, 5e-4), roller_break_away=(3.6e-4, 4.8e-4, 6e-4),
+)  # fmt: skip
 CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how long
     "bare": ((), [], [], 5.0),
     "axles that stick": (("axle_sticking",), ["-DSTICKING"], [BEARINGS], 5.0),
@@ -53,6 +58,9 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
         ("contact_viscous", "axle_sticking"), ["-DSLIPPING", "-DHOLDING"], [GROUND, BEARINGS], 5.0,
     ),
     "loads that follow the motion": (("contact_coulomb", "contact_loads"), ["-DCARRYING"], [LOADED], 0.3),
+    "axles and rollers that stick beside contacts": (
+        ("contact_coulomb", "axle_sticking", "roller_sticking"), ["-DSTANDING"], [STANDING, ALL_BEARINGS], 0.3,
+    ),
 }  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from costs.contacts import measured
+from costs.contacts import ALL_STICK, measured
 from costs.counting import counted, missing
 
 from omniroll import Contact, Motor, Vehicle, simulate
@@ -53,6 +53,15 @@ def test_set_valued_friction_against_the_instructions_of_rolling():
     for count in slipping:
         assert 1e5 < rolling.instructions < count.instructions <= 10 * rolling.instructions
         assert count.rejected_steps <= count.steps / 4
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
+def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone():
+    """At each event all bearings are decided with the contacts, and in each step the least use is looked at."""
+    ground = "free|coulomb, friction 0.3"
+    alone, beside = counted("costs.contacts", [f"{ground}|static loads", f"{ground}|{ALL_STICK}"]).values()
+    assert alone.instructions < beside.instructions <= 5 * alone.instructions
 
 
 @pytest.mark.long

@@ -11,6 +11,7 @@ MOTOR = Motor((1.0, -2.0, 0.5), 0.01, 1.5, gear_ratio=5, current_limit=0.9)
 
 GROUND, SKID = Contact(law="coulomb", friction=0.3), Contact(law="coulomb", friction=0.1, wheel_rates=0)
 HELD = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016)
+ALL_HELD = Bearings(wheel_coulomb=0.01, wheel_break_away=0.016, roller_coulomb=1e-4, roller_break_away=1.5e-4)
 RISING = TorqueTable((0.0, 0.5), ((0.0, 0.0, 0.0), (1.5, -0.7, -0.9)))
 NEAR_EVENTS = {
     "slips come to rest, free": ("free", [SKID], (1.0, 0.3, 1.0)),
@@ -18,6 +19,7 @@ NEAR_EVENTS = {
     "contacts let go, free": ("free", [GROUND, RISING], (0.0, 0.0, 0.0)),
     "contacts let go, massless": ("massless", [GROUND, RISING], (0.0, 0.0, 0.0)),
     "beside axles": ("massless", [GROUND, HELD, RISING], (0.0, 0.0, 0.0)),
+    "beside axles and rollers": ("free", [GROUND, ALL_HELD, RISING], (0.0, 0.0, 0.0)),
 }
 FOLLOWED = Contact(law="coulomb", friction=0.3, loads="dynamic", height=0.05)
 NEXT_TO_EVENTS = NEAR_EVENTS | {

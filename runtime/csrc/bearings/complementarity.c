@@ -2,8 +2,13 @@
  *
  * runtime/omniroll/effects/complementarity.py says what is solved here.  Bearings turn at rates rows nu, and take
  * torques up to their bounds; what m of them can hold is a zonotope in three dimensions, whose facets are few. */
+#if SET_STANDS_BOTH_WAYS
+#define MOST_BEARINGS (2*MOST_WHEELS)
+#else
 #define MOST_BEARINGS (SET_BEARINGS*MOST_WHEELS)
+#endif
 #define PARALLEL 1e-12              /* sine of the angle below which rows are parallel                      */
+#define LEAST_REACH 1e-14           /* of the largest: for bearings that take no torque                      */
 #define TIE 1e-12                   /* of the largest rates: those that come to rest together               */
 
 typedef double vector3_t[3];

@@ -96,13 +96,13 @@ static void put_own_to_rest(omniroll_run_t *run, const work_t *work)
     }
 }
 
-/* The torque of one whose torque is among the inputs: of an axle, or of a roller in contact. */
-ALWAYS_INLINE void put_own_input(const omniroll_run_t *run, int k, double torque)
+/* The place among the inputs of the torque of an axle, or of a roller in contact; -1 of others. */
+ALWAYS_INLINE int own_input(const omniroll_run_t *run, int k)
 {
     if (SET_AXLES_STICK && k < run->wheels)
-        run->inputs[SET_BEARING_INPUT*run->wheels + k] = torque;
-    else if (SET_DISKS_STICK && k < (SET_AXLES_STICK ? 2 : 1)*run->wheels)
-        run->inputs[SET_CONTACT_BEARING_INPUT*run->wheels + k%run->wheels] = torque;
+        return SET_BEARING_INPUT*run->wheels + k;
+    return SET_DISKS_STICK && k < (SET_AXLES_STICK ? 2 : 1)*run->wheels
+        ? SET_CONTACT_BEARING_INPUT*run->wheels + k%run->wheels : -1;
 }
 
 /* The torques of those that turn; the others stick, or where `hold` is 0 take none. */
@@ -112,7 +112,8 @@ static void turn_own(const omniroll_run_t *run, const work_t *work, int hold)
         omniroll_bearing_t *const bearing = own_bearings(run) + k;
         bearing->torque = -bearing->mode*bearing->sliding;
         work->own.torque[k] = lanes_of(bearing->torque);
-        put_own_input(run, k, bearing->torque);
+        if (own_input(run, k) >= 0)
+            run->inputs[own_input(run, k)] = bearing->torque;
         work->own.sticks[k] = lanes_of(hold && bearing->mode == 0);
     }
 }

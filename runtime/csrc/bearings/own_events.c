@@ -1,7 +1,7 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
-#if SET_STANDS
+#if SET_STANDS_ALONE
 /* What the ground takes at most of a wheel along the rolling direction, beside its force along the axle, as they are
  * `now` and change; `rate` becomes that of what is taken. */
 ALWAYS_INLINE double left_of_ground(const standing_t *standing, int wheel, const asked_t *now, const asked_t *change,
@@ -59,7 +59,7 @@ ALWAYS_INLINE double rounding_of_holding(double torque, double holding)
  * with what the ground takes. */
 ALWAYS_INLINE double most_held(const step_t *s, int k)
 {
-#if SET_STANDS
+#if SET_STANDS_ALONE
     double rate;
     return s->own_bearing[k].holding + most_by_ground(s, k, &rate);
 #else
@@ -69,7 +69,7 @@ ALWAYS_INLINE double most_held(const step_t *s, int k)
 
 ALWAYS_INLINE double held_at_start(const step_t *s, int k)
 {
-#if SET_STANDS
+#if SET_STANDS_ALONE
     return s->asked_start.asked[k];
 #else
     return s->own_bearing[k].torque;
@@ -215,12 +215,25 @@ ALWAYS_INLINE int starts_from_rest(const step_t *s, int k, double beyond)
     return (SET_AXLES_STICK || SET_DISKS_STICK) && s->own_bearing[k].mode && fabs(own_start(s, k)) <= beyond;
 }
 
+/* Whether a bearing holds a wheel that stands with others, which are looked at together. */
+ALWAYS_INLINE int holds_with_others(const step_t *s, int k)
+{
+#if SET_STANDS_BOTH_WAYS
+    return s->standing->has_part[k];
+#else
+    (void)s, (void)k;
+    return 0;
+#endif
+}
+
 /* The length at which the first bearing changes its mode, if that is before `length`. One that is not beyond at the
  * step's end changes it later: not before a length that is shorter. */
 static double length_to_own(step_t *s, const int wheels, double length)
 {
     for (int k = 0; k < s->own_count; k++) {
         double beyond;
+        if (holds_with_others(s, k))
+            continue;
         const double value = own_at_end(s, k, &beyond);
         if (value <= 0 && length <= s->h)
             continue;
@@ -242,6 +255,8 @@ static double turn_of_own(const step_t *s, int k)
 {
     const omniroll_bearing_t *const bearing = s->own_bearing + k;
     const double start = own_start(s, k);
+    if (holds_with_others(s, k))
+        return 1;
 #if SET_DISKS_STICK
     if (is_spin(s, k))
         return turn_of_spin(s, k);

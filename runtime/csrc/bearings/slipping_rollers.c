@@ -21,6 +21,7 @@ static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
 }
 
+#if !SET_STANDS
 /* Those at rest on their disks. */
 typedef struct {
     int count;
@@ -149,6 +150,8 @@ static void decide_rollers(const omniroll_run_t *run, const work_t *work)
         overdone = release_own(run, first);
     }
 }
+
+#endif
 
 /* Wheels have passed to their next rollers: each bearing goes with its roller to the next place. */
 static void rollers_have_switched(const omniroll_run_t *run, const int *directions)

@@ -5,28 +5,91 @@
 #define NEWTON 30
 #define CONE_SETTLED 1e-14
 #define ON_THE_EDGE 1e-7            /* of the radius: contacts nearer to it may slip                        */
+#if SET_STANDS_BOTH_WAYS            /* contacts, and all bearings beside them: their number is not known beforehand */
+#define ARRAY_OF(type, name, size) type *name
+#else
 #define MOST_PARTS (SET_STANDS ? 2*MOST_WHEELS : MOST_WHEELS)   /* contacts, and axles beside them               */
 #define MOST_FORCES (2*MOST_PARTS)
 #define MOST_ROWS (3*MOST_PARTS)   /* of Newton's rule: forces and pulls                                   */
+#define ARRAY_OF(type, name, size) type name[size]
+#endif
 
-/* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least; `width` components each. */
+#if SET_STANDS
+/* Contacts and bearings at rest, as parts of one problem: contacts first. `which`: wheels, or places among the
+ * bearings. */
 typedef struct {
-    int count, width;
-    double matrix[MOST_FORCES*MOST_FORCES];         /* D, count*width rows and columns          */
-    double given[MOST_FORCES], reach[MOST_FORCES];  /* a, and the half-axes of the ellipses      */
-    double force[MOST_FORCES], rate[MOST_FORCES];   /* out: F and D F + a                        */
-    double pull[MOST_PARTS];                        /* out: how strongly a contact slips, >= 0   */
+    int contacts, count;
+    ARRAY_OF(int, which, MOST_PARTS);
+    ARRAY_OF(int, broken, MOST_PARTS);              /* those that have broken away slide                     */
+    ARRAY_OF(int, slips, MOST_PARTS);
+} parts_at_rest_t;
+#endif
+
+/* What Newton's rule works with. */
+typedef struct {
+    ARRAY_OF(double, system, MOST_ROWS*MOST_ROWS);
+    ARRAY_OF(double, step, MOST_ROWS);
+    ARRAY_OF(double, start, MOST_FORCES);
+    ARRAY_OF(int, slips, MOST_PARTS);
+    ARRAY_OF(int, slipping, MOST_PARTS);
+} newton_on_discs_t;
+
+/* Discs of radius 1: forces with |place_i| <= 1 for which place^T matrix place/2 + wanted^T place is least. */
+typedef struct {
+    int count, wide, width, size;                   /* `width` components each, but 1 behind the first `wide`  */
+    ARRAY_OF(double, matrix, MOST_FORCES*MOST_FORCES);
+    ARRAY_OF(double, wanted, MOST_FORCES);
+    ARRAY_OF(double, place, MOST_FORCES);
+    ARRAY_OF(double, pull, MOST_PARTS);
+    newton_on_discs_t newton;
+} discs_t;
+
+/* Forces F with |F_i/reach_i| <= 1 for which F^T D F/2 + a^T F is least. */
+typedef struct {
+    int count, wide, width;                         /* as of discs                               */
+    ARRAY_OF(double, matrix, MOST_FORCES*MOST_FORCES);      /* D                                 */
+    ARRAY_OF(double, given, MOST_FORCES);           /* a, and the half-axes of the ellipses      */
+    ARRAY_OF(double, reach, MOST_FORCES);
+    ARRAY_OF(double, force, MOST_FORCES);           /* out: F and D F + a                        */
+    ARRAY_OF(double, rate, MOST_FORCES);
+    ARRAY_OF(double, pull, MOST_PARTS);             /* out: how strongly a contact slips, >= 0   */
+#if SET_STANDS_BOTH_WAYS
+    double *first, *before, *own, *drawn, *whole;   /* scratch: a; the last round's forces; D's diagonal, and what is
+                                                     * added to it; half-axes                    */
+    discs_t discs;
+#endif
 } cones_t;
 
-/* The same for discs of radius 1. */
-typedef struct {
-    int count, width, size;
-    double matrix[MOST_FORCES*MOST_FORCES], wanted[MOST_FORCES], place[MOST_FORCES], pull[MOST_PARTS];
-} discs_t;
+/* Where the forces of a part begin, and how many components they have; all parts are alike unless some bear rollers. */
+ALWAYS_INLINE int forces_at(int wide, int width, int part)
+{
+    return SET_STANDS_BOTH_WAYS && part > wide ? wide*width + (part - wide) : part*width;
+}
+
+ALWAYS_INLINE int width_of(int wide, int width, int part)
+{
+    return SET_STANDS_BOTH_WAYS && part >= wide ? 1 : width;
+}
+
+/* The part whose force stands at a place. */
+ALWAYS_INLINE int part_of(int wide, int width, int place)
+{
+    return SET_STANDS_BOTH_WAYS && place >= wide*width ? wide + (place - wide*width) : place/width;
+}
 
 static double length_of(const double *vector, int width)
 {
     return width == 1 ? fabs(vector[0]) : sqrt(vector[0]*vector[0] + vector[1]*vector[1]);
+}
+
+ALWAYS_INLINE int disc_at(const discs_t *d, int i)
+{
+    return forces_at(d->wide, d->width, i);
+}
+
+ALWAYS_INLINE int disc_width(const discs_t *d, int i)
+{
+    return width_of(d->wide, d->width, i);
 }
 
 /* matrix place + wanted, one component. */
@@ -69,20 +132,20 @@ static double go_round(discs_t *d)
 {
     double largest = 0;
     for (int i = 0; i < d->count; i++) {
-        const int n = d->size, own = i*d->width;
+        const int n = d->size, own = disc_at(d, i), width = disc_width(d, i);
         const double *const block = d->matrix + own*n + own;
         double before[2] = {0, 0}, rest[2] = {0, 0};
-        for (int k = 0; k < d->width; k++) {
+        for (int k = 0; k < width; k++) {
             before[k] = d->place[own + k];
             rest[k] = slope_at(d, own + k);
-            for (int l = 0; l < d->width; l++)
+            for (int l = 0; l < width; l++)
                 rest[k] -= block[k*n + l]*d->place[own + l];
         }
-        if (d->width == 1)
+        if (width == 1)
             d->place[own] = fmax(-1, fmin(1, -rest[0]/block[0]));
         else
             one_disc(block[0], block[1], block[n + 1], rest, d->place + own);
-        for (int k = 0; k < d->width; k++)
+        for (int k = 0; k < width; k++)
             largest = fmax(largest, fabs(d->place[own + k] - before[k]));
     }
     return largest;
@@ -92,7 +155,7 @@ static double go_round(discs_t *d)
 static double pull_of(const discs_t *d, int i)
 {
     double sum = 0;
-    for (int k = i*d->width; k < (i + 1)*d->width; k++)
+    for (int k = disc_at(d, i); k < disc_at(d, i + 1); k++)
         sum -= d->place[k]*slope_at(d, k);
     return sum;
 }
@@ -104,12 +167,13 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
     memset(system, 0, sizeof *system*(size_t)(whole*whole));
     for (int k = 0; k < size; k++) {
         memcpy(system + k*whole, d->matrix + k*size, sizeof *system*(size_t)size);
-        system[k*whole + k] += d->pull[k/d->width];
-        missing[k] = slope_at(d, k) + d->pull[k/d->width]*d->place[k];
+        const double pull = d->pull[part_of(d->wide, d->width, k)];
+        system[k*whole + k] += pull;
+        missing[k] = slope_at(d, k) + pull*d->place[k];
     }
     for (int s = 0; s < slips; s++) {
         double square = 0;
-        for (int k = slipping[s]*d->width; k < (slipping[s] + 1)*d->width; k++) {
+        for (int k = disc_at(d, slipping[s]); k < disc_at(d, slipping[s] + 1); k++) {
             system[k*whole + size + s] = system[(size + s)*whole + k] = d->place[k];
             square += d->place[k]*d->place[k];
         }
@@ -120,7 +184,7 @@ static void conditions(const discs_t *d, const int *slipping, int slips, double 
 /* Newton's rule on these conditions: whether it has ended. */
 static int with_slipping(discs_t *d, const int *slipping, int slips)
 {
-    double system[MOST_ROWS*MOST_ROWS], step[MOST_ROWS], last = INFINITY, change = INFINITY;
+    double *const system = d->newton.system, *const step = d->newton.step, last = INFINITY, change = INFINITY;
     const int size = d->size;
     for (int i = 0; i < d->count; i++)
         d->pull[i] = 0;
@@ -147,11 +211,11 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
  * does not lead to it. */
 static int polish(discs_t *d)
 {
-    double start[MOST_FORCES];
-    int slips[MOST_PARTS], slipping[MOST_PARTS];
-    memcpy(start, d->place, sizeof start);
+    double *const start = d->newton.start;
+    int *const slips = d->newton.slips, *const slipping = d->newton.slipping;
+    memcpy(start, d->place, sizeof *start*(size_t)d->size);
     for (int i = 0; i < d->count; i++)
-        slips[i] = length_of(d->place + i*d->width, d->width) >= 1 - ON_THE_EDGE && pull_of(d, i) > 0;
+        slips[i] = length_of(d->place + disc_at(d, i), disc_width(d, i)) >= 1 - ON_THE_EDGE && pull_of(d, i) > 0;
     for (int round = 0; round < 2*d->count; round++) {
         int count = 0, wrong = 0;
         for (int i = 0; i < d->count; i++)
@@ -159,25 +223,28 @@ static int polish(discs_t *d)
                 slipping[count++] = i;
         const int exact = with_slipping(d, slipping, count);
         for (int i = 0; i < d->count && exact; i++) {
-            double *const own = d->place + i*d->width, length = length_of(own, d->width);
+            double *const own = d->place + disc_at(d, i), length = length_of(own, disc_width(d, i));
             if (slips[i] ? d->pull[i] < 0 : length > 1 + 4*EPS)
                 wrong++, slips[i] = !slips[i];
             else
-                for (int k = 0; k < d->width; k++)
+                for (int k = 0; k < disc_width(d, i); k++)
                     own[k] /= fmax(length, 1);
         }
         if (exact && !wrong)
             return 1;
-        memcpy(d->place, start, sizeof start);
+        memcpy(d->place, start, sizeof *start*(size_t)d->size);
         if (!exact)
             break;
     }
     return 0;
 }
 
-static void least_of_discs(discs_t *d)
+/* The minimum, from a place that may be near it. */
+static void least_of_discs(discs_t *d, int is_near)
 {
-    memset(d->place, 0, sizeof d->place);
+    if (is_near && polish(d))
+        return;
+    memset(d->place, 0, sizeof *d->place*(size_t)d->size);
     for (int round = 1; round <= SWEEPS; round++) {
         const int settled = go_round(d) <= CONE_SETTLED;
         if ((settled || round%BETWEEN == 0) && polish(d))
@@ -187,65 +254,99 @@ static void least_of_discs(discs_t *d)
     }
 }
 
-/* The minimum. */
-static void decide_cones(cones_t *c)
+/* The discs of a problem, in its own units; returns these. */
+static double discs_of(const cones_t *c, discs_t *d)
 {
-    discs_t d = {.count = c->count, .width = c->width, .size = c->count*c->width};
     double unit = 0;
-    for (int j = 0; j < d.size; j++) {
-        d.wanted[j] = c->given[j]*c->reach[j];
-        unit = fmax(unit, fabs(d.wanted[j]));
-        for (int k = 0; k < d.size; k++) {
-            d.matrix[j*d.size + k] = c->matrix[j*d.size + k]*c->reach[j]*c->reach[k];
-            unit = fmax(unit, fabs(d.matrix[j*d.size + k]));
+    d->count = c->count, d->wide = c->wide, d->width = c->width;
+    d->size = forces_at(c->wide, c->width, c->count);
+    for (int j = 0; j < d->size; j++) {
+        d->wanted[j] = c->given[j]*c->reach[j];
+        unit = fmax(unit, fabs(d->wanted[j]));
+        for (int k = 0; k < d->size; k++) {
+            d->matrix[j*d->size + k] = c->matrix[j*d->size + k]*c->reach[j]*c->reach[k];
+            unit = fmax(unit, fabs(d->matrix[j*d->size + k]));
         }
     }
-    for (int j = 0; j < d.size; j++) {
-        d.wanted[j] /= unit;
-        for (int k = 0; k < d.size; k++)
-            d.matrix[j*d.size + k] /= unit;
+    for (int j = 0; j < d->size; j++) {
+        d->wanted[j] /= unit;
+        for (int k = 0; k < d->size; k++)
+            d->matrix[j*d->size + k] /= unit;
     }
-    least_of_discs(&d);
+    return unit;
+}
+
+/* The minimum. `is_near`: c->force is thought to be near it. */
+static void decide_cones(cones_t *c, int is_near)
+{
+#if SET_STANDS_BOTH_WAYS
+    discs_t *const d = &c->discs;
+#else
+    discs_t discs, *const d = &discs;
+#endif
+    const double unit = discs_of(c, d);
+    for (int j = 0; j < d->size && is_near; j++)
+        d->place[j] = c->force[j]/c->reach[j];
+    least_of_discs(d, is_near);
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;
-    for (int j = 0; j < d.size; j++) {
-        c->rate[j] = slope_at(&d, j)*unit/c->reach[j];
-        c->force[j] = d.place[j]*c->reach[j];
-        c->pull[j/d.width] -= d.place[j]*c->rate[j]*c->reach[j];
+    for (int j = 0; j < d->size; j++) {
+        c->rate[j] = slope_at(d, j)*unit/c->reach[j];
+        c->force[j] = d->place[j]*c->reach[j];
+        c->pull[part_of(c->wide, c->width, j)] -= d->place[j]*c->rate[j]*c->reach[j];
     }
 }
 
 #if SET_STANDS
-#define DRAWN 1e-6                  /* of the problem's size: how strongly forces that need not be unique are drawn */
+#define DRAWN 1e-6                  /* of a size: how strongly forces that need not be unique are drawn         */
 #define DRAWN_ROUNDS 60
+
+/* Room for the forces of a problem, which is not known beforehand where rollers are in it. */
+#if SET_STANDS_BOTH_WAYS
+#define ROOM_FOR_FORCES(c) double *const given = (c)->first, *const before = (c)->before, *const own = (c)->own, \
+    *const drawn = (c)->drawn
+#else
+#define ROOM_FOR_FORCES(c) double given[MOST_FORCES], before[MOST_FORCES], own[MOST_FORCES], drawn[MOST_FORCES]
+#endif
+
+/* How strongly each force of a problem is drawn: by a part of the largest size, or where rollers are among them, which
+ * may be light, by a part of its own. */
+static void put_drawn(const cones_t *c, int size, double *drawn)
+{
+    double largest = 0;
+    for (int j = 0; j < size; j++) {
+        largest = fmax(largest, fabs(c->given[j]*c->reach[j]));
+        for (int k = 0; k < size; k++)
+            largest = fmax(largest, fabs(c->matrix[j*size + k])*c->reach[j]*c->reach[k]);
+    }
+    for (int j = 0; j < size; j++)
+        drawn[j] = SET_STANDS_BOTH_WAYS ? DRAWN*c->matrix[j*size + j] : DRAWN*largest/(c->reach[j]*c->reach[j]);
+}
 
 /* The same where D is semidefinite, by rounds of the proximal point: see cones.py. */
 static void decide_semidefinite(cones_t *c)
 {
-    const int size = c->count*c->width;
-    double given[MOST_FORCES], before[MOST_FORCES], own[MOST_FORCES], part = 0;
-    memcpy(given, c->given, sizeof given);
+    const int size = forces_at(c->wide, c->width, c->count);
+    ROOM_FOR_FORCES(c);
+    memcpy(given, c->given, sizeof *given*(size_t)size);
+    put_drawn(c, size, drawn);
     for (int j = 0; j < size; j++) {
-        part = fmax(part, fabs(given[j]*c->reach[j]));
         own[j] = c->matrix[j*size + j], c->force[j] = 0;
-        for (int k = 0; k < size; k++)
-            part = fmax(part, fabs(c->matrix[j*size + k])*c->reach[j]*c->reach[k]);
+        c->matrix[j*size + j] += drawn[j];
     }
-    for (int j = 0; j < size; j++)
-        c->matrix[j*size + j] += DRAWN*part/(c->reach[j]*c->reach[j]);
     for (int round = 0; round < DRAWN_ROUNDS; round++) {
         double changed = 0;
         for (int j = 0; j < size; j++) {
             before[j] = c->force[j];
-            c->given[j] = given[j] - DRAWN*part/(c->reach[j]*c->reach[j])*before[j];
+            c->given[j] = given[j] - drawn[j]*before[j];
         }
-        decide_cones(c);
+        decide_cones(c, SET_STANDS_BOTH_WAYS && round > 0);
         for (int j = 0; j < size; j++)
             changed = fmax(changed, fabs(c->force[j] - before[j])/c->reach[j]);
         if (changed <= CONE_SETTLED)
             break;
     }
-    memcpy(c->given, given, sizeof given);
+    memcpy(c->given, given, sizeof *given*(size_t)size);
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;
     for (int j = 0; j < size; j++) {
@@ -253,7 +354,7 @@ static void decide_semidefinite(cones_t *c)
         c->rate[j] = given[j];
         for (int k = 0; k < size; k++)
             c->rate[j] += c->matrix[j*size + k]*c->force[k];
-        c->pull[j/c->width] -= c->rate[j]*c->force[j];
+        c->pull[part_of(c->wide, c->width, j)] -= c->rate[j]*c->force[j];
     }
     for (int i = 0; i < c->count; i++)
         c->pull[i] = fmax(c->pull[i], 0);

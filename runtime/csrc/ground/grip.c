@@ -3,7 +3,7 @@
 #if SET_GRIPS
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
-#define AT_EDGE 1e-9                /* friction is used up that is nearer to its bound than this part of it */
+#define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -200,9 +200,9 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
 /* Whether a contact of the problem slips, and not by rounding. */
 static int begins_to_slip(const cones_t *problem, int k)
 {
-    const int width = problem->width, size = width*problem->count;
+    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
     double power = 0;
-    for (int j = k*width; j < (k + 1)*width; j++) {
+    for (int j = forces_at(wide, width, k); j < forces_at(wide, width, k + 1); j++) {
         power += fabs(problem->given[j])*problem->reach[j];
         for (int l = 0; l < size; l++)
             power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
@@ -307,7 +307,7 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
     for (int i = 0; i < run->wheels; i++)
         if (run->grips[i].resting)
             contacts[count++] = i;
-    problem.count = count, problem.width = width;
+    problem.count = problem.wide = count, problem.width = width;
     forces_now(run, work, given);               /* resting contacts stick so far                        */
 #if SET_LOADS
     for (int k = 0; k < 2*run->wheels; k++)
@@ -326,7 +326,7 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
             const double *const friction = broken[j/width] ? grip->sliding : grip->staying;
             problem.reach[j] = grip->load*friction[SET_FIRST_DIRECTION + j%width];
         }
-        decide_cones(&problem);
+        decide_cones(&problem, 0);
         further = 0;
         for (int k = 0; k < count; k++) {
             slips[k] = begins_to_slip(&problem, k);

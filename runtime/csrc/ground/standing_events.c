@@ -1,7 +1,7 @@
 /* Where wheels that stand give way: the force that holds nu leaves what the ground and the bearings can give
  * together. Facets of bearings alone are in events.c. The numbered rules are in
  * runtime/omniroll/effects/ground_with_axles.py. */
-#if SET_STANDS
+#if SET_STANDS_ALONE
 #define STANDING_ROUNDINGS 64       /* times a force's: of forces that hold                                 */
 #define LIFTS (2*PASSED)            /* of these above a facet is where a step ends                          */
 

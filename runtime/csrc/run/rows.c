@@ -35,6 +35,10 @@ typedef struct {
     lanes_t *held_force;
     standing_t *standing;
 #endif
+#if SET_STANDS_BOTH_WAYS
+    parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
+    cones_t *problem;
+#endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
 #endif
@@ -43,6 +47,35 @@ typedef struct {
     double *per_yaw, *given, *bounds;   /* of those at rest: scratch                                         */
 #endif
 } work_t;
+
+#if SET_STANDS_BOTH_WAYS
+/* Room for `bearings` beside contacts. */
+static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long bearings)
+{
+    const long long count = wheels + bearings, forces = 2*wheels + bearings, rows = forces + count;
+    int *const has_part = numbers_part(parts, bearings);
+    work->at_rest = numbers_part(parts, (long long)(sizeof(parts_at_rest_t)/sizeof(double)) + 1);
+    work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
+    int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
+                           numbers_part(parts, count), numbers_part(parts, count)};
+    double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
+                                numbers_part(parts, rows*rows)};
+    double *vectors[15];
+    for (int k = 0; k < 15; k++)
+        vectors[k] = numbers_part(parts, rows);
+    if (!work->problem)
+        return;
+    work->standing->has_part = has_part;
+    *work->at_rest = (parts_at_rest_t){.which = which[0], .broken = which[1], .slips = which[2]};
+    *work->problem = (cones_t){
+        .matrix = squares[0], .given = vectors[0], .reach = vectors[1], .force = vectors[2], .rate = vectors[3],
+        .pull = vectors[4], .first = vectors[5], .before = vectors[6], .own = vectors[7], .drawn = vectors[8],
+        .whole = vectors[14],
+        .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
+                  .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
+                             .slipping = which[4]}}};
+}
+#endif
 
 /* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. No memory: they are
  * counted. */
@@ -90,12 +123,16 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->sticking = numbers_part(&parts, (long long)(sizeof(bearings_t)/sizeof(double)) + 1);
 #endif
 #if SET_STANDS
+#if SET_STANDS_ALONE
     const long long facet = (long long)(sizeof(facet_t)/sizeof(double));
+#endif
     work->held_force = lanes_part(&parts, 3);
     work->standing = numbers_part(&parts, (long long)(sizeof(standing_t)/sizeof(double)) + 1);
+#if SET_STANDS_ALONE
     facet_t *const facets = numbers_part(&parts, most_facets(wheels)*facet);
     if (work->standing)
         work->standing->facets = facets;
+#endif
 #endif
 #if SET_OWN_BEARINGS
     const long long own = most_own_bearings(wheels, rollers);
@@ -114,6 +151,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.given = numbers_part(&parts, own);
     work->own.per_yaw = numbers_part(&parts, own);
     work->own.bounds = numbers_part(&parts, own);
+#endif
+#if SET_STANDS_BOTH_WAYS
+    lay_out_standing(work, &parts, wheels, own);
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);

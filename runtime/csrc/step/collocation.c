@@ -234,8 +234,13 @@ ALWAYS_INLINE void keep_standing(step_t *s, const int wheels, int b, const array
 {
     for (int k = 0; k < 3; k++)
         s->force[k].lanes[b] = at->held_force[k];
+#if SET_STANDS_BOTH_WAYS
+    for (int k = 0; k < 2*wheels; k++)
+        s->along[k].lanes[b] = at->ground_force[k];
+#else
     for (int i = 0; i < wheels; i++)
         s->along[i].lanes[b] = at->ground_force[2*i];
+#endif
 }
 #endif
 

@@ -210,7 +210,9 @@ static double length_to_own(step_t *s, const int wheels, double length);
 static double length_to_change(step_t *s, const int wheels, double length);
 NEVER_INLINE void measure_contacts_at_end(step_t *s, const int wheels);
 #endif
-#if SET_STANDS                     /* standing_events.c */
+#if SET_STANDS_BOTH_WAYS           /* use_events.c */
+static double length_to_use(step_t *s, const int wheels, double length);
+#elif SET_STANDS                   /* standing_events.c */
 static double length_to_facets(step_t *s, const int wheels, double length);
 #endif
 #if SET_ROLLS
@@ -245,7 +247,9 @@ ALWAYS_INLINE double length_to_event(step_t *s, const int wheels, double most)
 #if SET_GRIPS
     length = length_to_change(s, wheels, length);
 #endif
-#if SET_STANDS
+#if SET_STANDS_BOTH_WAYS
+    length = length_to_use(s, wheels, length);
+#elif SET_STANDS
     length = length_to_facets(s, wheels, length);
 #endif
 #if SET_LOADS

@@ -72,7 +72,28 @@ ALWAYS_INLINE void put_own(const own_bearings_t *own, point_t *point)
 }
 #endif
 
-#if SET_STANDS
+#if SET_STANDS_BOTH_WAYS
+/* Wheels that stand, along their axles (way 0) where contact and roller stick, along their rolling directions (way 1)
+ * where contact and axle do. */
+typedef struct {
+    int count, wheel[MOST_BEARINGS], way[MOST_BEARINGS], bearing[MOST_BEARINGS];    /* the bearing that holds it */
+    int stands[2*MOST_WHEELS];                  /* of each wheel and way                                   */
+    int *has_part;                              /* of each bearing: whether it holds one that stands       */
+    bearings_t rows;                            /* what a unit force in each does to nu                    */
+    double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
+    double holding[MOST_BEARINGS], most_holding;    /* what these bearings take at most; the largest of all, in N m */
+    double radius, arm;                         /* of a wheel; of its roller in contact where chi is 0     */
+    double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
+    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
+    const omniroll_bearing_t *contact;          /* bearings of rollers in contact                          */
+} standing_t;
+
+/* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the ways in
+ * which they stand, the ground's forces, and the arms of the rollers in contact. */
+typedef struct {
+    double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
+} asked_t;
+#elif SET_STANDS
 /* Wheels that stand: their contacts and their axles stick. */
 typedef struct {
     int count, wheel[MOST_WHEELS], stands[MOST_WHEELS];     /* which; and of each whether it does          */
@@ -206,8 +227,12 @@ typedef struct {
 #if SET_STANDS
     const standing_t *standing;
     lanes_t directions[9], absent[3];           /* of nu                                         */
-    nodes_t force[3], along[MOST_WHEELS];       /* what wheels that stand ask for, at the nodes   */
+    nodes_t force[3], along[(1 + SET_STANDS_BOTH_WAYS)*MOST_WHEELS];    /* what wheels that stand ask for, at nodes */
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
+#endif
+#if SET_STANDS_BOTH_WAYS
+    int nearly_used;                            /* whether in this try all has been used, or nearly so       */
+    double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
 #endif
 #if SET_IS_ACTED_ON
     double size;                                /* of nu                                         */

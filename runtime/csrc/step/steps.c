@@ -197,6 +197,9 @@ ALWAYS_INLINE double guess(step_t *s, const int wheels, double *longest, const o
 #if SET_STANDS
     memset(&s->asked_late, 0, sizeof s->asked_late);
 #endif
+#if SET_STANDS_BOTH_WAYS
+    s->nearly_used = 0;
+#endif
 #if SET_OWN_BEARINGS
     for (int k = 0; k < s->own_count; k++)
         s->own->late[k] = 0;
@@ -272,7 +275,9 @@ ALWAYS_INLINE double first_turn_beyond(const step_t *s, const int wheels)
     for (int f = 0; f < s->facets; f++)
         turned = fmin(turned, turn_of_facet(s, &rates, s->facet + f));
 #endif
-#if SET_STANDS
+#if SET_STANDS_BOTH_WAYS
+    turned = fmin(turned, turn_of_use(s, wheels));
+#elif SET_STANDS
     turned = fmin(turned, turn_of_standing(s));
 #endif
 #if SET_OWN_BEARINGS

@@ -66,6 +66,13 @@ class SlippingBearings:
         """(N,) where the rollers in contact stand in the list."""
         return self.wheels + self.places * np.arange(self.wheels)
 
+    def in_order_of_the_engine(self) -> np.ndarray:
+        """Places in the list of those that may stick, as the compiled engine has them: of axles, then of all rollers in
+        contact, then of free rollers."""
+        rollers = self.wheels + np.arange(self.wheels * self.places).reshape(self.wheels, self.places)
+        order = np.concatenate([np.arange(self.wheels), rollers[:, 0], rollers[:, 1:].ravel()])
+        return order[self.may_stick[order]]
+
     # What the state says
 
     def rates(self, state: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -53,10 +53,7 @@ REASONS = {
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
 # Generated functions of sets that run on the Python engine alone, and what these have.
-NOT_COMPILED = {
-    "bearing_dynamics": "rollers that stick beside contacts that stick",
-    "disk_momenta": "rollers that stick where loads follow the motion",
-}
+NOT_COMPILED = {"disk_momenta": "rollers that stick where loads follow the motion"}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 

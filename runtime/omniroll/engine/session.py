@@ -340,9 +340,10 @@ class Session:
 
         Of drives torque in N m, of motors damping in N m s, voltage in V and currents in A, of axles that may stick
         bearing_torque in N m, of contacts that may stick on the ground sticks (1 or 0) and slip_heading as
-        Trajectory.quantity has them, (N,) each: as they act before this instant's events, and so 0 before the first
-        step. What the effects integrate: drive_work, axle_loss, roller_loss in J, and others as Trajectory.quantity has
-        them.
+        Trajectory.quantity has them, where rollers may stick beside these bearing_cos and bearing_sin in N m, what free
+        rollers' bearings do to their wheel's momenta, (N,) each: as they act before this instant's events, and so 0
+        before the first step. What the effects integrate: drive_work, axle_loss, roller_loss in J, and others as
+        Trajectory.quantity has them.
         """
         signals = self._run.signals_now()
         found = signals | self._run.integrated(self._run.space.core)

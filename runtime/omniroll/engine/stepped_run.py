@@ -11,6 +11,7 @@ import numpy as np
 
 from omniroll.effects.effect import Process
 from omniroll.effects.effect_set import EffectRun, Plan
+from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.compiled_engine import ASK, FULL, HOPELESS, CompiledRun
 from omniroll.engine.outlook import FIRST, OutlookOfStep
 from omniroll.engine.recorded import Forgotten
@@ -178,6 +179,7 @@ class SteppedRun(CompiledRun):
         present = set(self.task.effects.drives())
         bearings = {name: torques[end - self.wheels : end] for name, end in ends.items() if name in present}
         recorded = [name for effect in self.task.effects.effects for name in effect.recorded()]
+        recorded += [name for name in MOMENTS if name in present]
         return bearings | {name: self.inputs[0, self.columns.inputs.index(name)].copy() for name in recorded}
 
     def integrated(self, core: np.ndarray) -> dict[str, np.ndarray]:

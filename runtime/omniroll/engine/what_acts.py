@@ -12,6 +12,7 @@ import numpy as np
 
 from omniroll.effects.effect_set import Plan
 from omniroll.effects.numbers import Curve
+from omniroll.effects.slipping_bearings import SlippingBearings
 
 
 class WhatActs:
@@ -33,6 +34,8 @@ class WhatActs:
         """Those of axles, of rollers in contact, of free rollers; these have no row, and neither have axles of wheels
         that may slip."""
         acting, rollers = self.plan.acting, self.plan.acting.slipping_rollers
+        if isinstance(acting.own_axles, SlippingBearings):
+            return self._slipping_bearings(acting.own_axles)
         found = [own for own in (acting.axles or acting.bearings or acting.own_axles, rollers) if own is not None]
         if not found:
             return []
@@ -45,15 +48,34 @@ class WhatActs:
         numbers = zip(rows, sliding, holding, np.ones(len(rows)), strict=True)
         return [dict(zip(names, own, strict=True)) for own in numbers]
 
+    @staticmethod
+    def _slipping_bearings(bearings: SlippingBearings) -> list[dict[str, Any]]:
+        """The same beside contacts that stick; of axles only where these may stick, too. Each roller has the row that
+        it has in contact, since it comes there."""
+        kernel = bearings.kernel
+        _, spins = kernel.wheel_rates(np.eye(3), np.zeros(kernel.wheels))
+        order = bearings.in_order_of_the_engine()
+        rows = np.zeros((len(bearings.sliding), 3))
+        rows[kernel.wheels :] = np.repeat(spins.T, kernel.rollers_per_wheel, axis=0)
+        names = ("row", "sliding", "holding", "nearer")
+        numbers = zip(rows[order].tolist(), bearings.sliding[order], bearings.holding[order], np.ones(len(order)),
+                      strict=True)  # fmt: skip
+        return [dict(zip(names, own, strict=True)) for own in numbers]
+
     def _count_bearings(self, run: Any) -> None:
         """How many of the bearings are of axles and of free rollers, and what the engine must know of these."""
         vehicle, bearings = self.plan.acting.kernel.vehicle, self.plan.acting.bearings
         run.hold.undecided = int("bearing" in self.patterns)
         if self.plan.acting.axles is not None:
             run.axle_count = self.wheels
-        if self.plan.acting.own_axles is not None:
+        axles = self.plan.acting.own_axles
+        if isinstance(axles, SlippingBearings):
+            run.own_count = len(axles.in_order_of_the_engine())
+            run.axle_count = self.wheels if axles.may_stick.all() else 0
+            run.roller_inertia, run.rate_of_speed = vehicle.roller_inertia, float(axles.reach.max())
+        elif axles is not None:
             run.axle_count = run.own_count = self.wheels
-            run.rate_of_speed = self.plan.acting.own_axles.reach
+            run.rate_of_speed = axles.reach
         rollers = self.plan.acting.slipping_rollers
         if rollers is not None:
             run.own_count += rollers.modes.size
@@ -84,6 +106,7 @@ class WhatActs:
             "typical": typical,
             "friction": typical / (vehicle.mass * radius),
             "settles": grip.settles(vehicle),
+            "reach": vehicle.wheel_radius - vehicle.roller_axis_radius,
             "arms": [radius, 2 * radius / vehicle.yaw_scale, vehicle.wheel_radius, vehicle.roller_radius],
         }
 

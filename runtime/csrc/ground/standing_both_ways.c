@@ -1,0 +1,327 @@
+/* Contacts, axles and rollers that may all stick: wheels that stand, and what they ask for. The numbered rules are in
+ * runtime/omniroll/effects/ground_with_bearings.py; functions of one name do the same. standing_decisions.c says which
+ * of those at rest stick. */
+#if SET_STANDS_BOTH_WAYS
+#define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
+
+/* The bearing that holds a wheel in a way: its roller's, or its axle's; null where that has none that may stick. */
+ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, const work_t *work, int wheel, int way)
+{
+    if (way == 0)
+        return own_bearings(run) + work->own.rollers_at + wheel;
+    return SET_AXLES_STICK ? own_bearings(run) + wheel : 0;
+}
+
+/* What a unit force on each wheel does to nu, along its axle and along its rolling direction. */
+static void rows_in_ways(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
+{
+    vector3_t of_wheels[MOST_WHEELS];
+    rows_of_wheels(run, work, of_wheels);
+    for (int i = 0; i < run->wheels; i++)
+        for (int k = 0; k < 3; k++) {
+            rows[2*i][k] = run->ground.reach*bearing_in_way(run, work, i, 0)->row[k];
+            rows[2*i + 1][k] = -run->ground.arms[2]*of_wheels[i][k];
+        }
+}
+
+/* The ways in which wheels stand whose contacts and bearings stick, or with `resting` rest. */
+static void find_standing(const omniroll_run_t *run, const work_t *work, int resting, bearings_t *rows)
+{
+    vector3_t all[2*MOST_WHEELS];
+    rows->count = 0;
+    rows_in_ways(run, work, all);
+    for (int k = 0; k < 2*run->wheels; k++) {
+        const omniroll_grip_t *const grip = run->grips + k/2;
+        const omniroll_bearing_t *const bearing = bearing_in_way(run, work, k/2, k%2);
+        work->standing->stands[k] = bearing
+            && (resting ? grip->resting && bearing->resting : grip->sticks && bearing->mode == 0);
+        if (!work->standing->stands[k])
+            continue;
+        rows->bounds[rows->count] = 0;
+        memcpy(rows->rows[rows->count++], all[k], sizeof all[k]);
+    }
+}
+
+/* The wheels that stand in the present modes, and what they allow. */
+static void stand(omniroll_run_t *run, const work_t *work)
+{
+    static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    standing_t *const standing = work->standing;
+    find_standing(run, work, 0, &standing->rows);
+    standing->count = 0, standing->most_holding = 0;
+    standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
+    standing->contact = bearing_in_way(run, work, 0, 0);
+    standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
+    memset(standing->size, 0, sizeof standing->size);
+    for (int k = 0; k < run->own_count; k++) {
+        standing->has_part[k] = 0;
+        standing->most_holding = fmax(standing->most_holding, own_bearings(run)[k].holding);
+    }
+    for (int k = 0; k < 2*run->wheels; k++) {
+        standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
+        if (!standing->stands[k])
+            continue;
+        const int d = standing->count++, place = (int)(bearing_in_way(run, work, k/2, k%2) - own_bearings(run));
+        standing->wheel[d] = k/2, standing->way[d] = k%2, standing->bearing[d] = place;
+        standing->holding[d] = own_bearings(run)[place].holding, standing->has_part[place] = 1;
+        for (int c = 0; c < 3; c++)
+            standing->size[c] += fabs(standing->rows.rows[d][c])*standing->of_ground[k];
+    }
+    memset(standing->used_by, 0, sizeof standing->used_by);
+    run->hold.count = 1;
+    memcpy(run->hold.directions, any_motion, sizeof any_motion);
+    memset(run->hold.absent, 0, sizeof run->hold.absent);
+    if (standing->count)
+        directions_allowed(&standing->rows, unit, run->hold.directions, run->hold.absent);
+    turn_own(run, work, 1);
+    put_modes(run);
+}
+
+/* ---- what the state says -------------------------------------------------------------------------------------- */
+
+/* nu without what wheels forbid that rest on the ground and in their bearings. */
+static int forbid(omniroll_run_t *run, const work_t *work)
+{
+    bearings_t both;
+    vector3_t basis[3];
+    find_standing(run, work, 1, &both);
+    if (!both.count)
+        return 0;
+    const int rank = span_of(&both, basis);
+    take_across(rank, (const vector3_t *)basis, run->nu);
+    if (rank == 3)
+        memset(run->nu, 0, sizeof(vector3_t));
+    return 1;
+}
+
+/* What the rate of a bearing is rounded against at least, in rad/s: what is left of the largest speeds. */
+ALWAYS_INLINE double least_rate(const omniroll_run_t *run, const work_t *work, int k, double least_arm)
+{
+    return run->hold.speed/(k < work->own.rollers_at ? run->ground.arms[2] : least_arm);
+}
+
+/* Bearings whose rates are zero within rounding rest. */
+static void rest_bearings(omniroll_run_t *run, const work_t *work, double least_arm)
+{
+    find_own_rates(run, work);
+    for (int k = 0; k < run->own_count; k++) {
+        const double rate = fabs(own_rate(run, work, k)), size = rate + length3(run->nu)*run->rate_of_speed;
+        own_bearings(run)[k].resting |= rate <= AT_REST*EPS*fmax(size, least_rate(run, work, k, least_arm));
+    }
+    put_own_to_rest(run, work);
+}
+
+static double least_arm_now(const omniroll_run_t *run, const work_t *work)
+{
+    double arm[MOST_WHEELS], per_chi[MOST_WHEELS], least = INFINITY;
+    find_arms(run->wheels, &work->vehicle, work->standing, run->joint, run->chi, arm, per_chi);
+    for (int i = 0; i < run->wheels; i++)
+        least = fmin(least, arm[i]);
+    return least;
+}
+
+/* What is zero within rounding rests; the vehicle may rest altogether where some wheels do. */
+static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
+{
+    int moves = 0;
+    work->standing->contact = bearing_in_way(run, work, 0, 0), work->standing->arm = run->ground.reach;
+    const double least_arm = least_arm_now(run, work);
+    run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
+    for (int i = 0; i < run->wheels; i++)
+        run->hold.speed = fmax(run->hold.speed, speeds_of_slip(run, i));
+    for (int turn = 0; turn < 2; turn++) {
+        rest_bearings(run, work, least_arm);
+        find_resting_contacts(run, work);
+        rest_bearings(run, work, least_arm);
+        if (forbid(run, work)) {
+            roll(run, work, 0);
+            rest_bearings(run, work, least_arm);
+        }
+    }
+    for (int k = 0; k < run->own_count; k++)
+        moves |= own_bearings(run)[k].mode;
+    for (int k = 0; k < 3; k++)
+        moves |= run->nu[k] != 0;
+    for (int i = 0; i < run->wheels; i++)
+        moves |= run->core[rates_at(run->wheels) + i] != 0;
+    run->hold.speed = moves ? run->hold.speed : FROM_REST*run->ground.settles;
+}
+
+/* Before a switch: contacts that rest and whose rollers rest on their disks. */
+static void contacts_that_rest_with_rollers(const omniroll_run_t *run, int *rested)
+{
+    for (int i = 0; i < run->wheels; i++)
+        rested[i] = run->grips[i].resting && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+}
+
+/* And behind it: such a contact rests as before where its new roller rests, too. */
+static void keep_contacts_at_rest(omniroll_run_t *run, const int *rested)
+{
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].resting |= rested[i] && own_bearings(run)[(SET_AXLES_STICK ? run->wheels : 0) + i].resting;
+}
+
+/* ---- what is asked for ---------------------------------------------------------------------------------------- */
+
+/* What the last evaluation at an instant says. */
+static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *now)
+{
+    double per_chi[MOST_WHEELS];
+    const standing_t *const standing = work->standing;
+    for (int k = 0; k < 3; k++)
+        now->force[k] = work->held_force[k][0];
+    for (int k = 0; k < 2*run->wheels; k++)
+        now->along[k] = work->ground_force[k][0], now->asked[k] = 0;
+    for (int d = 0; d < standing->count; d++)
+        now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
+    find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
+}
+
+/* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4). */
+static void find_all_torques(const omniroll_run_t *run, const work_t *work, const asked_t *now)
+{
+    const standing_t *const standing = work->standing;
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        bearing->torque = bearing->mode ? -bearing->mode*bearing->sliding : work->own.holding[k][0];
+    }
+    if (standing->count) {
+        uses_t uses;
+        double forces[MOST_STANDING];
+        find_uses(standing, now, &uses);
+        least_norm_within(&standing->rows, now->force, &uses, forces);
+        for (int d = 0; d < standing->count; d++) {
+            omniroll_bearing_t *const bearing = own_bearings(run) + standing->bearing[d];
+            bearing->torque = clipped(bearing->torque + arm_of(standing, d, now)*forces[d], bearing->holding);
+        }
+    }
+    put_moments(run);
+}
+
+/* What has to take all that it can is let go, at the least use (rule 2). */
+static void release_used(omniroll_run_t *run, const standing_t *standing, const uses_t *uses, double use,
+                         const double *forces)
+{
+    double found[2];
+    int part = 0;
+    for (int d = 0, last = -1; d < standing->count; d++) {
+        if (standing->wheel[d] != last)
+            run->grips[standing->wheel[d]].released |= use_of(uses, part++, forces, found) >= use*(1 - USED);
+        last = standing->wheel[d];
+    }
+    for (int d = 0; d < standing->count; d++)
+        if (use_of(uses, part++, forces, found) >= use*(1 - USED))
+            own_bearings(run)[standing->bearing[d]].released = found[0] > 0 ? -1 : 1;
+}
+
+/* The same where the least use is beyond 1 by more than `roundings`; whether it is. */
+static int release_where_used(omniroll_run_t *run, const work_t *work, const asked_t *now, double roundings)
+{
+    const standing_t *const standing = work->standing;
+    uses_t uses;
+    double forces[MOST_STANDING];
+    if (!standing->count)
+        return 0;
+    find_uses(standing, now, &uses);
+    if (roundings > 0 && uses_little(standing, now, &uses, standing->used_by))
+        return 0;
+    const double use = least_use(&standing->rows, now->force, &uses, forces);
+    if (!(use - 1 > roundings*rounding_of_use(use)))
+        return 0;
+    release_used(run, standing, &uses, use, forces);
+    return 1;
+}
+
+/* Contacts that have been let go and would come to rest at once hold (rule 5). Returns how many there are. */
+static int hold_what_falls_back(omniroll_run_t *run, const work_t *work)
+{
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const double falls = -(grip->towards[0]*work->slip_dot[2*i][0] + grip->towards[1]*work->slip_dot[2*i + 1][0]);
+        const int holds = grip->released && grip->resting && !grip->sticks && falls > run->ground.settles;
+        grip->released &= !holds;
+        count += holds;
+    }
+    return count;
+}
+
+/* Whether something that sticks is asked for more than it takes. It is let go. */
+static int overdone(omniroll_run_t *run, const work_t *work, const asked_t *now)
+{
+    const standing_t *const standing = work->standing;
+    int count = 0;
+    for (int i = 0; i < run->wheels; i++)
+        if (run->grips[i].sticks) {
+            const double taken = taken_now(run, work, i);
+            const int passed = taken > GRIP_PASSED*GRIP_NOISE(taken);
+            run->grips[i].released |= passed;
+            count += passed;
+        }
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        const double asked = work->own.holding[k][0], beyond = fabs(asked) - bearing->holding;
+        if (bearing->mode || standing->has_part[k] || !(beyond > PASSED*rounding_of_holding(asked, bearing->holding)))
+            continue;
+        bearing->released = asked > 0 ? -1 : 1;
+        count++;
+    }
+    count += release_where_used(run, work, now, PASSED);
+    return count || hold_what_falls_back(run, work);
+}
+
+/* ---- steps ---------------------------------------------------------------------------------------------------- */
+
+/* A step begins: who stands in it. */
+static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t *s)
+{
+    lanes_t nu_dot[3];
+    s->standing = work->standing;
+    s->facets = run->wheels;                    /* contacts come before the bearings among the events           */
+    for (int k = 0; k < 9; k++)
+        s->directions[k] = lanes_of(run->hold.directions[k]);
+    for (int k = 0; k < 3; k++)
+        s->absent[k] = lanes_of(run->hold.absent[k]);
+    memcpy(s->used_by, work->standing->used_by, sizeof s->used_by);
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    asked_now(run, work, &s->asked_start);
+}
+
+/* What bearings are rounded against in the phase that starts now. */
+static void size_all(const omniroll_run_t *run, const work_t *work)
+{
+    const double least_arm = least_arm_now(run, work);
+    size_own(run, work);
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].size = fmax(own_bearings(run)[k].size, least_rate(run, work, k, least_arm));
+}
+
+/* Some time has passed: what has come to its end at the end of the step is let go, or rests. */
+static void wheels_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
+{
+    const int landed = s->landing - (s->wheels + s->guards + s->facets);
+    omniroll_bearing_t *const bearings = own_bearings(run);
+    lanes_t nu_dot[3];
+    asked_t now;
+    for (int k = 0; k < run->own_count; k++) {
+        bearings[k].resting = bearings[k].mode == 0;
+        bearings[k].released = 0;
+        if (k < work->own.rollers_at && bearings[k].resting)
+            run->core[rates_at(run->wheels) + k] = 0;
+    }
+    keep_rollers_at_rest(run, work);
+    memcpy(work->standing->used_by, s->used_by, sizeof s->used_by);
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    asked_now(run, work, &now);
+    find_all_torques(run, work, &now);
+    if (landed < 0)
+        return;
+    run->hold.ended = 1;
+    if (landed >= run->own_count)
+        release_where_used(run, work, &now, -INFINITY);
+    else if (bearings[landed].mode == 0)
+        bearings[landed].released = work->own.holding[landed][0] > 0 ? -1 : 1;
+    else
+        bearings[landed].resting = 1;
+}
+#endif

@@ -1,0 +1,417 @@
+/* Contacts and bearings that may all stick: which of those at rest give way. The numbered rules are in
+ * runtime/omniroll/effects/ground_with_axles.py and ground_with_bearings.py; functions of one name do the same. */
+#if SET_STANDS
+/* The rates at an instant under its pushes, in N: loads that follow the motion are those of the contacts. */
+static void rates_of_given_loads(const omniroll_run_t *run, const work_t *work, const instant_t *now, lanes_t *nu_dot)
+{
+#if SET_LOADS
+    for (int i = 0; i < run->wheels; i++)
+        now->point.loads->factor[i] = lanes_of(1);
+    rates_under_loads_there(run->wheels, &now->point, nu_dot);
+    for (int i = 0; i < run->wheels; i++)
+        now->point.loads->compression[i] = lanes_of(run->grips[i].load);
+#else
+    core_rates_there(run->wheels, &now->point, nu_dot);
+#endif
+    (void)work;
+}
+
+/* The forces of the contacts that slip. */
+static void forces_in_newtons(const omniroll_run_t *run, const work_t *work, lanes_t *push)
+{
+    forces_now(run, work, push);
+    for (int k = 0; k < 2*run->wheels && SET_LOADS; k++)
+        push[k] *= run->grips[k/2].load;
+}
+
+/* The torques of bearings that turn, into work->own.torque, where those at rest take none. */
+static void turn_free(const omniroll_run_t *run, const work_t *work)
+{
+    for (int k = 0; k < run->own_count; k++)
+        work->own.torque[k] = lanes_of(-own_bearings(run)[k].mode*own_bearings(run)[k].sliding);
+}
+
+/* The rates of what rests where nothing sticks, under these forces and the torques in work->own.torque. */
+static void rates_of_free(const omniroll_run_t *run, const work_t *work, const lanes_t *push)
+{
+    instant_t now;
+    lanes_t nu_dot[3];
+#if SET_STANDS_BOTH_WAYS
+    lanes_t *const kept = work->own.rate;
+#else
+    lanes_t kept[MOST_WHEELS];
+#endif
+    at_this_instant(run, work, run->wheels, &now);
+    for (int k = 0; k < 9; k++)
+        now.directions[k] = lanes_of(any_motion[k]);
+    for (int k = 0; k < 3; k++)
+        now.absent[k] = lanes_of(0);
+    for (int i = 0; i < run->wheels; i++)
+        now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
+    for (int k = 0; k < run->own_count; k++) {
+        if (own_input(run, k) >= 0)
+            now.arrays.input[own_input(run, k)] = work->own.torque[k];
+        kept[k] = work->own.sticks[k], work->own.sticks[k] = lanes_of(0);
+    }
+    memcpy(now.arrays.ground_push, push, sizeof *push*2*(size_t)run->wheels);
+    rates_of_given_loads(run, work, &now, nu_dot);
+    for (int k = 0; k < run->own_count; k++)
+        work->own.sticks[k] = kept[k];
+}
+
+/* What component c of a part is moved by; 0 of one that it has not. */
+static double typical_of(const omniroll_run_t *run, const parts_at_rest_t *rest, int part, int c)
+{
+    double most = 0;
+    if (part < rest->contacts)
+        return run->ground.typical;
+    for (int k = 0; k < run->own_count; k++)
+        most = fmax(most, own_bearings(run)[k].holding);
+    return c ? 0 : most > 0 ? most : 1;
+}
+
+static lanes_t rate_of_part(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, int part, int c)
+{
+    const int k = rest->which[part];
+    if (part < rest->contacts)
+        return work->slip_dot[2*k + SET_FIRST_DIRECTION + c];
+#if SET_DISKS_STICK
+    if (k >= work->own.rollers_at)
+        return work->own.dot[k];
+#endif
+    return c ? lanes_of(0) : work->core_dot[rates_at(run->wheels) + k];
+}
+
+/* What rests, with forces and torques as parts of one problem. */
+static void put_parts(omniroll_run_t *run, parts_at_rest_t *rest, cones_t *problem)
+{
+    rest->count = 0;
+    for (int i = 0; i < run->wheels; i++)
+        if ((run->grips[i].sticks = run->grips[i].resting)) {
+            rest->broken[rest->count] = run->grips[i].released;
+            rest->which[rest->count++] = i;
+        }
+    rest->contacts = rest->count;
+    for (int k = 0; k < run->own_count; k++)
+        if (own_bearings(run)[k].resting) {
+            own_bearings(run)[k].mode = 0;
+            rest->broken[rest->count] = own_bearings(run)[k].released != 0;
+            rest->which[rest->count++] = k;
+        }
+    problem->count = rest->count, problem->width = 2 - SET_FIRST_DIRECTION;
+    problem->wide = SET_STANDS_BOTH_WAYS ? rest->contacts : rest->count;
+}
+
+/* D and a of the problem (rule 4); a bearing has one component, and where rollers have no part one more that nothing
+ * acts on. */
+static void put_problem(const omniroll_run_t *run, const work_t *work, const parts_at_rest_t *rest, cones_t *problem)
+{
+    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    lanes_t given[2*MOST_WHEELS];
+    forces_in_newtons(run, work, given);
+    for (int first = 0; first < size; first += LANES - 1) {
+        lanes_t push[2*MOST_WHEELS];
+        double by[LANES] = {0};
+        memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
+        turn_free(run, work);
+        for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
+            const int j = first + lane - 1, part = part_of(wide, width, j), c = j - forces_at(wide, width, part);
+            by[lane] = typical_of(run, rest, part, c);
+            if (part < rest->contacts)
+                push[2*rest->which[part] + SET_FIRST_DIRECTION + c][lane] += by[lane];
+            else
+                work->own.torque[rest->which[part]][lane] += by[lane];
+        }
+        rates_of_free(run, work, push);
+        for (int j = 0; j < size; j++) {
+            const int part = part_of(wide, width, j);
+            const lanes_t rate = rate_of_part(run, work, rest, part, j - forces_at(wide, width, part));
+            problem->given[j] = rate[0];
+            for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
+                problem->matrix[j*size + first + lane - 1] = by[lane] > 0 ? (rate[lane] - rate[0])/by[lane] : 0;
+        }
+    }
+    for (int j = 0; j < size; j++)
+        for (int l = 0; l < j; l++)
+            problem->matrix[j*size + l] = problem->matrix[l*size + j]
+                = (problem->matrix[j*size + l] + problem->matrix[l*size + j])/2;
+    for (int j = rest->contacts*width + 1; j < size && width == 2 && SET_STANDS_ALONE; j += 2)
+        problem->matrix[j*size + j] = problem->matrix[(j - 1)*size + j - 1];
+}
+
+/* What the parts can take: those that have broken away slide. */
+static void put_reaches(const omniroll_run_t *run, const parts_at_rest_t *rest, cones_t *problem)
+{
+    const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
+    double most = 0;
+    for (int j = 0; j < size; j++) {
+        const int part = part_of(wide, width, j), k = rest->which[part], c = j - forces_at(wide, width, part);
+        if (part < rest->contacts) {
+            const omniroll_grip_t *const grip = run->grips + k;
+            problem->reach[j] = grip->load
+                *(rest->broken[part] ? grip->sliding : grip->staying)[SET_FIRST_DIRECTION + c];
+        } else {
+            const omniroll_bearing_t *const bearing = own_bearings(run) + k;
+            problem->reach[j] = c ? 1 : rest->broken[part] ? bearing->sliding : bearing->holding;
+        }
+        most = fmax(most, problem->reach[j]);
+    }
+    for (int j = 0; j < size; j++)
+        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
+}
+
+#if SET_STANDS_BOTH_WAYS
+#define AMPLE 8                     /* times what bearings may be asked for                                 */
+
+/* Bearings that can take far more than they may be asked for are measured by that. */
+static void put_less(cones_t *problem)
+{
+    const int first = forces_at(problem->wide, problem->width, problem->wide);
+    const int size = forces_at(problem->wide, problem->width, problem->count);
+    double most = 0;
+    for (int j = 0; j < size; j++) {
+        double asked = fabs(problem->given[j]);
+        for (int k = 0; k < first; k++)
+            asked += fabs(problem->matrix[j*size + k])*problem->whole[k];
+        problem->reach[j] = j < first ? problem->whole[j]
+            : fmin(problem->whole[j], AMPLE*asked/problem->matrix[j*size + j]);
+        most = fmax(most, problem->reach[j]);
+    }
+    for (int j = 0; j < size; j++)
+        problem->reach[j] = fmax(problem->reach[j], LEAST_REACH*most);
+}
+#endif
+
+/* The forces of contacts and torques of bearings at rest, by what they can take. */
+static void decide_parts(cones_t *problem)
+{
+#if SET_STANDS_BOTH_WAYS
+    const int first = forces_at(problem->wide, problem->width, problem->wide);
+    const int size = forces_at(problem->wide, problem->width, problem->count);
+    int too_little = 0;
+    memcpy(problem->whole, problem->reach, sizeof *problem->reach*(size_t)size);
+    put_less(problem);
+    decide_semidefinite(problem);
+    for (int j = first; j < size; j++)
+        too_little |= fabs(problem->force[j]) >= problem->reach[j]*(1 - USED) && problem->reach[j] < problem->whole[j];
+    memcpy(problem->reach, problem->whole, sizeof *problem->reach*(size_t)size);
+    if (!too_little)
+        return;
+#endif
+    decide_semidefinite(problem);
+}
+
+/* The mode of a bearing from the last round. */
+static void take_bearing_mode(omniroll_bearing_t *bearing, const cones_t *problem, int part, int slips)
+{
+    const int j = forces_at(problem->wide, problem->width, part);
+    const int at_bound = -bearing->released*problem->force[j] >= problem->reach[j]*(1 - AT_EDGE);
+    bearing->mode = slips ? (problem->rate[j] > 0) - (problem->rate[j] < 0) : at_bound ? bearing->released : 0;
+}
+
+/* Which of the contacts and bearings at rest give way, by rounds (rule 4). */
+static void decide_together(omniroll_run_t *run, const work_t *work)
+{
+#if SET_STANDS_BOTH_WAYS
+    cones_t *const problem = work->problem;
+    parts_at_rest_t *const rest = work->at_rest;
+#else
+    cones_t own_problem, *const problem = &own_problem;
+    parts_at_rest_t own_rest, *const rest = &own_rest;
+#endif
+    int further;
+    put_parts(run, rest, problem);
+    put_problem(run, work, rest, problem);
+    do {
+        put_reaches(run, rest, problem);
+        decide_parts(problem);
+        further = 0;
+        for (int k = 0; k < rest->count; k++) {
+            rest->slips[k] = begins_to_slip(problem, k);
+            further |= rest->slips[k] && !rest->broken[k];
+            rest->broken[k] |= rest->slips[k];
+        }
+    } while (further);
+    for (int k = 0; k < rest->count; k++)
+        if (k < rest->contacts)
+            take_mode(run->grips + rest->which[k], problem, k, rest->slips[k], run->grips[rest->which[k]].released);
+        else
+            take_bearing_mode(own_bearings(run) + rest->which[k], problem, k, rest->slips[k]);
+}
+
+/* The modes of contacts and axles under the loads that the contacts have, and what they are asked for then. */
+static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
+{
+    int released = 0;
+    for (int i = 0; i < run->wheels; i++) {
+        run->grips[i].sticks = run->grips[i].resting;
+        released |= run->grips[i].released;
+    }
+    for (int k = 0; k < run->own_count; k++)
+        released |= own_bearings(run)[k].released != 0;
+    if (released)
+        decide_together(run, work);
+    for (int turn = 0; turn <= 2*run->wheels; turn++) {
+        lanes_t nu_dot[3];
+        stand(run, work);
+#if SET_LOADS
+        instant_t instant;
+        at_this_instant(run, work, run->wheels, &instant);
+        forces_in_newtons(run, work, instant.arrays.ground_push);
+        rates_of_given_loads(run, work, &instant, nu_dot);
+#else
+        rates_at_this_instant(run, work, run->wheels, nu_dot);
+#endif
+        asked_now(run, work, now);
+        if (!overdone(run, work, now))
+            break;
+        decide_together(run, work);
+    }
+}
+
+#if SET_LOADS
+/* What is let go at this instant. */
+typedef struct {
+    int contacts[MOST_WHEELS], axles[MOST_WHEELS];
+} let_go_t;
+
+static void keep_released(const omniroll_run_t *run, let_go_t *kept)
+{
+    for (int i = 0; i < run->wheels; i++)
+        kept->contacts[i] = run->grips[i].released, kept->axles[i] = own_bearings(run)[i].released;
+}
+
+static void put_released(omniroll_run_t *run, const let_go_t *kept)
+{
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].released = kept->contacts[i], own_bearings(run)[i].released = kept->axles[i];
+}
+
+/* Axles at rest stick so far. */
+static void stop_resting_axles(omniroll_run_t *run)
+{
+    for (int i = 0; i < run->wheels; i++)
+        own_bearings(run)[i].mode = own_bearings(run)[i].resting ? 0 : own_bearings(run)[i].mode;
+}
+
+/* Modes for the loads, and loads for the modes, until nothing changes; of contacts that rest `rests`. What is let go
+ * under loads that are not the last is decided anew. Returns whether that has come to an end. */
+static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
+{
+    let_go_t let_go;
+    asked_t now;
+    keep_released(run, &let_go);
+    for (int turn = 0; turn < TURNS; turn++) {
+        double before[MOST_WHEELS], changed = 0;
+        int holds[MOST_WHEELS];
+        for (int i = 0; i < run->wheels; i++)
+            before[i] = run->grips[i].load;
+        put_released(run, &let_go);
+        stop_resting_axles(run);
+        decide_modes(run, work, &now);
+        stand(run, work);
+        for (int i = 0; i < run->wheels; i++)
+            holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
+        if (!decide_carrying_beside(run, work, holds, rests))
+            return 0;
+        for (int i = 0; i < run->wheels; i++)
+            changed = fmax(changed, fabs(run->grips[i].load - before[i]));
+        if (changed <= LOADS_SETTLED*run->ground.weight)
+            return 1;
+    }
+    carrying_t last;
+    try_present_set(run, work, &last);
+    fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
+    return 0;
+}
+
+/* Whether in the modes of the contacts loads and axles determine each other: whether the coupled matrix has a positive
+ * determinant whichever of the axles at rest stick (rule 3 of loaded_ground_with_axles.py). */
+static int is_determined(omniroll_run_t *run, const work_t *work)
+{
+    int resting[MOST_WHEELS], holds[MOST_WHEELS], count = 0, tried = 0;
+    carrying_t sets[LANES];
+    for (int i = 0; i < run->wheels; i++) {
+        holds[i] = run->grips[i].sticks;
+        if (own_bearings(run)[i].resting)
+            resting[count++] = i;
+    }
+    for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
+        carrying_t *const set = sets + tried++;
+        for (int i = 0; i < run->wheels; i++)
+            set->carries[i] = run->grips[i].carries, set->axle_mode[i] = own_bearings(run)[i].mode;
+        for (int k = 0; k < count; k++)
+            set->axle_mode[resting[k]] = choice >> k & 1;
+        if (tried < LANES && choice + 1 < 1 << count)
+            continue;
+        evaluate_sets(run, work, holds, sets, tried);
+        for (; tried > 0; tried--)
+            if (!(sets[tried - 1].determinant > DETERMINED)) {
+                fail(run, OMNIROLL_LOADS_UNDETERMINED, sets + tried - 1);
+                return 0;
+            }
+    }
+    return 1;
+}
+
+/* Modes and loads for each other, and what is asked for then. Returns whether there are such. */
+static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *now)
+{
+    lanes_t nu_dot[3];
+    int rests[MOST_WHEELS], resting = 0;
+    refusal_t at_rest;
+    for (int i = 0; i < run->wheels; i++) {
+        omniroll_grip_t *const grip = run->grips + i;
+        const int gone = grip->released && grip->load <= FITS*run->ground.weight;       /* rule 5                  */
+        grip->dropped |= gone, grip->released &= !gone;
+        rests[i] = grip->resting;
+    }
+    stop_resting_axles(run);
+    turn_own(run, work, 1);
+    const int may_stick = carries_at_rest(run, work, rests, &at_rest);
+    for (int i = 0; i < run->wheels; i++)
+        resting |= run->grips[i].resting;
+    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
+        return 0;
+    if (!settle_standing(run, work, rests)) {
+        tell_what_tips(run, &at_rest);
+        return 0;
+    }
+    if (!is_determined(run, work))
+        return 0;
+    stand(run, work);
+    rates_at_this_instant(run, work, run->wheels, nu_dot);
+    asked_now(run, work, now);
+    run->ground.knows_rates = 0;
+    return 1;
+}
+#endif
+
+/* The modes of all contacts and axles in the phase that begins now. */
+static void decide_all(omniroll_run_t *run, const work_t *work)
+{
+    asked_t now;
+    put_all_to_rest(run, work);
+#if SET_LOADS
+    run->ground.knows_rates = 0;
+    if (!decide_with_loads(run, work, &now))
+        return;
+#else
+    decide_modes(run, work, &now);
+#endif
+    find_all_torques(run, work, &now);
+#if SET_STANDS_BOTH_WAYS
+    size_all(run, work);
+#else
+    size_own(run, work);
+#endif
+    run->hold.undecided = run->ground.undecided = 0;
+}
+
+/* Which axles and contacts stick from now on, where that must be decided anew. */
+static void settle_modes(omniroll_run_t *run, const work_t *work)
+{
+    if (run->hold.undecided || run->ground.undecided)
+        decide_all(run, work);
+}
+#endif

@@ -1,0 +1,187 @@
+/* Where wheels that stand both ways, or along their axles, give way: the least use of contacts and bearings that hold
+ * them comes to 1. The numbered rules are in runtime/omniroll/effects/ground_with_bearings.py. */
+#if SET_STANDS_BOTH_WAYS
+#define USE_ROUNDINGS 64            /* times a use's: of forces that hold                                    */
+#define USE_LIFTS (2*PASSED)        /* of these above 1 is where a step ends                                 */
+#define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
+#define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
+#define NO_TORQUE 1e-300            /* N m, where no bearing takes anything                                  */
+
+/* How far the axis of each wheel's roller in contact is from the ground at these angles, and how that changes. */
+static void find_arms(const int wheels, const vehicle_t *vehicle, const standing_t *standing, double joint,
+                      const double *chi, double *arm, double *per_chi)
+{
+    double nearer[MOST_WHEELS], inside[MOST_WHEELS];
+    for (int i = 0; i < wheels; i++)
+        inside[i] = fmax(fmin(chi[i], joint), -joint);
+    nearer_at(wheels, vehicle, standing->contact, joint, inside, nearer, per_chi);
+    for (int i = 0; i < wheels; i++) {
+        arm[i] = standing->arm/nearer[i];
+        per_chi[i] *= -arm[i]/nearer[i];
+    }
+}
+
+/* What a force in direction d of a standing wheel asks of its bearing, per N. */
+ALWAYS_INLINE double arm_of(const standing_t *standing, int d, const asked_t *now)
+{
+    return standing->way[d] ? -standing->radius : now->arm[standing->wheel[d]];
+}
+
+/* One part more, of which nothing is used so far; returns it. */
+static int new_part(uses_t *uses)
+{
+    memset(uses->per_force[uses->parts], 0, sizeof uses->per_force[uses->parts]);
+    memset(uses->given[uses->parts], 0, sizeof uses->given[uses->parts]);
+    return uses->parts++;
+}
+
+/* What has a part in holding the wheels that stand: contacts, then bearings. */
+static void find_uses(const standing_t *standing, const asked_t *now, uses_t *uses)
+{
+    uses->parts = 0, uses->count = standing->count;
+    for (int d = 0, last = -1; d < standing->count; d++) {
+        const int i = standing->wheel[d], part = i == last ? uses->parts - 1 : new_part(uses);
+        const double *const reach = standing->of_ground + 2*i;
+        for (int k = 0; k < 2 && i != last; k++)
+            uses->given[part][k] = standing->stands[2*i + k] ? 0 : now->along[2*i + k]/reach[k];
+        uses->per_force[part][standing->way[d]][d] = 1/reach[standing->way[d]];
+        last = i;
+    }
+    for (int d = 0; d < standing->count; d++) {
+        const int part = new_part(uses);
+        const double holding = fmax(standing->holding[d], LEAST_REACH*standing->most_holding + NO_TORQUE);
+        uses->per_force[part][0][d] = arm_of(standing, d, now)/holding;
+        uses->given[part][0] = now->asked[2*standing->wheel[d] + standing->way[d]]/holding;
+    }
+}
+
+/* Whether forces are known that use far less than all; `forces`: the last ones of least use, which are brought up to
+ * date. */
+static int uses_little(const standing_t *standing, const asked_t *now, const uses_t *uses, const double *forces)
+{
+    double missing[MOST_STANDING], updated[MOST_STANDING];
+    vector3_t force;
+    memcpy(force, now->force, sizeof force);
+    for (int pass = 0; pass < 2; pass++) {              /* of least norm, then near the last ones               */
+        for (int d = 0; d < standing->count && pass; d++)
+            add3(force, -forces[d], standing->rows.rows[d]);
+        least_norm(&standing->rows, force, missing, 0);
+        for (int d = 0; d < standing->count; d++)
+            updated[d] = missing[d] + (pass ? forces[d] : 0);
+        if (largest_use(uses, updated) < 1 - NEAR_USED)
+            return 1;
+    }
+    return 0;
+}
+
+/* The least use of what is asked for. */
+static double least_use_of(const standing_t *standing, const asked_t *now, double *forces)
+{
+    uses_t uses;
+    find_uses(standing, now, &uses);
+    return least_use(&standing->rows, now->force, &uses, forces);
+}
+
+ALWAYS_INLINE double rounding_of_use(double use)
+{
+    return USE_ROUNDINGS*EPS*(1 + use);
+}
+
+/* What standing wheels ask for at the step's end, and its rate there. */
+static void asked_at_end(const step_t *s, const int wheels, asked_t *now, asked_t *change)
+{
+    double per_chi[MOST_WHEELS];
+    for (int k = 0; k < 3; k++) {
+        now->force[k] = weighted(&s->force[k], &gauss_end) + s->asked_late.force[k];
+        change->force[k] = weighted(&s->force[k], &gauss_end_slope)/s->h;
+    }
+    find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
+    for (int i = 0; i < wheels; i++)
+        change->arm[i] = per_chi[i]*s->end_rate[i];
+    for (int k = 0; k < 2*wheels; k++) {
+        now->along[k] = weighted(&s->along[k], &gauss_end) + s->asked_late.along[k];
+        change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
+    }
+    for (int d = 0; d < s->standing->count; d++) {
+        const int k = s->standing->bearing[d], at = 2*s->standing->wheel[d] + s->standing->way[d];
+        now->asked[at] = weighted(s->own->held + k, &gauss_end) + s->own->late[k];
+        change->asked[at] = weighted(s->own->held + k, &gauss_end_slope)/s->h;
+    }
+}
+
+/* What is asked for the time dt later, at constant rates. */
+static void ask_later(const asked_t *now, const asked_t *change, const int wheels, double dt, asked_t *later)
+{
+    for (int k = 0; k < 3; k++)
+        later->force[k] = now->force[k] + dt*change->force[k];
+    for (int k = 0; k < 2*wheels; k++) {
+        later->along[k] = now->along[k] + dt*change->along[k];
+        later->asked[k] = now->asked[k] + dt*change->asked[k];
+    }
+    for (int i = 0; i < wheels; i++)
+        later->arm[i] = now->arm[i] + dt*change->arm[i];
+}
+
+/* The length at which the least use comes to 1, if that is before `length`. */
+static double length_to_use(step_t *s, const int wheels, double length)
+{
+    asked_t now, change, before;
+    uses_t uses;
+    double forces[MOST_STANDING];
+    if (!s->standing->count)
+        return length;
+    memset(&now, 0, sizeof now), memset(&change, 0, sizeof change);
+    asked_at_end(s, wheels, &now, &change);
+    find_uses(s->standing, &now, &uses);
+    if (!s->nearly_used && uses_little(s->standing, &now, &uses, s->used_by))
+        return length;
+    const double use = least_use(&s->standing->rows, now.force, &uses, s->used_by), rounding = rounding_of_use(use);
+    const double value = use - 1 - USE_LIFTS*rounding, span = USE_SLOPE*s->h;
+    s->nearly_used |= value > -NEAR_USED;
+    if (value <= 0 && length <= s->h)
+        return length;
+    ask_later(&now, &change, wheels, -span, &before);
+    double rate = (use - least_use_of(s->standing, &before, forces))/span;
+    if (fabs(rate)*s->h < FACET_RISES*rounding)
+        rate = (use - least_use_of(s->standing, &s->asked_start, forces))/s->h;
+    if (fabs(rate)*s->h < 0.5*USE_LIFTS*rounding)       /* it is as it was                                      */
+        rate = 0;
+    if (!(rate > 0 || value > 0))
+        return length;
+    const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+    if (!(reached < length))
+        return length;
+    s->landing = wheels + s->guards + s->facets + s->own_count;
+    s->unsure = rate > 0 ? rounding/rate : 0;
+    return reached;
+}
+
+/* A node at which more is used than there is, though not at the step's end: where, or 1. */
+static double turn_of_use(const step_t *s, const int wheels)
+{
+    asked_t now;
+    double forces[MOST_STANDING];
+    memcpy(forces, s->used_by, sizeof forces);
+    memset(&now, 0, sizeof now);
+    for (int m = 0; m < NODES && s->standing->count; m++) {
+        double chi[MOST_WHEELS], per_chi[MOST_WHEELS];
+        uses_t uses;
+        for (int k = 0; k < 3; k++)
+            now.force[k] = s->force[k].node[m];
+        for (int k = 0; k < 2*wheels; k++)
+            now.along[k] = s->along[k].node[m];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = s->at_chi[i].node[m];
+        find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
+        for (int d = 0; d < s->standing->count; d++)
+            now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];
+        find_uses(s->standing, &now, &uses);
+        if (uses_little(s->standing, &now, &uses, forces))
+            continue;
+        const double use = least_use(&s->standing->rows, now.force, &uses, forces);
+        if (use - 1 > FACET_NOISE*rounding_of_use(use))
+            return gauss_node.node[m];
+    }
+    return 1;
+}
+#endif
