@@ -282,8 +282,8 @@ ALONE = [(model, effects) for model in MODELS for effects in ((), *((effect,) fo
 ] + [("locked", ("axle_viscous", "roller_viscous"))]  # fmt: skip
 
 
-# What one number takes of the accelerations where that is more than half, as docs/c-interface.md says: the wheel radius,
-# or with free rollers and with places of wheels the yaw scale.
+# What one number takes of the accelerations where that is more than half, as docs/c-interface.md says: the wheel
+# radius, or with free rollers and with places of wheels the yaw scale.
 ABOVE_HALF = {
     ("massless", ("axle_coulomb",)): 0.56,
     ("massless", ("drive", "axle_coulomb")): 0.54,
