@@ -202,7 +202,8 @@ class Numbers:
     ):  # fmt: skip
         self.rules, self.positive = rules, positive
         self.directions = list(self._directions(prepare, asked))
-        read = set().union(*(symbols(step.expression) for of in wanted for step in steps((*of.body, *of.own))))
+        lines = [step for of in wanted for step in steps((*of.body, *of.own))]
+        read = set().union(*(symbols(step.expression) | rules.reads.get(step.name, set()) for step in lines))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
         self.degrees: dict[str, Degrees] = {}

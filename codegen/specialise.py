@@ -196,7 +196,8 @@ def _function(
     known = {array.name for array in (*arguments, *function.fields)}
     elements = {symbol: e for symbol, e in function.elements.items() if e.array.name in known}
     names = [*function.elements, *(step.name for step in steps(function.body)), *CONSTANTS]
-    body = _Specialiser(Canonical(Order(names)), known).block(function.body, dict(neutral))
+    by_rules = frozenset().union(*(beside.get(step.name, ()) for step in steps(function.body)))
+    body = _Specialiser(Canonical(Order(names)), known, by_rules).block(function.body, dict(neutral))
     left = without_dead_steps(replace(function, arguments=arguments, elements=elements, body=body), beside)
     return replace(left, arguments=_asked_for(left, arguments))
 
@@ -212,6 +213,7 @@ def _asked_for(function: Function, arguments: Sequence[Array]) -> tuple[Array, .
 class _Specialiser:
     canonical: Canonical
     arrays: set[str]  # arguments and fields that are there
+    by_rules: frozenset[str]  # what slopes of steps read by name: these steps stay, whatever their values
 
     def block(self, body: tuple[Step | Loop, ...], values: dict[str, Expression]) -> tuple[Step | Loop, ...]:
         """The steps that are left. values: what symbols stand for, here and around."""
@@ -223,7 +225,7 @@ class _Specialiser:
                 kept += [replace(node, body=inner)] if inner else []
             elif not self.is_dropped(node, values):
                 expression = self.canonical.substituted(node.expression, values)
-                if node.kind == "let" and is_trivial(expression, accumulators):
+                if node.kind == "let" and node.name not in self.by_rules and is_trivial(expression, accumulators):
                     values[node.name] = expression
                 elif not (node.kind == "add" and expression == Number(0)):
                     kept.append(replace(node, expression=expression))
