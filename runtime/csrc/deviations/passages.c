@@ -7,6 +7,25 @@
 
 #define GRAZING 1e-6                /* of the fastest wheel's rate: a slower wheel grazes its joint     */
 
+/* Rows of numbers (rows x columns) into vectors, and back. */
+static void into_lanes(const variations_t *w, const double *from, int rows, lanes_t *to)
+{
+    memset(to, 0, rows*w->groups*sizeof *to);
+    for (int k = 0; k < rows; k++)
+        memcpy(to + k*w->groups, from + (long long)k*w->columns, w->columns*sizeof *from);
+}
+
+static void out_of_lanes(const variations_t *w, const lanes_t *from, int rows, double *to)
+{
+    for (int k = 0; k < rows; k++)
+        memcpy(to + (long long)k*w->columns, from + k*w->groups, w->columns*sizeof *to);
+}
+
+static double *row_of(const variations_t *w, long long row)
+{
+    return w->run->moved + row*w->size*w->columns;
+}
+
 static void put_state(const variations_t *w, long long row, lanes_t *point)
 {
     const omniroll_variations_t *const run = w->run;
@@ -17,6 +36,7 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
     }
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
+    put_headings(w, row, point);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
