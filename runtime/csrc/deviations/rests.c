@@ -215,19 +215,35 @@ static double find_turns(const variations_t *w, const int *component, int count,
     return most;
 }
 
-/* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. The
- * row has where they went at the last node before. */
+/* Where contacts go late in the step that ends in a row; without one, where the row says. */
+static void begin_aiming(const variations_t *w, long long row, double *heading)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    memcpy(heading, w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
+    if (row == 0 || w->run->step_of[row - 1] < 0)
+        return;
+    put_point(w, w->run->step_of[row - 1], row - 1, w->blocks - 1);
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    slips_along(wheels, &at, &along, slip, moved);
+    for (int i = 0; i < wheels; i++)
+        heading[i] = atan2(slip[2*i + 1][0], slip[2*i][0]);
+}
+
+/* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. */
 static void aim_rests(variations_t *w, long long row)
 {
     if (row == w->aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
         return;
     int component[MOST_COMPONENTS];
     const int count = list_rests(w, row, component);
-    double to_core[w->core*count + 1], to_slip[count*count + 1], most = INFINITY;
+    if (!count)
+        return;
+    double to_core[w->core*count], to_slip[count*count], most = INFINITY;
     lanes_t rate[w->size], turn[MOST_WHEELS];
-    memcpy(w->aimed, w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels, w->wheels*sizeof *w->aimed);
+    begin_aiming(w, row, w->aimed);
     w->aimed_row = row;
-    for (int round = 0; count && round < MOST_AIMS && most > AIMED; round++) {
+    for (int round = 0; round < MOST_AIMS && most > AIMED; round++) {
         rates_in_row(w, row, rate);
         if (round == 0)
             put_responses(w, component, count, to_core, to_slip);

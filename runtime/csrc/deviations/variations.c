@@ -248,7 +248,7 @@ ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *p
 }
 
 /* State and inputs at a block of the nodes of the step that starts in a row. */
-static void put_point(variations_t *w, long long step, long long row, int b)
+static void put_point(const variations_t *w, long long step, long long row, int b)
 {
     const omniroll_variations_t *const run = w->run;
     const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;

@@ -18,9 +18,11 @@ from omniroll.effects.ground import slip_roundings
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.accelerations import call_named
+from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
 AIMS, AIMED = 8, 1e-13  # rounds of Newton's rule at most, and turns in rad after which there is none
+LATE = 0.9  # of a step towards rest: there the slip goes nearly where it goes last
 NEAR_REST = 30  # times what is zero of a slip: the direction of less on the way to rest is what an iteration has left
 TURNS = 1e-9  # of its speed towards rest: a slip whose rate across its direction turns by less per rad does not turn
 MODES = ("sticks", "slip_heading", "carries")  # what rows keep of contacts
@@ -80,6 +82,7 @@ class ContactModes:
 
     def __init__(self, trajectory: Trajectory, plain: Kernel, deviations):
         self.plain, self.deviations = plain, deviations
+        self.dense, self.step_rows = trajectory.dense, trajectory.step_rows
         self.grip = trajectory.effects.grip(plain.vehicle)
         self.grips, self.loaded = self.grip.sticks, self.grip.balance is not None
         names, shape = trajectory.effects.drives(), (len(trajectory), plain.wheels)
@@ -167,7 +170,7 @@ class ContactModes:
 
     def aim(self, y: np.ndarray, inputs: np.ndarray, held: Callable[[np.ndarray], Mapping[str, np.ndarray]]) -> None:
         """Turn slips that come to rest behind rows to where they go last: against their rates, to which their forces
-        add. A row has where they went at the last node before.
+        add.
 
         y, inputs  (T, size) and (T, U) of the rows, the headings among the latter
         held       from rows what functions take of all that sticks
@@ -178,6 +181,7 @@ class ContactModes:
         own = self.deviations.views(np.arange(inputs.shape[1]))["slip_heading"]
         units = np.zeros((count, 1, inputs.shape[1]))
         units[np.arange(count), 0, own] = 1.0
+        self._begin_aiming(rows, inputs, headings)
         for _ in range(AIMS if rows.size else 0):
             turned = with_tangent(inputs[rows], np.broadcast_to(units, (count, *inputs[rows].shape)))
             rates = self.deviations.known_of(kernel, y[rows], turned, held(rows))["slip_dot"]
@@ -192,6 +196,14 @@ class ContactModes:
             if np.abs(turn).max() <= AIMED:
                 break
         self.headings = headings.copy()
+
+    def _begin_aiming(self, rows: np.ndarray, inputs: np.ndarray, headings: np.ndarray) -> None:
+        """Where contacts that come to rest go late in the steps that end in some rows, into headings (T, N)."""
+        ends = rows[np.isin(rows - 1, self.step_rows)]
+        steps = np.searchsorted(self.step_rows, ends - 1)
+        late = values_at(self.dense[steps], np.full(len(ends), LATE))
+        slip = slips(self.plain, self.deviations.known_in(late, inputs[ends]))
+        headings[ends] = np.where(self.rests[ends], np.arctan2(slip[..., 1], slip[..., 0]), headings[ends])
 
     def along_and_across(
         self, kernel: TangentKernel, known: Mapping[str, np.ndarray], headings: np.ndarray
