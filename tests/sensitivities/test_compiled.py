@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from omniroll import Bearings, Contact, Slope
+from omniroll import Bearings, Contact, Slope, TorqueTable
 from omniroll.engine import sensitivities, variations
 from omniroll.engine.compiled_variations import library_of
 from omniroll.engine.contact_deviations import ContactDeviations
@@ -137,8 +137,38 @@ def test_the_rows_before_a_rest_too(monkeypatch):
     apart, size = np.abs(own.followed.rows - reference.followed.rows), np.abs(reference.followed.rows).max(axis=(0, 1))
     slips = np.where(own.sticks, np.inf, np.linalg.norm(own.slip, axis=-1)).min(axis=1)
     assert (slips < 1e-16).sum() == 4 and (slips < 1e-8).sum() >= 8, "four rests, and rows on the way to them"
-    turned = ROUNDINGS + np.minimum(np.finfo(float).eps / np.maximum(slips, 1e-16), 1e-4)
+    rests = slips < 1e-16
+    turned = ROUNDINGS + np.where(rests, 1e-9, np.finfo(float).eps / np.maximum(slips, 1e-16))
     assert (apart <= turned[:, None, None] * size).all()
+    finer = sensitivities.Followed.along(own, tuple(changes), 24).rows
+    assert (np.abs(own.followed.rows - finer)[rests] <= 1e-8 * size).all()  # the rows before them: 1.5e-7
+
+
+def test_a_knot_just_before_a_rest_leaves_the_sign_of_what_is_lost_there(monkeypatch):
+    """The steps between them have slips that are near rounding, and where these go is what an iteration has left. The
+    deviation of the slip was of the wrong size or sign behind such steps."""
+    skid = ON_COULOMB_GROUND["skid"][0]
+    plain = skid.run()
+    rest = np.flatnonzero((plain.sticks[1:] & ~plain.sticks[:-1]).any(axis=1))[1]
+    wanted = derivatives_of_slip(skid.run(sensitivities=("mass",)), rest)
+    for before in (5e-13, 1e-13):
+        still = TorqueTable((0.0, plain.t[rest] - before, 1.0), ((0.0,) * 3,) * 3)
+        case = replace(skid, effects=(*skid.effects, still), duration=plain.t[rest] + 1e-4)
+        own, reference = runs_in_c_and_python(case, ("mass",), monkeypatch)
+        finer = sensitivities.Followed.along(own, ("mass",), 24)
+        row = np.flatnonzero((own.sticks[1:] & ~own.sticks[:-1]).any(axis=1))[1]
+        assert 0 < own.t[row] - own.t[row - 1] < 2 * before
+        size = np.abs(finer.rows[row]).max()
+        for other in (reference.followed, finer):
+            assert np.abs(own.followed.rows[row] - other.rows[row]).max() <= 1e-6 * size
+        assert derivatives_of_slip(own, row) == pytest.approx(wanted, rel=1e-6)
+
+
+def derivatives_of_slip(run, row):
+    """(2,) those of the contact that comes to rest behind a row, by the first number."""
+    contact = np.flatnonzero(run.sticks[row + 1] & ~run.sticks[row])[0]
+    deviations = ContactDeviations(Motion(run), Columns(run, run.followed.names))
+    return deviations._slips(row, run.followed.rows[row])[0, contact]
 
 
 @pytest.mark.long

@@ -105,6 +105,28 @@ def test_just_before_a_slip_comes_to_rest(rest):
 
 
 @pytest.mark.long
+def test_in_the_row_of_a_rest_they_are_the_limit_before_it():
+    """There the slip is zero, and its deviation is along the direction that it had last."""
+    case, before = Case("free", effects=(SKID,), duration=0.0045), 1e-13
+    run = case.run(sensitivities=("mass",))
+    row = np.flatnonzero((run.sticks[1:] & ~run.sticks[:-1]).any(axis=1))[0]
+    setting = Setting(case.roller_model, case.switching, "compiled")
+    with digits(true_sensitivities.DIGITS, true_sensitivities.ORDER):
+        task = setting.task(VEHICLE, **START, spins=SPINS, effects=case.effects, duration=case.duration)
+        whole = true_ground.Run(task, "mass", arb(0))
+        whole.to_the_end()
+        rest = next(time for time, _, what in whole.log if what == "sticks")
+        change = arb(10) ** -24 * true_sensitivities.size(task, "mass")
+        runs = [true_ground.Run(task, "mass", side * change) for side in (1, -1)]
+        for beside in runs:
+            beside.end = rest - arb(before)
+            beside.to_the_end()
+        wanted = true_sensitivities.quotient(*(beside.y for beside in runs), 2 * change)
+    assert all(not any(what[2] == "sticks" for what in beside.log) for beside in runs)
+    assert np.abs(run.followed.rows[row, :, 0] - wanted).max() <= 1e-10 * np.abs(wanted).max()
+
+
+@pytest.mark.long
 def test_the_compiled_run_on_a_viscous_ground_is_as_accurate_as_asked():
     accuracy, setting = 1e-11, Setting("massless", "impact", "compiled")
     start = STARTING | {"effects": (Contact(5.0), LIFT), "duration": 0.2}

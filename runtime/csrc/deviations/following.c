@@ -107,6 +107,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->answer = part(base, &size, (w->core - 3)*NODES*nodes);
     w->answer_at = part(base, &size, (w->core - 3)*(long long)sizeof(int));
     w->answered = part(base, &size, NODES*groups*lane);
+    w->aimed = part(base, &size, wheels*(long long)sizeof *w->aimed);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
 #if SET_SPINS_STICK
@@ -124,7 +125,7 @@ long long omniroll_variations_work_size(const omniroll_variations_t *run)
 static void prepare(variations_t *w, const omniroll_variations_t *run)
 {
     lay_out(w, run, (char *)run->work);
-    w->numbered = 0;
+    w->numbered = 0, w->aimed_row = -1;
     for (int p = 0; p < run->columns; p++)
         if (run->number[p]) {
             lanes_put(run->model[run->number[p]], p%LANES, &w->column[p/LANES]);
@@ -151,20 +152,6 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
         }
 }
 
-/* Rows of numbers (rows x columns) into vectors, and back. */
-static void into_lanes(const variations_t *w, const double *from, int rows, lanes_t *to)
-{
-    memset(to, 0, rows*w->groups*sizeof *to);
-    for (int k = 0; k < rows; k++)
-        memcpy(to + k*w->groups, from + (long long)k*w->columns, w->columns*sizeof *from);
-}
-
-static void out_of_lanes(const variations_t *w, const lanes_t *from, int rows, double *to)
-{
-    for (int k = 0; k < rows; k++)
-        memcpy(to + (long long)k*w->columns, from + k*w->groups, w->columns*sizeof *to);
-}
-
 /* Axial speeds' deviations of a phase (columns x wheels x rollers), from the vectors or into them. */
 static void exchange_axial(const variations_t *w, long long phase, int out)
 {
@@ -178,11 +165,6 @@ static void exchange_axial(const variations_t *w, long long phase, int out)
             else
                 (*lanes)[p%LANES] = own[p*count + k];
         }
-}
-
-static double *row_of(const variations_t *w, long long row)
-{
-    return w->run->moved + row*w->size*w->columns;
 }
 
 /* The phase that a row belongs to, with the deviations at its start. */
@@ -291,6 +273,9 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     for (long long row = first; row < last; row++) {
         if (run->step_of[row] >= 0) {
             exchange_given(w, run->step_of[row]);
+#if SET_GRIPS
+            aim_rests(w, row + 1);
+#endif
             if (!vary_along(w, run->step_of[row], row, 0))
                 return -1 - row;
         } else {
@@ -331,6 +316,9 @@ void omniroll_rates_in_steps(const omniroll_variations_t *run, long long count, 
         const long long row = run->step_rows[steps[k]];
         into_lanes(w, row_of(w, row), w->size, w->moved);
         exchange_given(w, steps[k]);
+#if SET_GRIPS
+        aim_rests(w, row + 1);
+#endif
         vary_along(w, steps[k], row, rates + k*w->nodes*w->size*w->columns);
     }
 }

@@ -7,6 +7,25 @@
 
 #define GRAZING 1e-6                /* of the fastest wheel's rate: a slower wheel grazes its joint     */
 
+/* Rows of numbers (rows x columns) into vectors, and back. */
+static void into_lanes(const variations_t *w, const double *from, int rows, lanes_t *to)
+{
+    memset(to, 0, rows*w->groups*sizeof *to);
+    for (int k = 0; k < rows; k++)
+        memcpy(to + k*w->groups, from + (long long)k*w->columns, w->columns*sizeof *from);
+}
+
+static void out_of_lanes(const variations_t *w, const lanes_t *from, int rows, double *to)
+{
+    for (int k = 0; k < rows; k++)
+        memcpy(to + (long long)k*w->columns, from + k*w->groups, w->columns*sizeof *to);
+}
+
+static double *row_of(const variations_t *w, long long row)
+{
+    return w->run->moved + row*w->size*w->columns;
+}
+
 /* The wheels' rates at a point. */
 ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, lanes_t *rate)
 {

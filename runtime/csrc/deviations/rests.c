@@ -1,5 +1,11 @@
 /* How deviations pass where slips come to rest, and where contacts let go whose rates do not jump there.
  *
+ * A slip comes to rest along a direction, and so does its deviation. On the way there the directions turn without end,
+ * so that nodes and roundings would decide what is left across them. Forces that turn take it away, F' = dF/dheading.
+ * So the row of the rest is put right,
+ *
+ *     d- := d- - R F' l                                (l: 0 = slips of the new d- across their directions)
+ *
  * The motions beside the run come to rest a little earlier or later, by forces of the contacts that do. With what these
  * forces do to the rates, R, and to the slips, W, all that is left of a deviation is
  *
@@ -11,6 +17,10 @@
 #if SET_GRIPS
 #define FIRST_COMPONENT (!SET_HAS_CONTACT_SPEEDS)       /* of a slip: massless rollers slip one way alone */
 #define MOST_COMPONENTS (2*MOST_WHEELS)
+#define MOST_AIMS 8                                     /* rounds of Newton's rule */
+#define AIMED 1e-13                                     /* rad: directions are found that turn by no more */
+#define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
+                                 * rad does not turn */
 
 ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
 {
@@ -42,18 +52,28 @@ static int inputs_jump(const variations_t *w, long long row)
     return 0;
 }
 
-/* List the components of the slips that come to rest behind a row. Returns how many; -1 where other contacts change as
- * well. */
+ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
+{
+    return slides_in(w, row, i) && sticks_in(w, row + 1, i);
+}
+
+/* List the components of the slips that come to rest behind a row. Returns how many. */
 static int list_rests(const variations_t *w, long long row, int *component)
 {
-    int count = 0, others = 0;
-    for (int i = 0; i < w->wheels; i++) {
-        const int rests = slides_in(w, row, i) && sticks_in(w, row + 1, i);
-        for (int c = FIRST_COMPONENT; rests && c < 2; c++)
+    int count = 0;
+    for (int i = 0; i < w->wheels; i++)
+        for (int c = FIRST_COMPONENT; rests_behind(w, row, i) && c < 2; c++)
             component[count++] = 2*i + c;
-        others |= !rests && (sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i));
-    }
-    return count && others ? -1 : count;
+    return count;
+}
+
+/* Whether contacts change behind a row that do not come to rest. */
+static int others_change(const variations_t *w, long long row)
+{
+    for (int i = 0; i < w->wheels; i++)
+        if (!rests_behind(w, row, i) && (sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i)))
+            return 1;
+    return 0;
 }
 
 /* Whether a contact that sticks needs all its friction in a row, whose rates have been computed last. */
@@ -153,14 +173,132 @@ static int solve_small(double *matrix, int count, lanes_t *right, int groups)
     return 1;
 }
 
-/* Take from the deviations what the forces of contacts that come to rest do; the rates in the row have been computed
- * last. Returns whether that is determinate. */
-static int take_rests(variations_t *w, const int *component, int count)
+#if SET_TURNS
+/* What lies across the direction of contact i. */
+ALWAYS_INLINE double across(const variations_t *w, int i, double x, double y)
+{
+    return y*w->towards[2*i][0] - x*w->towards[2*i + 1][0];
+}
+
+/* How fast the slips of contacts that come to rest turn with their directions, by rows: what forces do to slips, W
+ * (by rows of `count` components), times how the forces turn. */
+static void put_turns(const variations_t *w, const int *component, int count, const double *to_slip, double *turns)
+{
+    for (int k = 0; k < count; k += 2)
+        for (int j = 0; j < count; j += 2) {
+            double rate[2];
+            for (int c = 0; c < 2; c++) {
+                const double *const response = to_slip + (k + c)*count + j;
+                rate[c] = response[0]*w->turned[component[j]][0] + response[1]*w->turned[component[j] + 1][0];
+            }
+            turns[k/2*(count/2) + j/2] = across(w, component[k]/2, rate[0], rate[1]);
+        }
+}
+
+/* The turns that bring these slips against their rates, which have been computed last, by Newton's rule. Returns the
+ * largest one; 0 where they are not determinate. */
+static double find_turns(const variations_t *w, const int *component, int count, const double *to_slip, lanes_t *turn)
+{
+    const lanes_t *const slip_dot = point_of(w, w->vehicle, w->point).slip_dot;
+    const int rests = count/2;
+    double turns[rests*rests], most = 0;
+    put_turns(w, component, count, to_slip, turns);
+    for (int k = 0; k < rests; k++) {
+        const lanes_t *const rate = slip_dot + component[2*k], *const towards = w->towards + component[2*k];
+        turns[k*rests + k] -= (1 - TURNS_NOT)*(rate[0][0]*towards[0][0] + rate[1][0]*towards[1][0]);
+        turn[k] = lanes_of(-across(w, component[2*k]/2, rate[0][0], rate[1][0]));
+    }
+    if (!solve_small(turns, rests, turn, 1))
+        return 0;
+    for (int k = 0; k < rests; k++)
+        most = fmax(most, fabs(turn[k][0]));
+    return most;
+}
+
+/* Where contacts go late in the step that ends in a row; without one, where the row says. */
+static void begin_aiming(const variations_t *w, long long row, double *heading)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    memcpy(heading, w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels, wheels*sizeof *heading);
+    if (row == 0 || w->run->step_of[row - 1] < 0)
+        return;
+    put_point(w, w->run->step_of[row - 1], row - 1, w->blocks - 1);
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    slips_along(wheels, &at, &along, slip, moved);
+    for (int i = 0; i < wheels; i++)
+        heading[i] = atan2(slip[2*i + 1][0], slip[2*i][0]);
+}
+
+/* Turn slips that come to rest behind a row to where they go last: against their rates, to which their forces add. */
+static void aim_rests(variations_t *w, long long row)
+{
+    if (row == w->aimed_row || row + 1 >= w->run->rows || w->run->step_of[row] >= 0)
+        return;
+    int component[MOST_COMPONENTS];
+    const int count = list_rests(w, row, component);
+    if (!count)
+        return;
+    double to_core[w->core*count], to_slip[count*count], most = INFINITY;
+    lanes_t rate[w->size], turn[MOST_WHEELS];
+    begin_aiming(w, row, w->aimed);
+    w->aimed_row = row;
+    for (int round = 0; round < MOST_AIMS && most > AIMED; round++) {
+        rates_in_row(w, row, rate);
+        if (round == 0)
+            put_responses(w, component, count, to_core, to_slip);
+        most = find_turns(w, component, count, to_slip, turn);
+        for (int k = 0; most > 0 && k < count/2; k++)
+            w->aimed[component[2*k]/2] += turn[k][0];
+    }
+}
+
+/* Put deviations right in a row behind which slips come to rest, whose rates have been computed last: take away what
+ * they have across their directions, by forces that turn. Returns whether that is determinate. */
+static int put_rests_right(const variations_t *w, long long row, const int *component, int count, const double *to_core,
+                           const double *to_slip)
+{
+    const int groups = w->groups, rests = count/2;
+    double turns[rests*rests];
+    lanes_t slip[count*groups], turn[rests*groups];
+    put_turns(w, component, count, to_slip, turns);
+    put_slips_moved(w, component, count, slip);
+    for (int k = 0; k < rests; k++) {
+        const lanes_t *const towards = w->towards + component[2*k];
+        for (int g = 0; g < groups; g++)
+            turn[k*groups + g] = slip[(2*k + 1)*groups + g]*towards[0] - slip[2*k*groups + g]*towards[1];
+    }
+    if (!solve_small(turns, rests, turn, groups))
+        return 0;
+    for (int a = 0; a < w->core; a++)
+        for (int k = 0; k < rests; k++) {
+            const double *const response = to_core + a*count + 2*k;
+            const lanes_t *const turned = w->turned + component[2*k];
+            const lanes_t rate = response[0]*turned[0] + response[1]*turned[1];
+            for (int g = 0; g < groups; g++)
+                w->moved[place_of_core(w, a)*groups + g] -= rate*turn[k*groups + g];
+        }
+    out_of_lanes(w, w->moved, w->size, row_of(w, row));
+    return 1;
+}
+#else
+static void aim_rests(const variations_t *w, long long row) { (void)w, (void)row; }
+#endif
+
+/* Take from the deviations what the forces of contacts that come to rest behind a row do, where the rates have been
+ * computed last. Returns whether that is determinate. */
+static int take_rests(variations_t *w, long long row, const int *component, int count)
 {
     const int groups = w->groups;
     double to_core[w->core*count], to_slip[count*count];
     lanes_t force[count*groups];
     put_responses(w, component, count, to_core, to_slip);
+#if SET_TURNS
+    if (!put_rests_right(w, row, component, count, to_core, to_slip))
+        return 0;
+#else
+    (void)row;
+#endif
     put_slips_moved(w, component, count, force);
     if (!solve_small(to_slip, count, force, groups))
         return 0;
@@ -189,14 +327,15 @@ static int pass_modes(variations_t *w, long long row)
     int component[MOST_COMPONENTS];
     const int count = list_rests(w, row, component);
     lanes_t before[w->size], after[w->size];
-    if (count < 0 || inputs_jump(w, row))
+    if ((count && others_change(w, row)) || inputs_jump(w, row))
         return 0;
+    aim_rests(w, row);
     rates_in_row(w, row + 1, after);
     if (is_at_its_bound(w, row + 1))
         return 0;
     rates_in_row(w, row, before);
     if (count == 0)
         return are_same(w, before, after);
-    return !grazes_rest(w, component, count) && take_rests(w, component, count);
+    return !grazes_rest(w, component, count) && take_rests(w, row, component, count);
 }
 #endif

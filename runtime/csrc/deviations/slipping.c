@@ -14,11 +14,12 @@ ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
     return SET_HAS_CONTACT_SPEEDS && !sticks_in(w, row, i) && w->run->grip[i] > 0;
 }
 
-/* Where a contact slips: by its slip, where this is not rounding, else as the row says. */
-ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const lanes_t *slip, lanes_t *towards)
+/* Where a contact slips: by its slip, where this is not rounding, else as the point is given. */
+ALWAYS_INLINE void put_direction(const variations_t *w, long long row, int i, const point_t *at, const lanes_t *slip,
+                                 lanes_t *towards)
 {
     const int wheels = w->wheels, turns = SET_HAS_CONTACT_SPEEDS;
-    const double heading = w->run->drive[(row*SET_INPUTS + SET_HEADINGS_INPUT)*wheels + i];
+    const double heading = at->inputs[SET_HEADINGS_INPUT*wheels + i][0];
     const lanes_t given[2] = {lanes_of(turns ? cos(heading) : 0), lanes_of(sin(heading))};
     const lanes_t size = lanes_sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
     const lane_mask_t known = size > (turns ? w->run->slip_rounding[row*wheels + i] : INFINITY);
@@ -34,7 +35,7 @@ NEVER_INLINE void put_directions(const variations_t *w, long long row, const poi
     lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
     slips_along(wheels, at, along, slip, moved);
     for (int i = 0; i < wheels; i++) {
-        put_direction(w, row, i, slip + 2*i, w->towards + 2*i);
+        put_direction(w, row, i, at, slip + 2*i, w->towards + 2*i);
         w->slipping[i] = slip[2*i]*w->towards[2*i] + slip[2*i + 1]*w->towards[2*i + 1];
     }
 }

@@ -72,6 +72,8 @@ typedef struct {
     double (*basis)[2];         /* of each momentum of a wheel                                  */
     int *is_given;              /* inputs: whether any column has one                           */
 #endif
+    long long aimed_row;        /* a row behind which slips come to rest, and the directions there: rests.c */
+    double *aimed;
 } variations_t;
 
 /* Where what a point needs stands among w->point and w->along. */
@@ -176,6 +178,19 @@ ALWAYS_INLINE void put_held(const variations_t *w, long long row, int number)
 #endif
 }
 
+/* Where contacts slip whose slip is rounding, at a point of the phase of a row. */
+ALWAYS_INLINE void put_headings(const variations_t *w, long long row, lanes_t *point)
+{
+#if SET_GRIPS
+    const double *const own = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels;
+    const double *const heading = row == w->aimed_row ? w->aimed : own;
+    for (int i = 0; i < w->wheels; i++)
+        point[point_inputs(w) + SET_HEADINGS_INPUT*w->wheels + i] = lanes_of(heading[i]);
+#else
+    (void)w, (void)row, (void)point;
+#endif
+}
+
 /* The state and the inputs in a row. */
 static void put_state(const variations_t *w, long long row, lanes_t *point)
 {
@@ -187,6 +202,7 @@ static void put_state(const variations_t *w, long long row, lanes_t *point)
     }
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         point[point_inputs(w) + k] = lanes_of(run->drive[row*SET_INPUTS*w->wheels + k]);
+    put_headings(w, row, point);
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }
@@ -319,7 +335,7 @@ NEVER_INLINE void slopes_of_pose(variations_t *w, int b)
 }
 
 /* State and inputs at a block of the nodes of the step that starts in a row. */
-static void put_point(variations_t *w, long long step, long long row, int b)
+static void put_point(const variations_t *w, long long step, long long row, int b)
 {
     const omniroll_variations_t *const run = w->run;
     const double *const dense = run->dense + step*(run->degree + 1)*run->row_size;
@@ -339,6 +355,7 @@ static void put_point(variations_t *w, long long step, long long row, int b)
     for (int k = 0; k < SET_INPUTS*w->wheels; k++)
         w->point[point_inputs(w) + k] = k < SET_MOVING*w->wheels ? first[k] + w->node.lanes[b]*(then[k] - first[k])
                                                                  : lanes_of(first[k]);
+    put_headings(w, SET_TURNS ? row + 1 : row, w->point);   /* a slip's rest knows where it went */
     for (int k = 0; k < HELD_MOMENTA(w->wheels); k++)
         w->point[point_momenta(w) + k] = lanes_of(w->momenta[k]);
 }

@@ -11,6 +11,7 @@ typedef struct {
     const omniroll_model *const *model;     /* with their slopes: the first in which nothing deviates   */
     const int *number;                      /* P: the model of each column                              */
     const int *place;                       /* m: places in a row of y                                  */
+    long long rows;                         /* T                                                        */
     int nodes;                              /* of a step: NODES or fewer, a multiple of LANES           */
     const double *node, *gauss_weight;      /* nodes: from 0 to 1, and of the integral over a step      */
     double most_last;                       /* of the deviations of nu: how much the last of Legendre's polynomials
@@ -37,7 +38,7 @@ typedef struct {
     const double *grip;                     /* models x N x 3: loads of the contacts, then their friction along the axle and
                                              * along the rolling direction; behind the first how they move. Or null */
     const double *per_reach;                /* N x 2: one over the squares of what friction can hold; or null */
-    const double *slip_rounding;            /* T x N: slips within these are zero; or null              */
+    const double *slip_rounding;            /* T x N: slips within these do not say where they go; or null */
     double jumps, reached, grazes;          /* of rates that jump, of friction that is used up: parts of these; in m/s^2,
                                              * how fast a slip comes to rest that only just does        */
     const double *dense;                    /* S x degree + 1 x row_size                                */

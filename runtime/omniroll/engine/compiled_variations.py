@@ -215,6 +215,7 @@ class CompiledVariations:
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
         run.impact = trajectory.switching == "impact"
+        run.rows = len(trajectory)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
         dense = trajectory.dense
         run.row_size, run.degree = dense.shape[2], dense.shape[1] - 1
@@ -241,7 +242,9 @@ class CompiledVariations:
             "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
-            numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": motion.contacts.roundings(motion.y)}
+            ends = np.minimum(np.arange(len(trajectory)) + 1, len(trajectory) - 1)
+            noises = motion.contacts.noises(motion.y, ends)
+            numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": noises}
             numbers["per_reach"] = motion.contacts.per_reach()
             run.jumps, run.reached, run.grazes = JUMPS, REACHED, GRAZES * motion.contacts.friction_rate()
         if holds is not None and holds.holds.spins is not None:

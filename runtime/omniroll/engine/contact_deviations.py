@@ -10,8 +10,13 @@ change as well, or where a slip of one component turns back at once, rates jump 
 
     d+ = d* + (f* - f+) dt,
 
-with the rates f* of contacts that stick once they rest. dt is where the slip along its direction comes to zero; what is
-left of it across has been taken away by then, by forces that turn, F' = dF/dheading. Contacts that give way do so at
+with the rates f* of contacts that stick once they rest. dt is where the slip along its direction comes to zero. In the
+row of the rest what was left of it across has been taken away, by forces that turn, F' = dF/dheading. On the way there
+they turn without end, so that nodes and roundings would decide what they leave: the row is put right,
+
+    d- := d- - R F' l,   0 = the slips of the new d- across their directions.
+
+Contacts that give way do so at
 
     d+ = d- + (f- - f+) dt,   dt = -d excess / excess',
 
@@ -111,9 +116,22 @@ class ContactDeviations:
         speeds = ("wheel_rates", "contact_spins")
         return all(getattr(effect, name, None) is None for effect in self.columns.effects for name in speeds)
 
+    def come_to_rest(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(m, P) the deviations in a row, put right where slips come to rest: these are along their directions."""
+        rests = np.flatnonzero(self.contacts.slides[row] & self._has_come(row))
+        if not rests.size or not self.contacts.turns:
+            return moved
+        rates, slip_dot = self._responses(row, self.contacts.sticks[row])
+        _, across = self._directions(row, rests)
+        own = 2 * self.wheels + rests
+        matrix = np.einsum("jkc,kc->jk", slip_dot[own][:, rests], across)
+        left = np.linalg.solve(matrix.T, np.einsum("pkc,kc->kp", self._slips(row, moved)[:, rests], across))
+        return moved - rates[own].T @ left
+
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after contacts have changed their modes between a row and the next.
 
+        moved   (m, P) those in the row, as come_to_rest() gives them
         knot    (P,) by how much the time deviates at which a drive jumps there; None where none does
         inputs  (U, 1 + P) how fast the phase's inputs change, and their deviations
         """
@@ -189,6 +207,12 @@ class ContactDeviations:
         """Whether a drive is what the bearings of axles that may stick take."""
         return name == TORQUE and self.motion.axles is not None
 
+    def _directions(self, row: int, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(k, 2) and (k, 2): the directions in which some contacts slip in a row, and those across."""
+        heading = self.deviations.views(self.motion.inputs[row])["slip_heading"][contacts]
+        along = np.stack([np.cos(heading) * self.contacts.turns, np.sin(heading)], axis=-1)
+        return along, np.stack([-along[:, 1], along[:, 0]], axis=-1)
+
     # What happens
 
     def _at_rest(self, row: int, moved: np.ndarray, rests: np.ndarray, sticks: np.ndarray) -> np.ndarray:
@@ -204,23 +228,14 @@ class ContactDeviations:
 
         Raises NoDerivativeError where one only just does.
         """
-        rates, slip_dot = self._responses(row, self.contacts.sticks[row])
-        heading = self.deviations.views(self.motion.inputs[row])["slip_heading"][rests]
-        along = np.stack([np.cos(heading) * self.contacts.turns, np.sin(heading)], axis=-1)
-        across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-        own = self._slips(row, moved)[:, rests]
-        if self.contacts.turns:
-            turns = slip_dot[2 * self.wheels + rests][:, rests]  # (k, k, 2): of slip by heading
-            matrix = np.einsum("jkc,kc->jk", turns, across)
-            left = np.linalg.solve(matrix.T, np.einsum("pkc,kc->kp", own, across))
-            own = own - np.einsum("jp,jkc->pkc", left, turns)
+        along, _ = self._directions(row, rests)
         known = self._known(row, self.contacts.sticks[row])
         accelerations = known["slip_dot"][0].real[rests]
         speeds = np.einsum("kc,kc->k", along, accelerations)
         slow = rests[-speeds <= GRAZES * self.contacts.friction_rate()]
         if slow.size:
             raise self._none(row, "a slip only just comes to rest, so that a change however small lets it go on", slow)
-        return speeds, -np.einsum("pkc,kc->kp", own, along) / speeds[:, None]
+        return speeds, -np.einsum("pkc,kc->kp", self._slips(row, moved)[:, rests], along) / speeds[:, None]
 
     def _let_go(self, row: int, moved: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after contacts have given way, or loads have vanished or come back."""

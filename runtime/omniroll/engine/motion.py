@@ -92,7 +92,11 @@ class Motion:
         if self.axles is not None:
             given["bearing_torque"] = self.axles.torques
         found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))
-        return found if self.contacts is None else self.contacts.headed(self.y, found, np.arange(len(trajectory)))
+        if self.contacts is not None:
+            found = self.contacts.headed(self.y, found, np.arange(len(trajectory)))
+        if self.contacts is not None and self.contacts.turns:
+            self.contacts.aim(self.y, found, self.held_at)
+        return found
 
     @cached_property
     def directions(self) -> np.ndarray:

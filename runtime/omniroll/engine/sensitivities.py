@@ -334,6 +334,7 @@ class Sweep:
         if self.axles is not None and self.axles.changes[row]:
             return self.axles.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
+            self.rows[row] = moved = self.contacts.come_to_rest(row, moved)
             return self.contacts.passed(row, moved, times, self.inputs_at(row))
         if times is None:
             return None

@@ -278,7 +278,7 @@ class Variations:
             inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
         held, turning = self.held(np.repeat(rows, s))
         if self.contacts is not None:
-            inputs = self.contacts.headed(y, inputs, np.repeat(rows, s))
+            inputs = self.contacts.headed(y, inputs, np.repeat(rows + self.contacts.turns, s))
         slopes = self.slopes.at(y, inputs, held).reshape(count, s, size, -1)
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
