@@ -460,11 +460,10 @@ static double length_to_load(step_t *s, const int wheels, double length)
         const double value = load_at_end(s, k, &rate);
         if (!(rate > 0 || value > LOAD_ROUNDING))
             continue;
-        const double reached = reached_from(s, value, rate);
-        if (comes_first(s, reached, length)) {
+        const double reached = rate > 0 ? s->h - value/rate : s->h/2;
+        if (reached < length) {
             length = reached;
             s->landing = first_load(s) + k;
-            s->unsure = rate > 0 ? LOAD_ROUNDING/rate : 0;
         }
     }
     return length;
