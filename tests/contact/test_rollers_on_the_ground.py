@@ -216,7 +216,7 @@ def test_torques_break_axles_and_what_holds_the_other_wheels_together(run_of, tu
     assert np.abs(run.nu[-1, 1:]).max() <= 10 * ACCURACY * run.nu[-1, 0]
 
 
-@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-4, 1.3])
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
 def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, way, part):
     """It rests up to tan b = mu whichever way it stands: no polygon would say so. Then v' = g (sin b - mu cos b)."""
@@ -233,9 +233,10 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, 
         assert not run.nu.any() and run.sticks.all()
         return
     wanted = GRAVITY * np.sin(angle) * (1 - 1 / part) * run.t[-1]
-    assert speed == pytest.approx(wanted, rel=1e-6 if part < 1 + 1e-5 else 1e-9 if part < 1.1 else 1e-11)
-    turns = 1e-12 if part > 1.1 else 1e-8
-    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= turns * np.linalg.norm(run.nu[-1])
+    assert speed == pytest.approx(wanted, rel=1e-6 if part < 1 + 1e-8 else 1e-9 if part < 1.1 else 1e-11)
+    rounding = np.finfo(float).eps * GRAVITY * run.t[-1] / ARM  # of the weight, which friction all but balances
+    turns = (1e-12 if part > 1.1 else 1e-8) * np.linalg.norm(run.nu[-1]) + rounding
+    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= turns
 
 
 def test_a_push_across_the_slope_breaks_a_round_bound(run_of):

@@ -323,6 +323,30 @@ static void put_drawn(const cones_t *c, int size, double *drawn)
         drawn[j] = SET_STANDS_BOTH_WAYS ? DRAWN*c->matrix[j*size + j] : DRAWN*largest/(c->reach[j]*c->reach[j]);
 }
 
+#if SET_STANDS_BOTH_WAYS
+#define NEARBY 0.01                 /* of what parts take: so far from where rounds have ended the minimum may be */
+
+/* Where what is drawn is more than what contacts that only just slip are pulled by, the rounds end slowly: the
+ * conditions themselves give their directions, if that leads to forces nearby. `own`: D's diagonal. */
+static void decide_from_here(cones_t *c, int size, const double *own)
+{
+    double farthest = 0;
+    for (int j = 0; j < size; j++) {
+        c->matrix[j*size + j] = own[j];
+        c->before[j] = c->force[j];
+    }
+    discs_of(c, &c->discs);
+    for (int j = 0; j < size; j++)
+        c->discs.place[j] = c->force[j]/c->reach[j];
+    if (!polish(&c->discs))
+        return;
+    for (int j = 0; j < size; j++)
+        farthest = fmax(farthest, fabs(c->discs.place[j] - c->before[j]/c->reach[j]));
+    for (int j = 0; j < size && farthest < NEARBY; j++)
+        c->force[j] = c->discs.place[j]*c->reach[j];
+}
+#endif
+
 /* The same where D is semidefinite, by rounds of the proximal point: see cones.py. */
 static void decide_semidefinite(cones_t *c)
 {
@@ -347,6 +371,9 @@ static void decide_semidefinite(cones_t *c)
             break;
     }
     memcpy(c->given, given, sizeof *given*(size_t)size);
+#if SET_STANDS_BOTH_WAYS
+    decide_from_here(c, size, own);
+#endif
     for (int i = 0; i < c->count; i++)
         c->pull[i] = 0;
     for (int j = 0; j < size; j++) {
