@@ -247,7 +247,6 @@ def test_reactions_take_each_free_roller_as_it_sticks_or_turns():
 
 def test_what_does_not_fit_is_refused():
     stick = Bearings(roller_coulomb=1e-4)
-    moving_loads = Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1, normal_gravity=9.8)
     makers = {
         "roller_break_away": lambda: Bearings(roller_break_away=1.0),
         "roller_speed": lambda: Bearings(roller_viscous=1.0, roller_speed=0.1),
@@ -257,14 +256,9 @@ def test_what_does_not_fit_is_refused():
         with pytest.raises(InvalidValueError) as refused:
             make()
         assert refused.value.field == field
-    for make in (
-        lambda: simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[moving_loads, stick]),
-        lambda: simulate(
-            PAPER, nu=(0, 0, 0), duration=0, effects=[Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)]
-        ),
-    ):
-        with pytest.raises(InvalidValueError, match="roller_"):
-            make()
+    weak = Bearings(roller_coulomb=1e-4, roller_break_away=1e-5)
+    with pytest.raises(InvalidValueError, match="roller_"):
+        simulate(PAPER, nu=(0, 0, 0), duration=0, effects=[weak])
 
 
 def test_explain_and_run_say_that_the_compiled_engine_runs(tmp_path):

@@ -2,7 +2,7 @@
  * them comes to 1. The numbered rules are in runtime/omniroll/effects/ground_with_bearings.py. */
 #if SET_STANDS_BOTH_WAYS
 #define USE_ROUNDINGS 64            /* times a use's: of forces that hold                                    */
-#define USE_LIFTS (2*PASSED)        /* of these above 1 is where a step ends                                 */
+#define USE_LIFTS 4                 /* of these above 1 is where a step ends: what is used is let go there   */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
 #define NO_TORQUE 1e-300            /* N m, where no bearing takes anything                                  */
@@ -148,8 +148,8 @@ static double length_to_use(step_t *s, const int wheels, double length)
         rate = 0;
     if (!(rate > 0 || value > 0))
         return length;
-    const double reached = rate > 0 ? s->h - value/rate : s->h/2;
-    if (!(reached < length))
+    const double reached = reached_from(s, value, rate);
+    if (!comes_first(s, reached, length))
         return length;
     s->landing = wheels + s->guards + s->facets + s->own_count;
     s->unsure = rate > 0 ? rounding/rate : 0;
