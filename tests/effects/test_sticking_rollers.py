@@ -8,7 +8,6 @@ import pytest
 
 from omniroll import (
     Bearings,
-    Contact,
     Instruments,
     InvalidValueError,
     Slope,

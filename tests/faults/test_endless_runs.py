@@ -270,7 +270,8 @@ def test_a_price_is_not_measured_on_a_run_without_end(explained_scene, monkeypat
     monkeypatch.setattr(allowances, "LONGEST", 0.1)
     motor = "[drive]\nvoltage = 2.0\ntorque_constant = 12\nresistance = 2.0\n"
     found = explained_scene(f"engine = 'python'\n{motor}")
-    assert [(price["effect"], price["microseconds"]) for price in found["prices"]] == [("Motor", None), ("Contact", None)]
+    known = [(price["effect"], price["microseconds"]) for price in found["prices"]]
+    assert known == [("Motor", None), ("Contact", None)]
     assert "it takes more than 0.1 s: Motor has a time constant of" in found["left_out"][0]
 
 
