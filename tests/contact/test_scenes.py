@@ -128,6 +128,7 @@ def test_shipped_scenes_do_what_they_say(name, modes, tmp_path):
         rows = list(csv.DictReader((tmp_path / "slip.csv").open()))
         assert [float(row["load_3"]) for row in rows] == run.ground_load[:, 2].tolist()
         assert (run.ground_load[:, 2] == 0).any() and run.ground_load[-1, 2] > 0
+        assert np.array_equal(slip_map.lifted(run)[:-1], run.ground_load[:-1] == 0)
     assert abs(run.ledger.residual) <= 1e-9 * sum(map(abs, run.ledger.contributions.values()))
 
 

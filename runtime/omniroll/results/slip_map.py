@@ -34,6 +34,14 @@ def tracks(run: Trajectory, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return samples.pose[:, None, :2] + turned, np.linalg.norm(samples.slip, axis=-1)
 
 
+def lifted(run: Trajectory) -> np.ndarray:
+    """(T, N) bool: contacts without load from each row on; none where loads do not follow the motion."""
+    drives = run.effects.drives()
+    if "carries" not in drives:
+        return np.zeros((len(run), run.vehicle.wheels), bool)
+    return run.drive[:, drives.index("carries")] < 0.5
+
+
 def draw(run: Trajectory, title: str, path: Path) -> Path:
     """Write the picture of a run of wheels that may slip as PNG."""
     import matplotlib
@@ -52,11 +60,14 @@ def draw(run: Trajectory, title: str, path: Path) -> Path:
         ground = figure.add_subplot(grid[:, 0])
         _draw_tracks(ground, place, speed, run.vehicle.wheels, scale)
         figure.colorbar(scale, ax=ground, label="slip, m/s", shrink=0.8)
-        first = None
+        first, off = None, lifted(run)
         for wheel in range(wheels):
             axis = figure.add_subplot(grid[wheel, 1], sharex=first)
             first = first or axis
             _draw_slip(axis, times, speed[:, wheel], wheel, is_last=wheel == wheels - 1)
+            _draw_lifts(axis, run.t, off[:, wheel])
+            said = "; grey: it sticks" + "; red: no load" * bool(off.any()) if wheel == 0 else ""
+            axis.set_title(f"wheel {wheel + 1}: slip, m/s{said}")
             axis.set_ylim(0, 1.05 * fastest)
         figure.suptitle(title, x=0.01, ha="left")
         return pictures.save(figure, path)
@@ -85,8 +96,13 @@ def _draw_slip(axis: "Axes", times: np.ndarray, speed: np.ndarray, wheel: int, i
     none = speed <= STILL * max(speed.max(), 1.0)
     axis.fill_between(times, 0, 1, where=none, step="post", color="#e8e8e8", transform=axis.get_xaxis_transform())
     axis.plot(times, speed, color=TINTS[wheel % len(TINTS)])
-    axis.set_title(f"wheel {wheel + 1}: slip, m/s" + ("; grey: it sticks" if wheel == 0 else ""))
     if is_last:
         axis.set_xlabel("t, s")
     else:
         axis.tick_params(labelbottom=False)
+
+
+def _draw_lifts(axis: "Axes", times: np.ndarray, lifted: np.ndarray) -> None:
+    """The background is red where a contact, (T,) bool in rows, has no load."""
+    across = axis.get_xaxis_transform()
+    axis.fill_between(times, 0, 1, where=lifted, step="post", color="#f2d4d0", transform=across)
