@@ -293,6 +293,29 @@ static int carries_at_rest(omniroll_run_t *run, const work_t *work, const int *r
     put_carrying(run);
     return found;
 }
+
+/* Loads for the modes that contacts have now: 1 where they are those of before, 0 where not, -1 where there are none. */
+static int loads_settle(omniroll_run_t *run, const work_t *work, const int *rests, const double *before)
+{
+    double changed = 0;
+    int holds[MOST_WHEELS];
+    for (int i = 0; i < run->wheels; i++)
+        holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
+    if (!decide_carrying_beside(run, work, holds, rests))
+        return -1;
+    for (int i = 0; i < run->wheels; i++)
+        changed = fmax(changed, fabs(run->grips[i].load - before[i]));
+    return changed <= LOADS_SETTLED*run->ground.weight;
+}
+
+/* Modes and loads do not find each other. */
+static int refuse_unsettled(omniroll_run_t *run, const work_t *work)
+{
+    carrying_t last;
+    try_present_set(run, work, &last);
+    fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
+    return 0;
+}
 #endif
 
 #if !SET_STANDS
@@ -345,8 +368,8 @@ static void decide_contacts_in_rounds(omniroll_run_t *run, const work_t *work, c
 static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rests, const int *beyond)
 {
     for (int turn = 0; turn < TURNS; turn++) {
-        double before[MOST_WHEELS], changed = 0;
-        int holds[MOST_WHEELS], resting = 0;
+        double before[MOST_WHEELS];
+        int resting = 0;
         for (int i = 0; i < run->wheels; i++) {
             before[i] = run->grips[i].load;
             resting |= run->grips[i].sticks = run->grips[i].resting;
@@ -354,19 +377,11 @@ static int settle_loads(omniroll_run_t *run, const work_t *work, const int *rest
         put_modes(run);
         if (resting)
             decide_contacts_in_rounds(run, work, beyond);
-        for (int i = 0; i < run->wheels; i++)
-            holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
-        if (!decide_carrying_beside(run, work, holds, rests))
-            return 0;
-        for (int i = 0; i < run->wheels; i++)
-            changed = fmax(changed, fabs(run->grips[i].load - before[i]));
-        if (changed <= LOADS_SETTLED*run->ground.weight)
-            return 1;
+        const int settled = loads_settle(run, work, rests, before);
+        if (settled)
+            return settled > 0;
     }
-    carrying_t now;
-    try_present_set(run, work, &now);
-    fail(run, OMNIROLL_LOADS_UNSETTLED, &now);
-    return 0;
+    return refuse_unsettled(run, work);
 }
 #endif
 

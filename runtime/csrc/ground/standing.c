@@ -8,7 +8,6 @@
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
-    static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     standing_t *const standing = work->standing;
     vector3_t rows[MOST_WHEELS];
     rows_of_wheels(run, work, rows);
@@ -34,10 +33,7 @@ static void stand(omniroll_run_t *run, const work_t *work)
     }
     standing->rows.count = standing->count;
     standing->facet_count = standing->count ? facets_of(&standing->rows, standing->facets) : 0;
-    memcpy(run->hold.directions, any_motion, sizeof any_motion);
-    memset(run->hold.absent, 0, sizeof run->hold.absent);
-    if (standing->count)
-        directions_allowed(&standing->rows, unit, run->hold.directions, run->hold.absent);
+    allow_what_stands(run, &standing->rows);
     turn_own(run, work, 1);
     put_modes(run);
 }
@@ -48,18 +44,12 @@ static void stand(omniroll_run_t *run, const work_t *work)
 static int forbid(omniroll_run_t *run, const work_t *work)
 {
     bearings_t both = {.count = 0};
-    vector3_t rows[MOST_WHEELS], basis[3];
+    vector3_t rows[MOST_WHEELS];
     rows_of_wheels(run, work, rows);
     for (int i = 0; i < run->wheels; i++)
         if (run->grips[i].resting && own_bearings(run)[i].resting)
             memcpy(both.rows[both.count++], rows[i], sizeof rows[i]);
-    if (!both.count)
-        return 0;
-    const int rank = span_of(&both, basis);
-    take_across(rank, (const vector3_t *)basis, run->nu);
-    if (rank == 3)
-        memset(run->nu, 0, sizeof(vector3_t));
-    return 1;
+    return forbid_rates(run, &both);
 }
 
 /* What is zero within rounding rests; the vehicle may rest altogether where some wheels do. */

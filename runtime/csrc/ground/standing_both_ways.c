@@ -45,7 +45,6 @@ static void find_standing(const omniroll_run_t *run, const work_t *work, int res
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
-    static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     standing_t *const standing = work->standing;
     find_standing(run, work, 0, &standing->rows);
     standing->count = 0, standing->most_holding = 0;
@@ -69,10 +68,7 @@ static void stand(omniroll_run_t *run, const work_t *work)
     }
     memset(standing->used_by, 0, sizeof standing->used_by);
     run->hold.count = 1;
-    memcpy(run->hold.directions, any_motion, sizeof any_motion);
-    memset(run->hold.absent, 0, sizeof run->hold.absent);
-    if (standing->count)
-        directions_allowed(&standing->rows, unit, run->hold.directions, run->hold.absent);
+    allow_what_stands(run, &standing->rows);
     turn_own(run, work, 1);
     put_modes(run);
 }
@@ -83,15 +79,8 @@ static void stand(omniroll_run_t *run, const work_t *work)
 static int forbid(omniroll_run_t *run, const work_t *work)
 {
     bearings_t both;
-    vector3_t basis[3];
     find_standing(run, work, 1, &both);
-    if (!both.count)
-        return 0;
-    const int rank = span_of(&both, basis);
-    take_across(rank, (const vector3_t *)basis, run->nu);
-    if (rank == 3)
-        memset(run->nu, 0, sizeof(vector3_t));
-    return 1;
+    return forbid_rates(run, &both);
 }
 
 /* What the rate of a bearing is rounded against at least, in rad/s: what is left of the largest speeds. */

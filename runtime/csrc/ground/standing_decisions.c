@@ -302,27 +302,18 @@ static int settle_standing(omniroll_run_t *run, const work_t *work, const int *r
     asked_t now;
     keep_released(run, &let_go);
     for (int turn = 0; turn < TURNS; turn++) {
-        double before[MOST_WHEELS], changed = 0;
-        int holds[MOST_WHEELS];
+        double before[MOST_WHEELS];
         for (int i = 0; i < run->wheels; i++)
             before[i] = run->grips[i].load;
         put_released(run, &let_go);
         stop_resting_axles(run);
         decide_modes(run, work, &now);
         stand(run, work);
-        for (int i = 0; i < run->wheels; i++)
-            holds[i] = run->grips[i].sticks || (rests[i] && !run->grips[i].carries);
-        if (!decide_carrying_beside(run, work, holds, rests))
-            return 0;
-        for (int i = 0; i < run->wheels; i++)
-            changed = fmax(changed, fabs(run->grips[i].load - before[i]));
-        if (changed <= LOADS_SETTLED*run->ground.weight)
-            return 1;
+        const int settled = loads_settle(run, work, rests, before);
+        if (settled)
+            return settled > 0;
     }
-    carrying_t last;
-    try_present_set(run, work, &last);
-    fail(run, OMNIROLL_LOADS_UNSETTLED, &last);
-    return 0;
+    return refuse_unsettled(run, work);
 }
 
 /* Whether in the modes of the contacts loads and axles determine each other: whether the coupled matrix has a positive

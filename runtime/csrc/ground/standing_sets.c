@@ -17,6 +17,29 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
     }
 }
 
+/* What the rates of wheels that stand, which are zero, leave of nu. */
+static void allow_what_stands(omniroll_run_t *run, const bearings_t *rows)
+{
+    static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    memcpy(run->hold.directions, any_motion, sizeof any_motion);
+    memset(run->hold.absent, 0, sizeof run->hold.absent);
+    if (rows->count)
+        directions_allowed(rows, unit, run->hold.directions, run->hold.absent);
+}
+
+/* Take from nu what makes these rates; whether there are any. */
+static int forbid_rates(omniroll_run_t *run, const bearings_t *rows)
+{
+    vector3_t basis[3];
+    if (!rows->count)
+        return 0;
+    const int rank = span_of(rows, basis);
+    take_across(rank, (const vector3_t *)basis, run->nu);
+    if (rank == 3)
+        memset(run->nu, 0, sizeof(vector3_t));
+    return 1;
+}
+
 #if SET_LOADS
 /* One lane of an instant in which these contacts stick, and axles whose modes are 0. */
 static void stand_in_lane(const omniroll_run_t *run, const work_t *work, const vector3_t *rows, const int *sticks,

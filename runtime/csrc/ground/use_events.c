@@ -1,8 +1,8 @@
 /* Where wheels that stand both ways, or along their axles, give way: the least use of contacts and bearings that hold
  * them comes to 1. The numbered rules are in runtime/omniroll/effects/ground_with_bearings.py. */
 #if SET_STANDS_BOTH_WAYS
-#define USE_ROUNDINGS 64            /* times a use's: of forces that hold                                    */
-#define USE_LIFTS 4                 /* of these above 1 is where a step ends: what is used is let go there   */
+#define USE_ROUNDINGS 64            /* a use is rounded to so many units in the last place: forces that hold */
+#define USE_LIFTS 4                 /* roundings above 1 at which a step ends; what is used up is let go there */
 #define NEAR_USED 1e-6              /* a use that is farther below 1 than this is of no interest             */
 #define USE_SLOPE 1e-6              /* of a step: over this the use's rate is found                          */
 #define NO_TORQUE 1e-300            /* N m, where no bearing takes anything                                  */

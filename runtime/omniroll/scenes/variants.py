@@ -87,6 +87,10 @@ def _speeds(base: Trajectory) -> tuple[float, float]:
     return wheels, rollers
 
 
+def _slope(scene: Scene) -> Slope | None:
+    return next((effect for effect in scene.options.get("effects", ()) if isinstance(effect, Slope)), None)
+
+
 def _on_plane(effect: Effect, slope: Slope | None) -> Effect:
     """The effect on a slope: a ground whose loads follow from gravity has what there is of it across the plane."""
     ground = effect if isinstance(effect, Contact) and slope is not None else None
@@ -119,23 +123,22 @@ def coulomb_ground(scene: Scene) -> Contact | None:
     """The ground on which wheels would slip by Coulomb's friction; None where they may slip already, or cannot."""
     if scene.slips or scene.options.get("roller_model") == "locked":
         return None
-    slope = next((effect for effect in scene.options.get("effects", ()) if isinstance(effect, Slope)), None)
-    return _on_plane(Contact(law="coulomb", friction=scene.tables.get("reactions", {}).get("friction", GRIP)), slope)
+    friction = scene.tables.get("reactions", {}).get("friction", GRIP)
+    return _on_plane(Contact(law="coulomb", friction=friction), _slope(scene))
 
 
 def _other_grounds(scene: Scene, base: Trajectory) -> Iterator[Variant]:
     """Wheels that may slip, under each law; where they may already, under the others, from the same start."""
     given = scene.options.get("effects", ())
     present = next((effect for effect in given if isinstance(effect, Contact)), None)
-    slope = next((effect for effect in given if isinstance(effect, Slope)), None)
     others = tuple(effect for effect in given if effect is not present)
     on = () if present is None else present.kernel_effects()
-    if scene.options.get("roller_model") == "locked":  # says why not, once
+    if scene.options.get("roller_model") == "locked":  # refused; the estimate says why, once for all laws
         yield Variant("contact", f"friction {GRIP:g}", {"effects": (*given, Contact(law="coulomb", friction=GRIP))})
         return
     for effect, setting, numbers in _grounds(scene, _speeds(base)[0] * scene.vehicle.wheel_radius, present):
         if effect not in on:
-            yield Variant(effect, setting, {"effects": (*others, _on_plane(Contact(**numbers), slope))})
+            yield Variant(effect, setting, {"effects": (*others, _on_plane(Contact(**numbers), _slope(scene)))})
 
 
 def _grounds(scene: Scene, fastest: float, present: Contact | None) -> Iterator[tuple[str, str, dict[str, Any]]]:
