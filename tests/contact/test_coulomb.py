@@ -8,6 +8,7 @@ import pytest
 
 from omniroll import Contact, InvalidValueError, Slope, Torque, TorqueTable, Trajectory, Vehicle, simulate
 from omniroll.effects import cones
+from omniroll.kernels.kernel import kernel
 
 pytestmark = pytest.mark.long
 
@@ -201,8 +202,9 @@ def test_behind_a_break_away_a_named_speed_misses_by_its_power_four_fifths(model
 def test_who_exceeds_static_friction_slips_and_the_others_are_asked_again(engine, load, follows):
     """A growing torque asks two wheels for the same force until the first slips, at F = 5 N, with 1 N from then on.
 
-    The other then has to hold 5.37 N, for the vehicle is slower than it rolled, and hardly turns: it lets go at the same
-    instant, in a second round, where its static friction is 5.2 N, and holds where that is 5.4 N. Neither sticks again.
+    The other then has to hold 5.37 N, for the vehicle is slower than it rolled, and hardly turns. It lets go at the
+    same instant, in a second round, where its static friction is 5.2 N, and holds where that is 5.4 N. Neither sticks
+    again.
     """
     vehicle = PAIR.replace(yaw_inertia=1.0)
     radius, inertia, mass = vehicle.wheel_radius, vehicle.wheel_inertia, vehicle.mass
@@ -226,3 +228,24 @@ def test_who_exceeds_static_friction_slips_and_the_others_are_asked_again(engine
     (then,) = instants(run, 1, False)
     assert then == pytest.approx(instant, rel=INSTANT) if follows else then > 1.001 * instant
     assert not instants(run, 0, True).size and not instants(run, 1, True).size
+
+
+@pytest.mark.parametrize("wheels", [1, 2, 3, 6, 8])
+def test_heavy_rollers_make_the_forces_of_sticking_contacts_determinate(wheels):
+    """Each wheel has a rate and its roller an axial speed of its own: 2N rows of the slip, whatever the layout is."""
+    rng = np.random.default_rng(wheels)
+    vehicle = PAPER.replace(
+        wheels=wheels, wheel_angles=tuple(rng.uniform(0, 2 * np.pi, wheels)),
+        wheel_places=tuple(map(tuple, rng.normal(size=(wheels, 2)))),
+    )  # fmt: skip
+    bound = kernel(vehicle, "free", "python", effects=("layout", "contact"))
+    chi = rng.uniform(-1, 1, wheels) * np.pi / vehicle.rollers_per_wheel
+    speeds = np.eye(3 + 2 * wheels)
+    parts = speeds[:, :3], speeds[:, 3 : 3 + wheels], speeds[:, 3 + wheels :]
+    slip, _ = bound.call("slip_forces", parts[0], chi, *parts[1:])
+    rows = slip.reshape(len(speeds), -1).T
+    least = min(vehicle.wheel_radius, vehicle.wheel_radius * np.cos(chi).min() - vehicle.roller_axis_radius)
+    assert rows.shape == (2 * wheels, 3 + 2 * wheels)
+    assert np.linalg.svd(rows, compute_uv=False).min() >= least * (1 - 1e-12) > 0
+    if wheels > 1:  # without these speeds of their own they would not be: a rolling platform has three
+        assert np.linalg.matrix_rank(rows[:, :3]) < 2 * wheels
