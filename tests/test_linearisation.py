@@ -124,6 +124,9 @@ def test_a_regulator_made_from_it_holds_the_speed():
         ({"effects": (Bearings(roller_coulomb=0.1, roller_speed=1.0),)}, "roller_coulomb"),
         ({"outputs": ("speed",)}, "outputs"),
         ({"outputs": 5}, "outputs"),
+        ({"outputs": ("encoder_count",)}, "whole number"),
+        ({"outputs": ("motor_current",)}, "Motor"),
+        ({"place": (1, 2, 3)}, "place"),
         ({"nu": (1, 2)}, "nu"),
         ({"nu": np.zeros((0, 3))}, "nu"),
         ({"nu": np.zeros((2, 3)), "pose": np.zeros((3, 3))}, "nu"),
@@ -161,6 +164,85 @@ def test_so_they_are_where_rollers_end_in_sharp_tips(model, effects):
     sharp = replace(VEHICLE, roller_axis_radius=joint * (1 - 1e-6))
     assert omniroll.kernel(sharp, model, "python").sharp
     check_beside(sharp, model, effects)
+
+
+READ = ("wheel_rate", "wheel_angle", "net_torque", "gyro", "accelerometer", "odometry")
+LIMITED = replace(MOTOR, voltage=(0.5, 40, -40), current_limit=2.0)
+DRIVEN = {
+    "torque": (FRICTION, Torque((0.01, 0.02, -0.01))),
+    "motor": (MOTOR,),
+    "motor on a slope": (Slope(angle=0.2, direction=0.3), MOTOR, FRICTION),
+    "motors at their limits": (LIMITED,),
+}
+PLACE = (0.05, -0.02)
+
+
+def with_signal(effects, moved):
+    """The effects with what drives moved by (3,) voltages or torques."""
+    drive = next(effect for effect in effects if isinstance(effect, Motor | Torque))
+    name = "voltage" if isinstance(drive, Motor) else "torque"
+    other = replace(drive, **{name: np.asarray(getattr(drive, name)) + moved})
+    return tuple(other if effect is drive else effect for effect in effects)
+
+
+def read_of(state, effects, names):
+    """What a session's instruments read a moment after the start; its odometry, the pose."""
+    session = omniroll.Session(VEHICLE, **state, effects=effects, driven=False)
+    session.step(1e-13)
+    read = session.measure(omniroll.Instruments(place=PLACE)) | {"odometry": session.pose}
+    return np.concatenate([np.ravel(read[name]) for name in names])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model", ["massless", "locked", "free"])
+@pytest.mark.parametrize("effects", DRIVEN.values(), ids=DRIVEN)
+def test_outputs_are_what_instruments_read(model, effects):
+    """Values, and C and D together: readings of states and inputs a little to both sides, along random ways."""
+    motors = any(isinstance(effect, Motor) for effect in effects)
+    names = READ + (("motor_current", "motor_voltage") if motors else ())
+    if model == "free":
+        effects = tuple(e if e is not FRICTION else Bearings(wheel_viscous=1e-3, roller_viscous=1e-5) for e in effects)
+    state, rng = point(model), np.random.default_rng(3)
+    model_ = linearise(VEHICLE, **state, effects=effects, outputs=names, place=PLACE)
+    assert model_.outputs_at == pytest.approx(read_of(state, effects, names), rel=1e-9, abs=1e-11)
+    assert len(model_.outputs) == len(model_.C) == len(model_.D)
+    for _ in range(4):
+        step = {name: 1e-5 * rng.normal(size=np.shape(state[name])) for name in state if name != "roller_model"}
+        signal = 1e-5 * rng.normal(size=3)
+        ends, read = [], []
+        for side in (-1, 1):
+            beside = state | {name: state[name] + side * own for name, own in step.items()}
+            driven = with_signal(effects, side * signal)
+            ends.append(linearise(VEHICLE, **beside, effects=driven))
+            read.append(read_of(beside, driven, names))
+        foretold = model_.C @ (ends[1].state - ends[0].state) + model_.D @ (ends[1].input - ends[0].input)
+        for name in names:
+            rows = [k for k, own in enumerate(model_.outputs) if own.split("[")[0] == name]
+            found = (read[1] - read[0])[rows]
+            assert foretold[rows] == pytest.approx(found, abs=1e-6 * np.abs(found).max() + 2e-13), name
+
+
+def test_a_motor_at_its_limit_reads_the_limit_whatever_its_voltage():
+    model = linearise(VEHICLE, nu=(0, 0, 0), effects=(LIMITED,), outputs=("motor_current", "motor_voltage"))
+    assert model.outputs_at[:3] == pytest.approx([0.5 / 1.5, 2, -2], rel=1e-14)
+    assert np.diag(model.D[:3]) == pytest.approx([1 / 1.5, 0, 0]) and not model.D[1:3].any()
+    assert model.outputs_at[3:] == pytest.approx([0.5, 3, -3], rel=1e-14)
+
+
+def test_python_control_takes_it_with_all_names():
+    control = pytest.importorskip("control")
+    model = linearise(VEHICLE, effects=(MOTOR,), outputs=("motor_current", "accelerometer", "odometry"), place=PLACE)
+    for step, own in ((0, model), (0.02, model.discrete(0.02))):
+        system = own.to_control()
+        assert system.dt == step and (system.A == own.A).all() and (system.D == own.D).all() and system.D.any()
+        assert tuple(system.state_labels) == own.states and tuple(system.output_labels) == own.outputs
+        assert isinstance(system, control.StateSpace) and tuple(system.input_labels) == own.inputs
+
+
+def test_parallel_axles_have_no_odometry():
+    cart = Vehicle.paper(4, 5).replace(wheel_angles=(np.pi / 2,) * 4, wheel_places=((1, 1), (-1, 1), (-1, -1), (1, -1)))
+    with pytest.raises(InvalidValueError, match="odometry"):
+        linearise(cart, outputs=("odometry",))
 
 
 def check_beside(vehicle, model, effects):

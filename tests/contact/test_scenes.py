@@ -117,15 +117,18 @@ def test_numbers_that_no_ground_has_are_named(written, contact, key):
         ("hard-stop", {(1, 0, 1, 0), (1, 0, 0, 0), (1, 1, 1, 1)}),
     ],
 )
-def test_shipped_scenes_do_what_they_say(name, modes, tmp_path):
+def test_shipped_scenes_do_what_they_say(name, modes, tmp_path, capsys):
     """Wheels spin and grip again; two let go on the ramp for good; one is off and comes back. Pictures are drawn."""
     path = Path(__file__).parents[2] / "scenes" / f"{name}.toml"
     assert cli.main(["run", str(path), "--output", str(tmp_path), "--plot"]) == 0
     run = omniroll.Trajectory.load(tmp_path / "trajectory.npz")
     assert modes <= {tuple(row) for row in run.sticks.astype(int)} and (tmp_path / "slip.png").stat().st_size > 10_000
     assert run.sticks[-1].all() == (name != "ramp-lets-go")
+    rows = list(csv.DictReader((tmp_path / "slip.csv").open()))
+    modes_in_file = [[int(row[f"sticks_{i}"]) for i in range(1, run.vehicle.wheels + 1)] for row in rows]
+    assert modes_in_file == run.sticks.tolist()
+    assert f"  slip on the ground {run.ledger.contributions['ground_loss']:.6e}\n" in capsys.readouterr().out
     if name == "hard-stop":
-        rows = list(csv.DictReader((tmp_path / "slip.csv").open()))
         assert [float(row["load_3"]) for row in rows] == run.ground_load[:, 2].tolist()
         assert (run.ground_load[:, 2] == 0).any() and run.ground_load[-1, 2] > 0
         assert np.array_equal(slip_map.lifted(run)[:-1], run.ground_load[:-1] == 0)

@@ -9,6 +9,7 @@ from omniroll import Bearings, Contact, InvalidValueError, Motor, Slope, Vehicle
 from omniroll.kernels.kernel import kernel
 from omniroll.results.comparison import distance_at
 
+TOGETHER = 0.00562787126614158  # rad, of docs/ground_contact.py
 PAPER = Vehicle.paper()
 # Two wheels that face each other: what moves the vehicle across their axles, or along them, does not turn it.
 PAIR = Vehicle.paper(2, 5).replace(wheel_angles=(0.0, np.pi))
@@ -86,6 +87,27 @@ def test_rolling_with_impact_is_the_limit_of_a_strong_ground():
     assert slope == pytest.approx(-1.0, abs=0.02)
     assert distances["impact"][-1] < 1e-6 and distances["smooth"].min() > 0.02
     assert_forces_are_those_of_rolling(runs[-1])
+
+
+def test_wheels_that_switch_together_stay_a_little_off_the_joint_projection():
+    """Two wheels that turn in opposite directions, and whose switches the impact law projects together: with slip they
+    come one after the other by a time as long as the spin-up. Their start is where rolling brings both to a joint."""
+
+    def motion(by=0.0, **options):
+        start = {"nu": (1.0, 0.35, 0.6), "chi": (0.0, TOGETHER + by, 0.0)}
+        return simulate(PAPER, **start, duration=0.5, control=False, **options)
+
+    joint, one, other = (motion(by, accuracy=1e-14) for by in (0.0, 1e-9, -1e-9))
+    assert len(set(joint.switches.t)) == 1 and joint.switches.direction.tolist() == [1, -1]
+    assert len(set(one.switches.t)) == len(set(other.switches.t)) == 2
+    found = []
+    for coefficient in (1e4, 1e5, 1e6):
+        slips = motion(accuracy=1e-11, effects=[Contact(coefficient)]).nu[-1]
+        to_joint, to_one, to_other = (np.abs(slips - run.nu[-1]).max() for run in (joint, one, other))
+        assert to_joint < 2e-6 and to_one > 2e-5 and to_other > 2e-5
+        found.append(slips)
+    stays = np.abs(found[-1] - joint.nu[-1]).max()
+    assert stays > 5e-7 and np.abs(found[-1] - found[-2]).max() < 0.2 * stays
 
 
 def assert_forces_are_those_of_rolling(run):

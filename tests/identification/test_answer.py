@@ -207,6 +207,15 @@ def test_the_command(scene, columns, tmp_path, capsys):
     assert re.search(r"mass +2\.[45]\d+  95 %: 2\.\d+ \.\.\. 2\.\d+", printed)
     assert (tmp_path / "out/residuals.png").read_bytes()[:4] == b"\x89PNG"
     assert omniroll.load_scene(tmp_path / "out/fitted.toml").vehicle.mass == pytest.approx(TRUE["mass"], rel=0.05)
+    assert cli.main([*call, ",".join(TRUE), "--bounds", "mass=:2.3"]) == 0
+    assert 2.299 < float(re.search(r"mass +(\S+)", capsys.readouterr().out)[1]) <= 2.3
+    assert cli.main([*call, "mass", "--priors", "mass=2.4:1e-6", "--bounds", "mass=2:"]) == 0
+    assert float(re.search(r"mass +(\S+)", capsys.readouterr().out)[1]) == pytest.approx(2.4, abs=1e-4)
+    for given, words in (
+        ("--bounds", "mass=2"), ("--bounds", "mass=a:b"), ("--priors", "mass=2.4:"), ("--priors", "gyro_bias=0:1"),
+    ):  # fmt: skip
+        assert cli.main([*call, "mass", given, words]) == 2
+        assert given in capsys.readouterr().err
     path.write_text(path.read_text().replace("gyro", "compass"))
     assert cli.main([*call, "mass"]) == 2
     assert "drive.csv:1: compass: no such reading" in capsys.readouterr().err
@@ -225,6 +234,11 @@ def test_the_command(scene, columns, tmp_path, capsys):
 def test_numbers_that_cannot_be(scene, columns, free, words):
     with pytest.raises(omniroll.InvalidValueError, match=words):
         omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns), free)
+
+
+def test_options_that_a_run_does_not_have(scene, columns):
+    with pytest.raises(omniroll.InvalidValueError, match="noise = .*is no argument of a fit"):
+        omniroll.fit(omniroll.load_scene(scene), omniroll.Log(columns), ["mass"], noise={"gyro": 0.1})
 
 
 @pytest.mark.parametrize("factor, unit", [(180 / np.pi, "deg/s"), (30 / np.pi, "rpm")])

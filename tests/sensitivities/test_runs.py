@@ -1,6 +1,7 @@
 """Sensitivities of runs against differences of runs, over switches of both laws and with each effect."""
 
 import pickle
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from omniroll import (
     Torque,
     TorqueTable,
 )
+from omniroll.kernels.kernel import kernel
 from tests.sensitivities.differences import START, VEHICLE, Case, derivative, differenced, motion
 
 # How much each number is changed; its size times about 1e-4.
@@ -184,6 +186,40 @@ def test_effects_that_are_not_followed_are_refused():
     own = FunctionController(lambda t, measured: (0.0, 0.0, 0.0), 0.1)
     with pytest.raises(InvalidValueError, match="not followed"):
         Case("free", effects=(own,)).run(sensitivities=("mass",))
+
+
+def from_rest(proportional, integral, limit, **options):
+    """One sample of a controller, whose output is held; the vehicle starts at rest."""
+    loop = Controller(target=(1, 0, 0.5), proportional=proportional, integral=integral, sample_time=0.5, limit=limit)
+    return Case("locked", start={"nu": (0.0, 0.0, 0.0)}, effects=(loop,), duration=0.5).run(**options)
+
+
+def test_an_output_at_its_limit_is_a_kink_and_says_so():
+    """The fastest wheel's output is just not cut off: a larger gain does nothing to it, a smaller one does."""
+    largest = np.abs(kernel(VEHICLE, "locked", "python").wheel_speeds(np.array([1, 0, 0.5]))).max()
+    gain, change = 1e-3, 1e-7
+    with pytest.warns(OneSidedWarning, match="a controller's output is at its limit, at t = 0.0, wheels 2"):
+        run = from_rest(gain, 0, gain * largest, sensitivities=("proportional", "mass"))
+    beside = {
+        side: (from_rest(gain + side * change, 0, gain * largest).nu[-1] - run.nu[-1]) / (side * change)
+        for side in (1, -1)
+    }
+    own = run.sensitivity("proportional").nu[-1]
+    assert own == pytest.approx(beside[1], rel=1e-3, abs=1e-4 * np.abs(own).max())
+    assert np.abs(beside[-1] - own).max() > 0.3 * np.abs(own).max()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        from_rest(gain, 0, 0.9 * gain * largest, sensitivities=("proportional",))
+        from_rest(gain, 0, gain * largest, sensitivities=("mass",))  # which moves no output of a vehicle at rest
+
+
+def test_an_output_at_its_limit_that_stops_an_integral_has_no_derivative():
+    largest = np.abs(kernel(VEHICLE, "locked", "python").wheel_speeds(np.array([1, 0, 0.5]))).max()
+    gain, integral = 1e-3, 1e-4
+    limit = (gain + 0.5 * integral) * largest
+    with pytest.raises(NoDerivativeError, match="its integral goes on") as caught:
+        from_rest(gain, integral, limit, sensitivities=("proportional",))
+    assert caught.value.t == 0 and caught.value.wheels == (2,)
 
 
 def test_a_trajectory_that_was_not_asked_says_so_and_one_that_was_can_be_pickled():

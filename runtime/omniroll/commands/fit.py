@@ -2,12 +2,16 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from shtab import DIRECTORY, FILE
 
 from omniroll import extras
 from omniroll.errors import InvalidValueError
 from omniroll.scenes import load_scene
+
+if TYPE_CHECKING:
+    from omniroll.identification.model import Number
 
 SUMMARY = "fit numbers of a scene to logs; write the scene with the fitted numbers, and pictures of what is left over"
 
@@ -24,6 +28,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--free", required=True, metavar="NAMES", help="the numbers that are sought: mass,wheel_viscous,gyro_bias"
     )
+    parser.add_argument(
+        "--bounds", nargs="*", default=[], metavar="NAME=LEAST:MOST",
+        help="of numbers that are sought, each end may be left out: mass=2:2.6 yaw_inertia=0.01:",
+    )  # fmt: skip
+    parser.add_argument(
+        "--priors", nargs="*", default=[], metavar="NAME=MEAN:DEVIATION",
+        help="what is known of numbers besides the logs: mass=2.4:0.05",
+    )  # fmt: skip
     parser.add_argument(
         "--noise", nargs="*", default=[], metavar="NAME=X",
         help="standard deviation of a reading's noise: gyro=0.01; default: the scene's, or what the fit leaves over",
@@ -55,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     noise = dict(map(_named, arguments.noise))
     readings = None if arguments.readings is None else _names(arguments.readings)
     logs = [Log.read(path, noise=noise, drive=arguments.drive, readings=readings) for path in arguments.logs]
-    found = fit(scene, logs, _names(arguments.free), loss=arguments.loss)
+    found = fit(scene, logs, _numbers(arguments), loss=arguments.loss)
     folder = arguments.output or Path("out/fit") / scene.name
     folder.mkdir(parents=True, exist_ok=True)
     files = [found.save(folder / "fitted.toml")]
@@ -70,6 +82,36 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
+
+
+def _numbers(arguments: argparse.Namespace) -> "list[Number]":
+    """The numbers that are sought, with their bounds and priors."""
+    from omniroll.identification.model import Number
+
+    names = _names(arguments.free)
+    bounds = dict(_pair("--bounds", text, "LEAST:MOST") for text in arguments.bounds)
+    priors = dict(_pair("--priors", text, "MEAN:DEVIATION") for text in arguments.priors)
+    for option, given in (("--bounds", bounds), ("--priors", priors)):
+        for name in given:
+            if name not in names:
+                raise InvalidValueError(option, name, "must be of a number that --free has")
+    if lacking := [name for name, prior in priors.items() if None in prior]:
+        raise InvalidValueError("--priors", lacking[0], "must have a mean and a deviation")
+    return [
+        Number(name, least=least, most=most, prior=priors.get(name))
+        for name, (least, most) in ((name, bounds.get(name, (None, None))) for name in names)
+    ]
+
+
+def _pair(option: str, text: str, form: str) -> tuple[str, tuple[float | None, float | None]]:
+    name, _, ends = text.partition("=")
+    first, colon, second = ends.partition(":")
+    try:
+        if colon:
+            return name, (float(first) if first else None, float(second) if second else None)
+    except ValueError:
+        pass
+    raise InvalidValueError(option, text, f"must be NAME={form}, in numbers")
 
 
 def _named(text: str) -> tuple[str, float]:

@@ -28,6 +28,7 @@ EXAMPLES = (
     ("omniroll run scenes/robot-soccer-kit.toml --view", "and the run moving in the browser"),
     ("omniroll --import my_controllers run scene.toml", "with controllers that a module registers"),
 )
+WIDTH = 1 + max(map(len, WORDS.values()))  # of the words for a ledger's entries
 DELAY = 1.0  # s of work before a bar is shown
 PARTS = 10.0  # s of work after which what has been done is kept
 
@@ -115,7 +116,7 @@ def text(outcome: Outcome) -> str:
         f"{'':<12}nu " + ", ".join(f"{value:.6g}" for value in summary["nu"]) + " 1/s",
         "",
         f"{'energy':<12}J",
-        *(f"  {WORDS.get(name, name):<18}{value: .6e}" for name, value in summary["energy"].items()),
+        *(f"  {WORDS.get(name, name):<{WIDTH}}{value: .6e}" for name, value in summary["energy"].items()),
         *_reactions(summary["reactions"]),
     ]
     return "\n".join(lines)

@@ -4,6 +4,7 @@ It goes along the run a second time: the samples of its controllers are taken ag
 """
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -14,7 +15,7 @@ from omniroll.effects.motor import Motor
 from omniroll.effects.numbers import spread
 from omniroll.effects.torque import Torque, TorqueTable
 from omniroll.engine.motion import Columns
-from omniroll.errors import InvalidValueError
+from omniroll.errors import InvalidValueError, NoDerivativeError, OneSidedWarning
 from omniroll.generated.python import parts
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -208,6 +209,7 @@ class _Sampling:
     def __init__(self, controller: Controller, bound: TangentKernel, given: Mapping, start_time: float):
         wheels = bound.wheels
         self.controller, self.bound, self.signal = controller, bound, controller.output
+        self.start_time = start_time
         self.target = _Curve(controller, "target", 3, given, *bound.columns, start_time)
         self.gains = [
             with_tangent(
@@ -228,7 +230,25 @@ class _Sampling:
         arguments = (np.moveaxis(values, -1, 0) for values in (error, self.sum, *self.gains))
         found = parts.controller_sample(self.bound.wheels, 0, *arguments, self.controller.sample_time)
         summed, output = (np.stack(values, axis=-1) for values in found)
-        clipped = np.abs(output.real) > self.limit
+        clipped = self._clipped(output, summed)
         self.output = np.where(clipped, np.sign(output.real) * self.limit, output)
         self.sum = np.where(clipped, self.sum, summed)
         self.samples += 1
+
+    def _clipped(self, output: np.ndarray, summed: np.ndarray) -> np.ndarray:
+        """(P, W) outputs that are cut off; of one that is just at the limit, where the number makes it larger.
+
+        Warns of such a kink. Raises NoDerivativeError where the integral, which a cut stops, has a part in outputs.
+        """
+        size, moved = np.abs(output.real), tangent_of(output) * np.sign(output.real)
+        at_limit = (np.abs(size - self.limit) <= ROUNDINGS * EPS * self.limit) & (moved != 0)
+        if not at_limit.any():
+            return size > self.limit
+        t, (wheels,) = float(self.start_time + self.next_time()), np.nonzero(at_limit.any(axis=0))
+        sums = (summed.real != self.sum.real) & (self.gains[1] != 0)
+        if (at_limit & sums).any():
+            reason = "a controller's output is at its limit: beside the run it is cut off, or its integral goes on"
+            raise NoDerivativeError(reason, t=t, wheels=tuple(map(int, wheels)))
+        text = f"a controller's output is at its limit, at t = {t!r}, wheels {', '.join(map(str, wheels))}"
+        warnings.warn(OneSidedWarning(f"{text}: the derivatives are those for numbers that grow"), stacklevel=2)
+        return np.where(at_limit, moved > 0, size > self.limit)

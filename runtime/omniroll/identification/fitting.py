@@ -19,6 +19,7 @@ from omniroll.results.measurements import Instruments
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
+ARGUMENTS = ("nu", "chi", "spins", "pose", "start_time", "roller_model", "switching", "engine", "memory", "effects")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")  # of scipy.optimize.least_squares
 HALF_STEP = 12**-0.5  # standard deviation of what rounding to whole steps leaves out, in steps
 ROUNDS = 3  # of fits, each with the noise that the one before it has left over
@@ -51,7 +52,8 @@ def fit(
                  ago) + bias, within 0.2 s
     loss         "linear", or for logs with outliers one of "soft_l1", "huber", "cauchy", "arctan"
     instruments  Instruments, for their places, counts and noise; those of the scene where they are not given
-    options      arguments of omniroll.simulate in the place of the scene's; of a Vehicle, nu and what else it needs
+    options      arguments of omniroll.simulate in the place of the scene's: start, roller_model, switching, effects,
+                 engine, memory
 
     A first guess by linear least squares over the equations of motion is taken where it reads better than the
     model as it is. Then scipy.optimize.least_squares makes the weighted residuals small, with the derivatives of runs.
@@ -100,6 +102,7 @@ def _model(what: Scene | Vehicle, instruments: Instruments | None, options: Mapp
         raise InvalidValueError("what", what, "must be a Scene or a Vehicle")
     if instruments is not None and not isinstance(instruments, Instruments):
         raise InvalidValueError("instruments", instruments, "must be omniroll.Instruments")
+    validation.known(options, ARGUMENTS, "a fit")
     own = instruments or (what.instruments() if is_scene else None) or Instruments()
     options = (dict(what.options) if is_scene else {"nu": (0, 0, 0)}) | options
     validation.real("start_time", options.get("start_time", 0.0))

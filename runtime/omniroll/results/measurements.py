@@ -193,13 +193,18 @@ def _felt(bound: Kernel, effects: EffectSet, moments: Moments, place: tuple[floa
     return np.stack(np.broadcast_arrays(*felt), axis=-1)
 
 
+def axles_tell_all(bound: Kernel) -> bool:
+    """Whether the wheels' rates determine nu, so that there is odometry."""
+    return np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) == 3
+
+
 def reckoned(vehicle: Vehicle, start: np.ndarray, counts: np.ndarray, instruments: Instruments) -> np.ndarray | None:
     """(T, 3) the pose by dead reckoning from the encoders' counts (T, N), the first at the pose `start`.
 
     None where the wheels do not tell all of the motion.
     """
     bound = kernel(vehicle, "massless", "python")
-    if np.linalg.matrix_rank(bound.wheel_speeds(np.eye(3))) < 3:
+    if not axles_tell_all(bound):
         return None
     turns = np.diff(counts, axis=0) * (2 * math.pi / instruments.counts_per_turn)
     ways = bound.nu_from_wheels(turns)

@@ -194,12 +194,15 @@ def _write_impulses(at_switches: Impulses, path: Path) -> None:
 
 def _write_slip(trajectory: Trajectory, path: Path) -> None:
     wheels = range(1, trajectory.vehicle.wheels + 1)
-    columns = ("slip_axle", "slip_rolling", "force_axle", "force_rolling", "loss")
-    slip, force, loss = trajectory.slip, trajectory.ground_force, trajectory.quantity("ground_loss")
-    parts = [trajectory.t, slip[..., 0], slip[..., 1], force[..., 0], force[..., 1], loss]
-    if trajectory.ground_load is not None:
-        columns, parts = (*columns, "load"), [*parts, trajectory.ground_load]
-    _write_table(path, ["t", *(f"{name}_{i}" for name in columns for i in wheels)], _rows(parts))
+    slip, force, sticks = trajectory.slip, trajectory.ground_force, trajectory.sticks
+    columns = {
+        "slip_axle": slip[..., 0], "slip_rolling": slip[..., 1], "force_axle": force[..., 0],
+        "force_rolling": force[..., 1], "loss": trajectory.quantity("ground_loss"), "load": trajectory.ground_load,
+        "sticks": None if sticks is None else sticks.astype(int),
+    }  # fmt: skip
+    columns = {name: column for name, column in columns.items() if column is not None}
+    names = ["t", *(f"{name}_{i}" for name in columns for i in wheels)]
+    _write_table(path, names, _rows([trajectory.t, *columns.values()]))
 
 
 def _write_samples(parts: Iterable[Trajectory], times: np.ndarray, path: Path, instruments: Instruments | None) -> None:

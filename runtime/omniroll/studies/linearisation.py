@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from omniroll import extras
 from omniroll.effects.controller import Controller
 from omniroll.effects.effect import Effect, Modal
-from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.effects.effect_set import DRIVES, EffectRun, EffectSet
 from omniroll.effects.function_controller import FunctionController
 from omniroll.effects.guards import Guards
 from omniroll.effects.linear_loop import held
@@ -24,7 +24,9 @@ from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
 from omniroll.results.accelerations import call_named
+from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
+from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
 from omniroll.validation import choice, positive, trailing
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
@@ -103,6 +105,7 @@ def linearise(
     roller_model: str | None = None,
     effects: Sequence[Effect] | None = None,
     outputs: Sequence[str] = OUTPUTS,
+    place: ArrayLike = (0, 0),
 ) -> LinearModel:
     """The linear model of a vehicle or a scene near a state.
 
@@ -115,7 +118,10 @@ def linearise(
     effects       what acts on the vehicle, with its numbers at the start: the torques and voltages there are u0. A
                   controller is left out, since its output is an input of the model; without any drive the inputs are
                   torques
-    outputs       of "nu", "chi", "pose", "wheel_rates", "yaw_rate"
+    outputs       of "nu", "chi", "pose", "wheel_rates", "yaw_rate", and of the readings of ideal instruments that
+                  omniroll.vocabulary.MEASUREMENTS has: "wheel_angle", "wheel_rate", "net_torque", "motor_current",
+                  "motor_voltage", "gyro", "accelerometer", "odometry", of encoders that count without steps
+    place         (2,) in m, of the accelerometer in the platform's frame
 
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
@@ -140,13 +146,19 @@ def linearise(
     if isinstance(outputs, str) or not isinstance(outputs, Sequence):
         raise InvalidValueError("outputs", outputs, "must be a sequence of names")
     for name in outputs:
-        choice("outputs", name, OUTPUTS)
+        if name in WHOLE:
+            raise InvalidValueError("outputs", name, "jumps from one whole number to the next, and has no slope")
+        choice("outputs", name, (*OUTPUTS, *READINGS))
+    instruments = Instruments(place=place)
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
     bound = acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+    if "odometry" in outputs and not axles_tell_all(bound):
+        raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
     points = _points(bound, given)
-    models = [_near(bound, acting, given.get("start_time", 0), *point, tuple(outputs)) for point in points.flat]
+    asked_of = (instruments, tuple(outputs))
+    models = [_near(bound, acting, given.get("start_time", 0), *point, *asked_of) for point in points.flat]
     return _together(models, points.shape)
 
 
@@ -204,6 +216,7 @@ def _near(
     chi: np.ndarray,
     pose: np.ndarray,
     momenta: np.ndarray | None,
+    instruments: Instruments,
     wanted: tuple[str, ...],
 ) -> LinearModel:
     """The model of one state."""
@@ -230,16 +243,25 @@ def _near(
     slope = 1.0 if modal is None else _torque_per_signal(modal)
     B = np.zeros((len(A), bound.wheels))
     B[layout["nu"]] = found["nu_dot_by_torque"].T * slope
-    rows = {
-        **{name: np.eye(len(A))[layout[name]] for name in ("nu", "chi", "pose")},
-        "wheel_rates": A[layout["chi"]],
-        "yaw_rate": A[layout["pose"]][2:],
-    }
-    values = {"nu": nu, "chi": chi, "pose": pose, "wheel_rates": rates["chi"], "yaw_rate": rates["pose"][2:]}
-    C = np.concatenate([rows[name] for name in wanted]) if wanted else np.zeros((0, len(A)))
+    by_state_and_input = np.hstack([A, B])  # of the rates
+    slopes = {name: np.eye(len(A), len(A) + bound.wheels)[layout[name]] for name in ("nu", "chi", "pose")}
+    values = parts | {"wheel_rates": rates["chi"], "yaw_rate": rates["pose"][2:]}
+    rows = slopes | {
+        "wheel_rates": by_state_and_input[layout["chi"]], "yaw_rate": by_state_and_input[layout["pose"]][2:],
+    }  # fmt: skip
+    if readings := [name for name in wanted if name in READINGS]:
+        known = {name: parts[name] for name in slopes} | {"nu_dot": rates["nu"]}
+        known |= {name: signals[name] for name in DRIVES if name in signals}
+        slopes["nu_dot"] = by_state_and_input[layout["nu"]]
+        slopes["torque"] = np.hstack([np.zeros((bound.wheels, len(A))), np.eye(bound.wheels) * slope])
+        read, by = readings_near(bound, acting, known, slopes, instruments, readings)
+        values, rows = values | read, rows | by
+    if lacking := [name for name in wanted if name not in rows]:
+        raise InvalidValueError("outputs", lacking[0], "asks for a Motor as the only drive")
+    C, D = np.split(np.concatenate([np.zeros((0, B.shape[1] + len(A))), *(rows[name] for name in wanted)]), [len(A)], 1)
     signal = "torque" if modal is None else modal.signal
     return LinearModel(
-        A, B, C, np.zeros((len(C), bound.wheels)),
+        A, B, C, D,
         rates=layout.joined(rates),
         outputs_at=np.concatenate([values[name] for name in wanted] or [np.zeros(0)]),
         state=layout.joined(parts),
