@@ -38,6 +38,7 @@ typedef struct {
 #if SET_STANDS_BOTH_WAYS
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
+    double *shared_system;          /* of the turns of slips at the nodes that are found together             */
 #endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
@@ -154,6 +155,7 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #endif
 #if SET_STANDS_BOTH_WAYS
     lay_out_standing(work, &parts, wheels, own);
+    work->shared_system = numbers_part(&parts, (long long)NODES*wheels*(NODES*wheels + 1));
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);

@@ -231,6 +231,8 @@ typedef struct {
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
 #endif
 #if SET_STANDS_BOTH_WAYS
+    double *shared_system;                      /* scratch of shared_directions.c                            */
+    int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
 #endif
@@ -251,6 +253,19 @@ typedef struct {
     double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
 #endif
 } step_t;
+
+#if SET_GRIPS
+/* Whether the directions of a contact have been found together with others in the last sweep. */
+ALWAYS_INLINE int turned_together(const step_t *s, int i)
+{
+#if SET_STANDS_BOTH_WAYS
+    return s->turned_together[i];
+#else
+    (void)s, (void)i;
+    return 0;
+#endif
+}
+#endif
 
 #if SET_CORE_PARTS
 /* The rest of the core in vector b of the nodes, as the kernel reads it. */
