@@ -35,6 +35,10 @@ typedef struct {
     lanes_t *held_force;
     standing_t *standing;
 #endif
+#if SET_LOADED_BEARINGS
+    int *modes_of_sets;             /* of bearings in sets of contacts that may carry: give_bearings()       */
+    double *rates_of_sets;
+#endif
 #if SET_STANDS_BOTH_WAYS
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
@@ -78,6 +82,20 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
 }
 #endif
 
+#if SET_LOADS && SET_DISKS_STICK
+/* Room for the rates that respond to the loads, beside those of each rate of the core what holds and how it turns. */
+static void lay_out_responses(loads_t *loads, parts_t *parts, int wheels, int rollers)
+{
+    const long long most = 3 + core_size(wheels, rollers) + 2*most_own_bearings(wheels, rollers)
+        + (SET_GRIPS ? 4*wheels : 0) + (SET_STANDS ? 3 : 0);
+    for (int k = 0; k < LOADS_KEPT; k++) {
+        lanes_t *const rates[3] = {lanes_part(parts, most), lanes_part(parts, most), lanes_part(parts, most)};
+        if (loads)
+            loads[k].response[0] = rates[0], loads[k].response[1] = rates[1], loads[k].rates = rates[2];
+    }
+}
+#endif
+
 /* The parts in `memory`, lanes, after the arrays of the vehicle; returns how many lanes they are. No memory: they are
  * counted. */
 static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
@@ -105,6 +123,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_LOADS
     work->balance_numbers = lanes_part(&parts, 2 + wheels);
     work->loads = lanes_part(&parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
+#if SET_DISKS_STICK
+    lay_out_responses(work->loads, &parts, wheels, rollers);
+#endif
 #endif
 #if SET_GRIPS
     work->load = lanes_part(&parts, wheels);
@@ -152,6 +173,10 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.given = numbers_part(&parts, own);
     work->own.per_yaw = numbers_part(&parts, own);
     work->own.bounds = numbers_part(&parts, own);
+#endif
+#if SET_LOADED_BEARINGS
+    work->modes_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
+    work->rates_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
 #endif
 #if SET_STANDS_BOTH_WAYS
     lay_out_standing(work, &parts, wheels, own);
