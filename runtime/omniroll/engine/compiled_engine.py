@@ -52,8 +52,10 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
-# Generated functions of sets that run on the Python engine alone, and what these have.
-NOT_COMPILED = {"disk_momenta": "rollers that stick where loads follow the motion"}
+# A generated function of sets that run on the Python engine alone, one that others have beside it, and what they are.
+NOT_COMPILED = {
+    ("disk_momenta", "bearing_dynamics"): "rollers that stick where loads follow the motion, under a smooth law"
+}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
@@ -61,7 +63,8 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return next((lack for name, lack in NOT_COMPILED.items() if name in kernel.signatures), "")
+    known = kernel.signatures
+    return next((lack for (name, beside), lack in NOT_COMPILED.items() if name in known and beside not in known), "")
 
 
 def can_run(task: Task) -> bool:
