@@ -36,7 +36,7 @@ HEADING_INPUT = (
 CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
 MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what the free rollers' bearings do to the wheels' momenta
 MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
-LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
+LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")  # what gives the loads' sums, after the dynamics
 SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
@@ -367,14 +367,12 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# Where rollers may stick beside contacts that do under loads that follow: the Python engine alone runs such sets.
-NOT_RUN = (BEARINGS, "disk_momenta")
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and not all(map(effects.function, NOT_RUN))
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

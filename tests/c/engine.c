@@ -1,9 +1,9 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
  * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
  * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
- * with STANDING under static loads, and axles and rollers may stick beside contacts; with LOADED friction is regularised,
- * loads follow the motion, and axles and rollers may stick. It prints a line for each switch, time and directions, and one
- * for the end. */
+ * with STANDING under static loads, and axles and rollers may stick beside contacts; with both under loads that follow,
+ * too; with LOADED friction is regularised, loads follow the motion, and axles and rollers may stick. It prints a line for
+ * each switch, time and directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -20,10 +20,15 @@ enum { INPUTS = 1, CORE = 0, ACCOUNTS = 1, GUARDS = 3*WHEELS, BEARINGS = WHEELS 
 enum { INPUTS = 1, CORE = 2*WHEELS, ACCOUNTS = WHEELS + 1 };
 #elif defined SLIPPING
 enum { INPUTS = 0, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
-#elif defined CARRYING
+#elif defined CARRYING && !defined STANDING
 enum { INPUTS = 3, CORE = 2*WHEELS, ACCOUNTS = WHEELS };
 #elif defined STANDING
-enum { INPUTS = 6, CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
+#ifdef CARRYING
+enum { INPUTS = 7 };
+#else
+enum { INPUTS = 6 };
+#endif
+enum { CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
 #elif defined LOADED
 enum { INPUTS = 5, CORE = WHEELS*(2 + PLACES), ACCOUNTS = WHEELS + 2, BEARINGS = WHEELS*(2 + PLACES) };
 #else
@@ -127,10 +132,7 @@ int main(int count, char **arguments)
     run.rate_of_speed = 3, run.hold.undecided = 1;
 #endif
 #if defined CARRYING || defined STANDING || defined LOADED
-    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0};
-#endif
-#if defined CARRYING || defined LOADED
-    double places[2*WHEELS], inertia[WHEELS];
+    double signals[3*(INPUTS + 1)*WHEELS] = {0}, inputs[2*INPUTS*WHEELS] = {0}, places[2*WHEELS], inertia[WHEELS];
     omniroll_grip_t grips[WHEELS];
     const double weight = vehicle.mass*9.80665, load = weight/WHEELS, radius = vehicle.platform_radius;
     for (int i = 0; i < WHEELS; i++) {
@@ -140,10 +142,11 @@ int main(int count, char **arguments)
     }
     run.ground = (omniroll_ground_t){
         .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
+        .reach = vehicle.wheel_radius - vehicle.roller_axis_radius,
         .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
                  vehicle.wheel_radius - vehicle.roller_axis_radius},
-        .weight = weight, .wheel_inertia = vehicle.wheel_inertia, .normal_gravity = 9.80665, .height = 0.05, .spin_inertia = inertia, .places = places,
-        .sums = {weight, 0, 0}};
+        .weight = weight, .heaviest = load, .wheel_inertia = vehicle.wheel_inertia, .normal_gravity = 9.80665,
+        .height = 0.05, .spin_inertia = inertia, .places = places, .sums = {weight, 0, 0}};
     run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
 #endif
 #if defined STANDING || defined LOADED
@@ -163,19 +166,6 @@ int main(int count, char **arguments)
     }
     run.bearing_count = run.own_count = BEARINGS, run.axle_count = WHEELS, run.bearings = bearings;
     run.roller_inertia = vehicle.roller_inertia, run.rate_of_speed = 20, run.hold.undecided = 1;
-#endif
-#ifdef STANDING
-    omniroll_grip_t grips[WHEELS];
-    const double load = vehicle.mass*9.80665/WHEELS, radius = vehicle.platform_radius;
-    for (int i = 0; i < WHEELS; i++)
-        grips[i] = (omniroll_grip_t){.carries = 1, .load = load, .sliding = {0.3, 0.2}, .staying = {0.3, 0.2},
-                                     .towards = {0, 1}};
-    run.ground = (omniroll_ground_t){
-        .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
-        .reach = vehicle.wheel_radius - vehicle.roller_axis_radius,
-        .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
-                 vehicle.wheel_radius - vehicle.roller_axis_radius}};
-    run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
 #endif
 #if defined SLIPPING || defined CARRYING || defined STANDING || defined LOADED
     omniroll_contact_axial(&model, nu, chi, core + WHEELS);     /* the axial speeds of the rollers in contact     */

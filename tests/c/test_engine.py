@@ -68,6 +68,10 @@ CASES = {  # effects of the set, flags, what acts, as in engine.c, and for how l
         ("contact_regularised", "contact_loads", "axle_sticking", "roller_sticking"), ["-DLOADED"],
         [FADING, ALL_BEARINGS], 0.3,
     ),
+    "axles and rollers that stick beside contacts under loads that follow": (
+        ("contact_coulomb", "contact_loads", "axle_sticking", "roller_sticking"), ["-DSTANDING", "-DCARRYING"],
+        [LOADED, ALL_BEARINGS], 0.3,
+    ),
 }  # fmt: skip
 
 

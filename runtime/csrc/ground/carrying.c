@@ -43,7 +43,7 @@ typedef struct {
     bearings_of_set_t bearings;
 #endif
 #if SET_STANDS
-    int axle_mode[MOST_WHEELS];
+    int mode[ON_GROUND*MOST_WHEELS];            /* of bearings that touch the ground                       */
 #endif
 #if SET_GRIPS
     double ground_force[2*MOST_WHEELS];
@@ -122,14 +122,14 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
     now.point.loads->responds = responds;
 #endif
 #if SET_STANDS
-    vector3_t rows[MOST_WHEELS];
-    rows_of_wheels(run, work, rows);
+    vector3_t rows[WAYS*MOST_WHEELS];
+    rows_in_ways(run, work, rows);
     for (int lane = 0; lane < LANES; lane++) {
         const carrying_t *const set = sets + (lane < count ? lane : 0);
         int sticks[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)
             sticks[i] = set->carries[i] && holds[i];
-        stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->axle_mode, lane, &now);
+        stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->mode, lane, &now);
     }
 #endif
     core_rates(wheels, &now.point, nu_dot);
@@ -162,8 +162,8 @@ static void try_sets(const omniroll_run_t *run, const work_t *work, const int *h
 #endif
 #if SET_STANDS
     for (int k = 0; k < count; k++)
-        for (int i = 0; i < run->wheels; i++)
-            sets[k].axle_mode[i] = own_bearings(run)[i].mode;
+        for (int i = 0; i < ON_GROUND*run->wheels; i++)
+            sets[k].mode[i] = own_bearings(run)[i].mode;
 #endif
     do {
         evaluate_sets(run, work, holds, sets, count);

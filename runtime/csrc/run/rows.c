@@ -43,6 +43,9 @@ typedef struct {
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
     double *shared_system;          /* of the turns of slips at the nodes that are found together             */
+#if SET_LOADS
+    int *let_go;                    /* contacts and bearings                                                */
+#endif
 #endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
@@ -61,6 +64,9 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
     int *const has_part = numbers_part(parts, bearings);
     work->at_rest = numbers_part(parts, (long long)(sizeof(parts_at_rest_t)/sizeof(double)) + 1);
     work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
+#if SET_LOADS
+    work->let_go = numbers_part(parts, count);
+#endif
     int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
