@@ -139,8 +139,11 @@ UNDER_LOADS = {f"on three, {name}": own for name, own in ON_THREE.items()} | VAN
 @pytest.mark.long
 @pytest.mark.parametrize("case, changes", UNDER_LOADS.values(), ids=UNDER_LOADS)
 def test_loads_that_follow_the_motion_too(case, changes, monkeypatch):
-    """Also where they vanish and come back."""
-    same_as_in_python(case, ("chi[1]", *changes), monkeypatch, switches=0)
+    """Also where they vanish and come back. In the case of free rollers under Coulomb's friction contacts begin to slip
+    1.5e-5 s before others do. There C is 2e-11 from the reference with 24 nodes in a step, and that 5e-12 from the one
+    with 20."""
+    bound = 1e-10 if case is VANISHING["coulomb, free"][0] else ROUNDINGS
+    same_as_in_python(case, ("chi[1]", *changes), monkeypatch, bound, switches=0)
 
 
 @pytest.mark.long
@@ -174,13 +177,13 @@ def test_random_vehicles_under_loads_that_follow(model, law, monkeypatch):
 
 
 def pushed_at_random(model, law, seed):
-    """Four wheels with a high centre of mass, which are pushed to and fro."""
+    """Four wheels with a high centre of mass, which are pushed forwards or back, and then released."""
     random = np.random.default_rng(seed)
-    torques = random.uniform(-0.7, 0.7, (4, 4))
-    torques[[0, 3]] = 0.0
-    push = TorqueTable((0.0, *np.sort(random.uniform(0.05, 0.35, 2)), 0.4), torques)
-    ground = Contact(**LAWS[law], loads="dynamic", height=random.uniform(0.1, 0.25))
-    start = {"nu": random.uniform(-1, 1, 3), "chi": random.uniform(-0.3, 0.3, 4)}
+    torques = np.outer((0, 1, 0), random.choice([-1, 1]) * random.uniform(0.4, 0.7) * np.array([0, 1, 0, -1]))
+    torques[1] += random.uniform(-0.1, 0.1, 4)
+    push = TorqueTable((0.0, random.uniform(0.15, 0.25), 0.4), torques)
+    ground = Contact(**LAWS[law], loads="dynamic", height=random.uniform(0.18, 0.25))
+    start = {"nu": random.uniform(-0.3, 0.3, 3), "chi": random.uniform(-0.3, 0.3, 4)}
     start |= {"spins": random.normal(size=(4, 4))} if model == "free" else {}
     return Case(model, vehicle=TALL, effects=(ground, push), start=start, duration=0.4)
 
