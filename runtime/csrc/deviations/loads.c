@@ -85,8 +85,10 @@ static void find_response(const int wheels, const point_t *at, const point_t *al
         rates_and_sums_along(wheels, at, along, nu_dot, nu_dot_along, sums, sums_along);
         along->loads->sums[k] = lanes_of(0);
         for (int j = 0; j < 2; j++)
-            *(k ? &loads->matrix[2*j + k - 1] : &loads->by_whole[j]) = k ? (j == k - 1) - sums_along[1 + j]
-                                                                        : sums_along[1 + j];
+            if (k == 0)
+                loads->by_whole[j] = sums_along[1 + j];
+            else
+                loads->matrix[2*j + k - 1] = (j == k - 1) - sums_along[1 + j];
         const responding_t all = responding(wheels, along, nu_dot_along);
         lanes_t *to = loads->response + k*size;
         for (int p = 0; p < RESPONDING_PARTS; p++)
