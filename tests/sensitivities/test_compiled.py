@@ -340,6 +340,7 @@ def test_a_run_that_is_asked_for_no_derivative_needs_none_of_it(monkeypatch):
 MOST = dict.fromkeys(TASKS, 5.0) | {"coulomb": 5.5}
 WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "rollers that stick": 4.5, "rollers that stick, friction": 5.5,
+         "loads, massless, regularised": 3.1, "loads, massless, coulomb": 5.1, "loads, free, coulomb": 3.5,
          "massless, coulomb": 5.6, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2}  # fmt: skip
 
 
