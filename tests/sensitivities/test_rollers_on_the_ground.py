@@ -9,7 +9,7 @@ import pytest
 import omniroll
 from omniroll import Bearings, Contact, NoDerivativeError, TorqueTable
 from omniroll.engine.motion import Motion
-from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative
+from tests.sensitivities.differences import SPINS, START, VEHICLE, Case, derivative, differenced
 from tests.sensitivities.test_true_events import true
 
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
@@ -133,3 +133,16 @@ def test_a_roller_that_sticks_by_all_its_friction_has_none():
     with pytest.raises(NoDerivativeError, match="all its friction") as error:
         at_bound.run(sensitivities=("mass",))
     assert error.value.wheels == (int(asked.argmax()),) and error.value.t == 0
+
+
+def test_a_roller_that_begins_to_turn_from_rest_has_one_by_all_but_its_own_spin():
+    """The ground takes rollers along that rest at the start; an angle of a wheel moves what their disks have."""
+    ground = Contact(20.0, contact_spins=0.0)
+    case = Case("free", effects=(ground, HELD_LONGER), start={"spins": FREE["spins"]}, duration=0.004)
+    run = case.run(sensitivities=("chi[0]",), accuracy=1e-13)
+    assert Motion(run).rollers.modes[0, :, 0].all()
+    wanted = differenced(case, "chi[0]", 1e-4, accuracy=1e-13)
+    assert np.abs(derivative(run, "chi[0]") - wanted).max() <= 1e-9 * np.abs(wanted).max()
+    with pytest.raises(NoDerivativeError, match="begins to turn from rest") as error:
+        case.run(sensitivities=("contact_spins[1]",))
+    assert error.value.wheels == (1,) and error.value.t == 0

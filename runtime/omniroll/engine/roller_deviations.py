@@ -34,6 +34,7 @@ from omniroll.engine.roller_modes import FREE, IN_CONTACT, KEPT, RollerModes, sp
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
+AT_REST = 1e-13  # of what they are differences of: deviations of spins are rounding
 JUMPS = 1e-9  # of what a rate could be: it does not jump by less
 TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
 REACHED = 1e-6  # of what a bearing takes: it has been reached
@@ -152,7 +153,8 @@ class RollerDeviations:
 
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts: what sticks has no spin beside it either."""
-        modes, moves = self.modes[0], self._turning(0, moved).any(axis=0)
+        modes = self.modes[0]
+        moves = (np.abs(self._turning(0, moved)) > AT_REST * self._sizes(0, moved)[:, None]).any(axis=0)
         self._refuse_edges(0, modes)
         still = self._of_rollers(np.abs(self.rollers.spins[0]) <= self.rollers.rest)
         loose = (modes != 0) & still & moves
@@ -160,6 +162,13 @@ class RollerDeviations:
             raise self._none(0, "a roller begins to turn from rest, and turns beside the run", loose)
         rests = (modes == 0) & moves
         return self._rested(0, np.where(rests, 1, modes), moved, rests)
+
+    def _sizes(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(P,) what deviations of spins are differences of."""
+        places, scale = self.deviations.places, self.motion.plain.vehicle.yaw_scale
+        speeds = np.concatenate([places[name].ravel() for name in ("rates", "contact_omega", "axial")])
+        by_disks = np.abs(moved[2]) + np.abs(self.motion.y[row, 2]) * np.abs(moved[places["chi"]]).max(axis=0)
+        return np.abs(moved[speeds]).max(axis=0) + by_disks / scale
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after rollers, or rollers and axles, have changed their modes between a row and the
