@@ -1,4 +1,5 @@
-"""Free rollers that stick on their disks, in 40 digits, beside rollers in contact and axles that do.
+"""Free rollers that stick on their disks, in 40 digits, beside rollers in contact and axles that do, also where wheels
+slip under a smooth law.
 
 Of the generated formulas it takes the accelerations that given torques of all bearings make, and the impact. What holds
 a bearing that sticks is an unknown torque that keeps its rate zero (hard.constrained); it breaks away where that comes
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_series
 
+import omniroll
 from hard.constrained import Row, Series, coefficient, coefficients, first_zero
 from hard.moving import CONSTANTS, larger, split
 from omniroll.engine.runs import Task
@@ -46,13 +48,13 @@ class Bearings:
         kernel_name = CONSTANTS.get(number, number)
         if kernel_name in constants:
             constants[kernel_name] = larger(constants[kernel_name], place, change)
-        elif number not in (*START, *TORQUES):
+        elif number not in (*START, *TORQUES, "height"):
             raise ValueError(f"{name} is no number of this reference")
         self.model = self.module.prepare(self.wheels, self.rollers, *constants.values())
         self.joint = elementary().circle_ratio(arb(1)) / self.rollers
-        self.start_number = number, place, change
+        self.constants, self.start_number = constants, (number, place, change)
         self.acting = Acting(task, arb)
-        own = next(effect for effect in task.effects.effects if effect.sticking_bearings(bound) is not None)
+        own = next(effect for effect in task.effects.effects if getattr(effect, "rollers_stick", False))
         self.has_axles = own.sticks
         self.sliding, self.holding = self._torques(own, number, place, change)
 
@@ -86,6 +88,10 @@ class Bearings:
             given[number] = larger(given[number], place, change)
         return list(flat([given[name] for name in START]))
 
+    def shown(self, y: Row) -> Row:
+        """nu, chi, the pose and the spins of a state."""
+        return y
+
     def parts(self, y: Row) -> dict[str, Any]:
         n, each = self.wheels, self.rollers - 1
         spins = y[6 + n :]
@@ -100,7 +106,9 @@ class Bearings:
         wheels, contacts = self.module.wheel_rates(self.model, known["nu"], known["chi"])
         return [*(wheels if self.has_axles else []), *contacts, *flat(known["spins"])]
 
-    def rates(self, y: Row, torques: Row, inputs: dict[str, Any]) -> Row:
+    unknown_loads = 0  # numbers that loads which follow the motion are made of
+
+    def rates(self, y: Row, torques: Row, inputs: dict[str, Any], springs: Row) -> Row:
         known, n = self.parts(y) | inputs, self.wheels
         if self.has_axles:
             known["bearing_torque"], torques = torques[:n], torques[n:]
@@ -131,17 +139,114 @@ class Bearings:
         return [arb(value).mid() for value in flat([nu, after, known["pose"], spins])]
 
 
+class SlippingBearings(Bearings):
+    """The same where wheels may slip under a smooth law, whose forces are those of the generated formulas: there the
+    state has the wheels' rates and all axial speeds, and no speed changes at a switch. Loads that follow the motion are
+    those of equal springs under a platform that sinks and tilts, by three unknown numbers `springs`; none vanishes."""
+
+    def __init__(self, task: Task, name: str, change: Any):
+        super().__init__(task, name, change)
+        contact = next(e for e in task.effects.effects if isinstance(e, omniroll.Contact))
+        self.unknown_loads = 3 * contact.is_loaded
+        if contact.is_loaded:
+            height = arb(float(contact.height)) + (change if name == "height" else 0)
+            gravity = arb(omniroll.vocabulary.STANDARD_GRAVITY)
+            self.balance_numbers = {"normal_gravity": gravity, "height": height, "wheel_mass": arb(0)}
+            self.balance_numbers["platform_products"] = [arb(0)] * 2
+            self.balance_numbers["spin_inertia"] = [self.constants["wheel_inertia"]] * self.wheels
+            radius, angles = self.constants["platform_radius"], self.constants["wheel_angles"]
+            self.places = [[radius * a.cos(), radius * a.sin()] for a in angles]
+
+    def loads(self, springs: Row) -> Row:
+        return [springs[0] + springs[1] * x + springs[2] * y for x, y in self.places]
+
+    def unbalanced(self, y: Row, torques: Row, rates: Row, springs: Row) -> Row:
+        """The sums of the loads and of their moments, beyond what the loads have."""
+        found, n = self.parts(rates), self.wheels
+        free, each = torques[(1 + self.has_axles) * n :], self.rollers - 1
+        known = self.parts(y) | self.balance_numbers | {"nu_dot": found["nu"], "rates_dot": found["rates"]}
+        known |= {"contact_omega_dot": found["contact_omega"], "momenta": self._momenta(y)}
+        free = [free[i * each : (i + 1) * each] for i in range(n)]
+        known["bearing_momenta_dot"] = self.module.bearing_momenta(self.model, free)
+        arguments = (known[argument.name] for argument in self.kernel.signatures["slip_load_balance"].inputs)
+        sums, _ = self.module.slip_load_balance(self.model, *arguments)
+        own = [(load, load * x, load * y) for load, (x, y) in zip(self.loads(springs), self.places, strict=True)]
+        return [a - sum(column) for a, column in zip(sums, zip(*own, strict=True), strict=True)]
+
+    def _momenta(self, y: Row) -> Row:
+        return self.module.momenta(self.model, self.parts(y)["axial"])
+
+    def start(self) -> Row:
+        y = super().start()
+        n, each = self.wheels, self.rollers - 1
+        nu, chi, pose, spins = y[:3], y[3 : 3 + n], y[3 + n : 6 + n], y[6 + n :]
+        spins = [spins[i * each : (i + 1) * each] for i in range(n)]
+        rates, _ = self.module.wheel_rates(self.model, nu, chi)
+        of_contact = self.module.contact_axial(self.model, nu, chi)
+        return [*nu, *chi, *pose, *rates, *of_contact, *flat(self.module.axial_speeds(self.model, nu, chi, spins))]
+
+    def shown(self, y: Row) -> Row:
+        known = self.parts(y)
+        spins = self.module.spins_from_axial(self.model, known["nu"], known["chi"], known["axial"])
+        return list(flat([known["nu"], known["chi"], known["pose"], spins]))
+
+    def parts(self, y: Row) -> dict[str, Any]:
+        n, each = self.wheels, self.rollers - 1
+        axial = y[6 + 3 * n :]
+        return {
+            "nu": y[:3], "chi": y[3 : 3 + n], "pose": y[3 + n : 6 + n], "rates": y[6 + n : 6 + 2 * n],
+            "contact_omega": y[6 + 2 * n : 6 + 3 * n], "axial": [axial[i * each : (i + 1) * each] for i in range(n)],
+        }  # fmt: skip
+
+    def turning(self, y: Row) -> Row:
+        known = self.parts(y)
+        nu, chi = known["nu"], known["chi"]
+        contacts = self.module.slip_spins(self.model, nu, chi, known["contact_omega"])
+        free = self.module.spins_from_axial(self.model, nu, chi, known["axial"])
+        return [*(known["rates"] if self.has_axles else []), *contacts, *flat(free)]
+
+    def rates(self, y: Row, torques: Row, inputs: dict[str, Any], springs: Row) -> Row:
+        """With all bearings as if they turned."""
+        n, each = self.wheels, self.rollers - 1
+        known, none = self.parts(y) | inputs, [arb(0)] * n
+        if self.has_axles:
+            known["bearing_torque"], torques = torques[:n], torques[n:]
+        known["contact_bearing"], free = torques[:n], torques[n:]
+        known["free_bearing"] = [free[i * each : (i + 1) * each] for i in range(n)]
+        known |= {"axle_sticks": none, "contact_sticks": none, "free_sticks": [none[:1] * each] * n}
+        known["heading"], known["momenta"] = known["pose"][2], self._momenta(y)
+        if self.unknown_loads:
+            known["load_factor"] = self.loads(springs)
+        signature = self.kernel.signatures["disk_dynamics"]
+        arguments = (known[argument.name] for argument in signature.inputs)
+        found = getattr(self.module, self.kernel.form("disk_dynamics"))(self.model, *arguments)
+        found = dict(zip((argument.name for argument in signature.outputs), found, strict=True))
+        pose_dot = self.module.pose_rates(self.model, known["nu"], known["pose"][2])
+        names = ("rates_dot", "contact_omega_dot", "axial_dot")
+        return [*found["nu_dot"], *found["chi_dot"], *pose_dot, *flat([found[name] for name in names])]
+
+    def switched(self, y: Row, i: int, direction: int) -> Row:
+        known = self.parts(y)
+        chi, contact, axial = (list(known[name]) for name in ("chi", "contact_omega", "axial"))
+        chi[i] = -direction * self.joint
+        wheel = [contact[i], *axial[i]]
+        wheel = [*wheel[-1:], *wheel[:-1]] if direction > 0 else [*wheel[1:], *wheel[:1]]
+        contact[i], axial[i] = wheel[0], wheel[1:]
+        parts = [known["nu"], chi, known["pose"], known["rates"], contact, axial]
+        return [arb(value).mid() for value in flat(parts)]
+
+
 class Phase:
     """The motion in given modes of the bearings: 0 sticks, +-1 turns so."""
 
     def __init__(self, bearings: Bearings, modes: list[int], signals: dict[str, Any]):
         self.b, self.modes, self.signals = bearings, list(modes), signals
         self.stuck = [k for k, mode in enumerate(modes) if not mode]
-        self.unknowns = len(self.stuck)
+        self.unknowns = len(self.stuck) + bearings.unknown_loads
 
     def torques(self, z: Row) -> Row:
         found = [-mode * bound for mode, bound in zip(self.modes, self.b.sliding, strict=True)]
-        for k, torque in zip(self.stuck, z, strict=True):
+        for k, torque in zip(self.stuck, z[: len(self.stuck)], strict=True):
             found[k] = torque
         return found
 
@@ -150,21 +255,23 @@ class Phase:
             name: [value + slope * time for value, slope in zip(*pair, strict=True)]
             for name, pair in self.signals.items()
         }
-        return self.b.rates(y, self.torques(z), inputs)
+        return self.b.rates(y, self.torques(z), inputs, z[len(self.stuck) :])
 
     def kept(self, time: Any, y: Row, z: Row) -> Row:
         turning = self.b.turning(y)
         return [turning[k] for k in self.stuck]
 
     def balance(self, time: Any, y: Row, z: Row, rates: Row) -> Row:
-        return []
+        springs = z[len(self.stuck) :]
+        return self.b.unbalanced(y, self.torques(z), rates, springs) if springs else []
 
 
 class Run:
     """The motion from its start to the end; `log` says what happens."""
 
     def __init__(self, task: Task, name: str, change: Any):
-        self.b, self.now, self.end, self.log = Bearings(task, name, change), arb(0), arb(task.duration), []
+        self.b = (SlippingBearings if task.kernel.slips else Bearings)(task, name, change)
+        self.now, self.end, self.log = arb(0), arb(task.duration), []
         self.y = self.b.start()
         self.modes = [sign_of(rate) for rate in self.b.turning(self.y)]
         self.resting = {k for k, mode in enumerate(self.modes) if not mode}
@@ -175,7 +282,7 @@ class Run:
         self._decide()
         for _ in range(LONGEST):
             if float(self.end - self.now) <= 0:
-                return self.y
+                return self.b.shown(self.y)
             self._step()
         raise ValueError("too many steps")
 
@@ -196,7 +303,7 @@ class Run:
         while True:
             series = Series(self._phase(), self.y, 0)
             z = [c[0] for c in series.z]
-            held = zip(series.motion.stuck, z, strict=True)
+            held = zip(series.motion.stuck, z, strict=False)
             beyond = {k: -sign_of(u) for k, u in held if float(abs(u) - self.b.holding[k]) > ZERO}
             if not beyond:
                 break
@@ -248,7 +355,7 @@ class Run:
         for k, mode in enumerate(self.modes):
             if mode:
                 found.append((-mode * turning[k], lambda k=k: self.resting.add(k)))
-        for k, c in zip(series.motion.stuck, series.z, strict=True):
+        for k, c in zip(series.motion.stuck, series.z, strict=False):
             torque = arb_series(c, count)
             for sign in (1, -1):
                 found.append((sign * torque - self.b.holding[k], lambda k=k, s=sign: self.released.update({k: -s})))

@@ -266,7 +266,8 @@ def derivative_over_events(task: Task, name: str) -> tuple[np.ndarray, list[tupl
 
     Raises ValueError where other things happen in the run beside.
     """
-    reference = true_ground if task.kernel.slips else true_bearings
+    ground = task.kernel.slips and "disk_dynamics" not in task.kernel.signatures
+    reference = true_ground if ground else true_bearings
     with digits(DIGITS, ORDER):
         change = arb(CHANGE) * size(task, name)
         runs = [reference.Run(task, name, side * change) for side in (1, -1)]

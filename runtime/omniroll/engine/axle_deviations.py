@@ -22,6 +22,7 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE, AxleModes
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.roller_modes import KEPT
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
@@ -109,7 +110,7 @@ class AxleDeviations:
         if self.contacts is not None and (self.contacts.carries[row] != self.contacts.carries[row + 1]).any():
             raise self._none(row, "an axle changes its mode just as a load vanishes or comes back", changed)
         jump = self.motion.rates[row] - self.motion.rates[row + 1]
-        if self._inputs_jump(row):
+        if self.motion.drives_jump(row, (TORQUE, *KEPT, "carries")):
             return self._at_a_knot(row, moved, knot, changed, jump)
         times = np.zeros((len(changed), len(self.columns)))
         stops, jumps = before[changed] != 0, self._jumps(row, changed, jump)
@@ -156,12 +157,6 @@ class AxleDeviations:
     def _jumps(self, row: int, axles: np.ndarray, jump: np.ndarray) -> np.ndarray:
         """(k,) bool: axles whose rates jump."""
         return np.abs(jump[self.rates[axles]]) > JUMPS * self._possible(row, axles)
-
-    def _inputs_jump(self, row: int) -> bool:
-        """Whether drives jump between a row and the next."""
-        trajectory, others = self.motion.trajectory, (TORQUE, "carries")
-        own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in others]
-        return not np.array_equal(*trajectory.drive[row : row + 2, own])
 
     def times_of_stops(self, row: int, moved: np.ndarray, axles: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which the rates of turning axles come to zero."""

@@ -28,6 +28,7 @@ class AxleModes:
     place    of their effect among those of the run
     sliding  (N,) in N m, torques of those that turn
     holding  (N,) in N m, the largest torques of those at rest
+    of_steps (S, N) in each step 0 where one sticks, else the sign of its rate
     modes    (T, N) in each row 0 where one sticks, else the sign of its rate: in a row where a step starts those of the
              step, in others those with which a phase ends
     """
@@ -43,13 +44,15 @@ class AxleModes:
         rest = AT_REST * np.maximum.accumulate(np.abs(rates).max(axis=1))[:, None]
         taken = trajectory.drive[:, trajectory.effects.drives().index(TORQUE)]
         at_rest = np.where(np.abs(taken) == self.sliding, -np.sign(taken), 0)
-        modes = np.where(np.abs(rates) > rest, np.sign(rates), at_rest)  # of rows between two transitions
+        modes = np.where(np.abs(rates) > rest, np.sign(rates), at_rest).astype(int)  # of rows between two transitions
+        self.of_steps = np.zeros((len(first), rates.shape[1]), int)
         if len(first):
             inside = trajectory.dense[:, :, own]
             still = np.abs(inside).max(axis=1) <= rest[first]
-            modes[first] = np.where(still, 0, np.sign(inside.mean(axis=1)))
-            modes[first + 1] = modes[first]
-        return modes.astype(int)
+            self.of_steps = np.where(still, 0, np.sign(inside.mean(axis=1))).astype(int)
+            modes[first + 1] = self.of_steps
+            modes[first] = self.of_steps
+        return modes
 
     @property
     def torques(self) -> np.ndarray:

@@ -35,6 +35,7 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES, slips
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.roller_modes import KEPT
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
@@ -196,16 +197,10 @@ class ContactDeviations:
         return contacts.sticks[row + 1] | (turns_back & contacts.slides[row + 1] & (not contacts.turns))
 
     def _inputs_jump(self, row: int) -> bool:
-        """Whether drives jump between a row and the next."""
-        trajectory = self.motion.trajectory
-        names = enumerate(trajectory.effects.drives())
-        own = [k for k, name in names if name not in MODES and not self._is_of_axles(name)]
-        before, after = trajectory.drive[row : row + 2, own]
-        return bool((np.abs(after - before) > JUMPS * np.maximum(np.abs(after), np.abs(before))).any())
-
-    def _is_of_axles(self, name: str) -> bool:
-        """Whether a drive is what the bearings of axles that may stick take."""
-        return name == TORQUE and self.motion.axles is not None
+        """Whether drives jump between a row and the next: those that are not modes, nor what bearings that may stick
+        take."""
+        own = () if self.motion.axles is None else (TORQUE,)
+        return self.motion.drives_jump(row, (*MODES, *own, *(() if self.motion.rollers is None else KEPT)))
 
     def _directions(self, row: int, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 2) and (k, 2): the directions in which some contacts slip in a row, and those across."""
@@ -269,7 +264,7 @@ class ContactDeviations:
         contacts, count = self.contacts, len(moved)
         y = with_tangent(self.motion.y[row], self.motion.whole(moved))
         inputs = with_tangent(self.motion.inputs[row], given)
-        held = contacts.moved(contacts.at(np.array(row)), constants, 0)
+        held = contacts.moved(self.motion.held_at(np.array(row)), constants, 0)
         if contacts.turns:
             self._turn(row, y, inputs, kernel)
         known = self.deviations.known_of(kernel, y, inputs, held)

@@ -53,6 +53,8 @@ def loads_that_follow(
         found = dict(rates_under(known["carries"] * compression(sums)))
         if "coulomb_momenta" in kernel.signatures:
             found["coulomb_momenta_dot"] = call_named(kernel, "coulomb_momenta", found)
+        if "disk_momenta" in kernel.signatures:
+            found["bearing_momenta_dot"] = call_named(kernel, "disk_momenta", found)
         return call_named(kernel, "slip_load_balance", found)[0]
 
     units = np.eye(3) * kernel.vehicle.mass * np.asarray(known["normal_gravity"]).real.max()

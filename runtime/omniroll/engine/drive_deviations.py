@@ -30,8 +30,8 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if {"standing_dynamics", "slip_load_balance"} <= plain.signatures.keys():
         bound = "is not followed beside contacts that stick where loads follow the motion; give it a wheel_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
-    if "disk_dynamics" in plain.signatures or "bearing_dynamics" in plain.signatures:
-        bound = "is not followed beside Contact where rollers stick; give it a roller_speed"
+    if "bearing_dynamics" in plain.signatures:
+        bound = "is not followed beside contacts that stick where rollers do; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process

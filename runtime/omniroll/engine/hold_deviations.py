@@ -310,11 +310,7 @@ class HoldDeviations:
 
     def _inputs_jump(self, row: int) -> bool:
         """Whether drives jump between a row and the next."""
-        if self.motion.starts_step[row]:
-            return False
-        names = self.trajectory.effects.drives()
-        own = [k for k, name in enumerate(names) if name not in self.holds.names]
-        return not np.array_equal(*self.trajectory.drive[row : row + 2, own])
+        return not self.motion.starts_step[row] and self.motion.drives_jump(row, self.holds.names)
 
     def _times_of_stops(self, event: "Event", moved: np.ndarray, which: np.ndarray) -> np.ndarray:
         """(k, P) by how much the times deviate at which the rates of turning bearings come to zero."""

@@ -1,6 +1,6 @@
 """A run as its sensitivities see it: its rows and rates, and the numbers beside which it is looked at."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -9,11 +9,14 @@ from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.holds import Holds
+from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
+
+JUMPS = 1e-9  # of what drives give: that does not jump by less
 
 
 def first_with_modes(modes: np.ndarray, row: int) -> int:
@@ -65,16 +68,30 @@ class Motion:
         stands = "standing_dynamics" in self.plain.signatures
         return StandingAxles(*given, self.contacts.sticks) if stands else AxleModes(*given)
 
+    @cached_property
+    def rollers(self) -> RollerModes | None:
+        """Which rollers stick on their disks where wheels may slip; None where none may."""
+        if not self.deviations.rollers_stick:
+            return None
+        return RollerModes(self.trajectory, self.plain, self.vector, self.y)
+
     def time_in_modes(self, modes: np.ndarray, row: int) -> float:
         """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
         piece of a session does not know since when they are."""
         first, elapsed = first_with_modes(modes, row), self.trajectory.elapsed
         return float(elapsed[row] - elapsed[first] if first else elapsed[-1])
 
+    def drives_jump(self, row: int, but: Container[str]) -> bool:
+        """Whether drives jump between a row and the next, but for those of some names."""
+        trajectory = self.trajectory
+        own = [k for k, name in enumerate(trajectory.effects.drives()) if name not in but]
+        before, after = trajectory.drive[row : row + 2, own]
+        return bool((np.abs(after - before) > JUMPS * np.maximum(np.abs(after), np.abs(before))).any())
+
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
-        for own in (self.holds, self.contacts, self.axles):
+        for own in (self.holds, self.contacts, self.axles, self.rollers):
             found |= {} if own is None else own.at(rows)
         return found
 
@@ -87,7 +104,9 @@ class Motion:
             given["momenta"] = self.plain.momenta(
                 self.plain.axial_speeds(trajectory.nu, trajectory.chi, trajectory.spins)
             )
-        if "free_bearing" in shapes:
+        if self.deviations.rollers_stick:
+            given |= self.rollers.given(self.rollers.torques)
+        elif self.deviations.spins_stick:
             given["free_bearing"] = self.holds.spins.torques
         if self.axles is not None:
             given["bearing_torque"] = self.axles.torques

@@ -73,6 +73,8 @@ class _Slopes:
         if not deviations.inputs:
             return np.zeros((len(self.times), 0))
         turning = {} if self.motion.axles is None else {TORQUE: self.motion.axles.torques[self.row]}
+        if self.motion.rollers is not None:
+            turning |= self.motion.rollers.given(self.motion.rollers.torques[self.row])
         found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 

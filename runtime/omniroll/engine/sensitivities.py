@@ -30,6 +30,8 @@ from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
+from omniroll.engine.roller_deviations import RollerDeviations
+from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
 from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.standing_deviations import AxlesBesideContacts, StandingDeviations
@@ -81,9 +83,15 @@ def axle_deviations(motion: Motion, columns: Columns) -> AxleDeviations | None:
     return (AxlesBesideContacts if isinstance(motion.axles, StandingAxles) else AxleDeviations)(motion, columns)
 
 
+def roller_deviations(motion: Motion, columns: Columns) -> RollerDeviations | None:
+    """What deviations do where rollers may stick beside wheels that may slip; None where none may."""
+    return None if motion.rollers is None else RollerDeviations(motion, columns)
+
+
 def held_in(motion: Motion, columns: Columns) -> Held | None:
     """What sticks in the steps of a run; None where nothing may."""
-    made = (make(motion, columns) for make in (hold_deviations, contact_deviations, axle_deviations))
+    makers = (hold_deviations, contact_deviations, axle_deviations, roller_deviations)
+    made = (make(motion, columns) for make in makers)
     found = [own.held for own in made if own is not None]
     if not found:
         return None
@@ -221,7 +229,7 @@ class Sweep:
         self.axial = np.zeros(shape) if plain.has_spins else None
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
-        self.axles = axle_deviations(motion, columns)
+        self.axles, self.rollers = axle_deviations(motion, columns), roller_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
             self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
@@ -300,6 +308,8 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
+        if self.rollers is not None and self.rollers.turns_alone[row]:
+            moved[:] = self.rollers.turned(row, moved, self.inputs_at(row))
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
@@ -331,6 +341,8 @@ class Sweep:
         times = self.drives.jump(self.trajectory.elapsed[row + 1]) if self.moving else None
         if self.holds is not None and self.holds.changes[row]:
             return self.holds.passed(row, moved, times, partial(self.inputs_at, row))
+        if self.rollers is not None and self.rollers.changes[row]:
+            return self.rollers.passed(row, moved, times, self.inputs_at(row))
         if self.axles is not None and self.axles.changes[row]:
             return self.axles.passed(row, moved, times, self.inputs_at(row))
         if self.contacts is not None and self.contacts.changes[row]:
@@ -351,7 +363,7 @@ class Sweep:
         first = trajectory.step_rows[step]
         length = trajectory.elapsed[first + 1] - trajectory.elapsed[first]
         moving = slice(self.moving)
-        found[moving, 0] = (self.motion.inputs[first + 1, moving] - self.motion.inputs[first, moving]) / length
+        found[moving, 0] = self.deviations.changes(self.motion.inputs, first) / length
         found[:, 1:] = self.inputs[step, :size]
         found[: self.moving, 1:] += length * self.inputs[step, size : size + self.moving]
         return found
@@ -446,6 +458,7 @@ class Sweep:
         own = None if axial is None else tangent_of(state.axial).reshape(len(self.columns), -1).T
         moved = self.passage.deviation(y).T
         moved = moved if self.axles is None else self.axles.began(moved)
+        moved = moved if self.rollers is None else self.rollers.began(moved)
         return moved if self.contacts is None else self.contacts.began(0, moved), own
 
     def _begun(self, state: State) -> State:
@@ -472,15 +485,16 @@ class Sweep:
         length = (trajectory.elapsed[rows + 1] - elapsed)[:, None]
         slopes = {name: (trajectory.drive[rows + 1, k] - drive[name]) / length for k, name in enumerate(names)}
         found = self.drives.after(elapsed, drive, slopes)
-        for own in (self.holds, self.axles):
+        for own in (self.holds, self.axles, self.rollers):
             found |= {} if own is None else own.given(rows)
         for k, name in enumerate(names):
             width = self.motion.plain.wheels
             for own, start in zip(found[name], (0, self.deviations.input_size), strict=True):
                 self.inputs[first:last, start + k * width : start + (k + 1) * width] = own.swapaxes(1, 2)
-        if self.holds is not None and self.deviations.spins_stick:
-            given = self.holds.given_to_spins(rows).reshape(len(rows), len(self.columns), -1)
-            self.inputs[first:last, self.moving : self.deviations.input_size] = given.swapaxes(1, 2)
+        if self.deviations.spins_stick:
+            given = self.holds.given_to_spins(rows) if self.rollers is None else found[FREE][0]
+            places = self.deviations.places[FREE].ravel() - self.size
+            self.inputs[first:last, places] = given.reshape(len(rows), len(self.columns), -1).swapaxes(1, 2)
 
     @cached_property
     def drives(self) -> DriveDeviations:
@@ -510,7 +524,7 @@ class Sweep:
 
     def _refuse_rests(self, row: int) -> None:
         """Raises NoDerivativeError where something comes to rest just as a wheel switches, behind a row."""
-        for own in (self.contacts, self.axles):
+        for own in (self.contacts, self.axles, self.rollers):
             if own is not None:
                 own.refuse_rests(row)
 
@@ -523,7 +537,7 @@ class Sweep:
         if not parted.any():
             return None
         self._refuse_impacts(before, parted, wheels)
-        for own in (self.contacts, self.axles):
+        for own in (self.contacts, self.axles, self.rollers):
             if own is not None:
                 own.refuse_orders(row, wheels)
         return self._one_after_the_other(row, moved, times)

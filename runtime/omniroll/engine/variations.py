@@ -17,6 +17,7 @@ from numpy.polynomial import legendre
 
 from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RATES, dynamics_with
 from omniroll.effects.effect_set import BEARINGS, EffectSet
+from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
@@ -79,9 +80,10 @@ class Deviations:
     state      (m,) their places in y
     inputs     names and shapes of what a phase is given: what the drives give, and the momenta of free rollers where
                they are constant, the torques of their bearings where they may stick
+    constant   (moving,) bool: inputs among those that are torques of bearings, which do not change within a step
     sticking   names of those inputs that are torques of bearings which may stick, and whose rates follow from nu
     spins_stick  whether free rollers may stick as well
-    axles_stick  whether axles may stick where wheels may slip
+    axles_stick, rollers_stick  whether axles, and rollers, may stick where wheels may slip
     grips      whether contacts may stick on the ground
     loaded     whether loads follow the motion; coupled, whether the motion follows the loads as well
     functions  generated functions that give the rates, in the order in which they are called
@@ -95,8 +97,9 @@ class Deviations:
         self.vector = vector
         self.state = np.concatenate([np.arange(vector.size)[vector.slices[name]] for name in self.rates])
         drives = effects.drives()
-        self.inputs = {name: (bound.wheels,) for name in drives if name not in MODES}
+        self.inputs = {name: (bound.wheels,) for name in drives if name not in (*MODES, *MOMENTS)}
         self.moving = sum(map(prod, self.inputs.values()))  # inputs that change within a phase stand first
+        self.constant = bound.slips & np.isin(list(self.inputs), BEARINGS).repeat(bound.wheels)
         self.inputs |= {name: (bound.wheels,) for name in MODES if name in drives}  # which a phase holds
         self.grips, self.loaded = "sticks" in drives, "carries" in drives
         self.coupled = self.loaded and "contact_viscous" not in effects.names()
@@ -104,8 +107,9 @@ class Deviations:
             self.inputs["momenta"] = (bound.wheels, 2)
         self.spins_stick = bound.rollers_stick and bound.has_spins
         if self.spins_stick:
-            self.inputs["free_bearing"] = vector.shapes["spins"]
+            self.inputs["free_bearing"] = (bound.wheels, bound.rollers_per_wheel - 1)
         self.axles_stick = bound.slips and "bearing_torque" in self.inputs
+        self.rollers_stick = bound.slips and self.spins_stick
         self.sticking = () if bound.slips else tuple(name for name in BEARINGS if name in self.inputs)
         asked = effects.functions(bound.roller_model)
         functions = dict.fromkeys((*asked, *(PLAIN[1:] if bound.slips else (dynamics_with(asked), *PLAIN))))
@@ -149,6 +153,11 @@ class Deviations:
     @property
     def input_size(self) -> int:
         return sum(map(prod, self.inputs.values()))
+
+    def changes(self, inputs: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(..., moving) by how much inputs (T, U) of rows change in the steps from rows (...)."""
+        moving = slice(self.moving)
+        return np.where(self.constant, 0.0, inputs[rows + 1, moving] - inputs[rows, moving])
 
     def views(self, inputs: np.ndarray) -> dict[str, np.ndarray]:
         """Inputs (..., U) by name."""
@@ -274,7 +283,7 @@ class Variations:
         y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), np.tile(nodes, count))
         inputs = np.repeat(self.inputs[rows], s, axis=0)
         if moving:
-            change = np.repeat(self.inputs[rows + 1, :moving] - self.inputs[rows, :moving], s, axis=0)
+            change = np.repeat(self.deviations.changes(self.inputs, rows), s, axis=0)
             inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
         held, turning = self.held(np.repeat(rows, s))
         if self.contacts is not None:
