@@ -36,7 +36,8 @@ HEADING_INPUT = (
 CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
 MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what the free rollers' bearings do to the wheels' momenta
 MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
-LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
+# What gives the sums of the loads, after the dynamics.
+LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")
 SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows

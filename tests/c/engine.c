@@ -1,9 +1,9 @@
 /* The compiled engine from C alone: the paper's vehicle, free rollers, impact; buffers of a few rows. With STICKING its
  * axles stick, with ROLLERS_STICK also all its rollers, with SLIPPING its wheels slip on a viscous ground, with HOLDING
  * beside that their axles stick, with CARRYING wheels slip under Coulomb's friction with loads that follow the motion,
- * with STANDING under static loads, and axles and rollers may stick beside contacts; with LOADED friction is regularised,
- * loads follow the motion, and axles and rollers may stick. It prints a line for each switch, time and directions, and one
- * for the end. */
+ * with STANDING under static loads, and axles and rollers may stick beside contacts; with LOADED friction is
+ * regularised, loads follow the motion, and axles and rollers may stick. It prints a line for each switch, time and
+ * directions, and one for the end. */
 #include "engine.h"
 
 #include <fenv.h>
@@ -142,7 +142,8 @@ int main(int count, char **arguments)
         .undecided = 1, .typical = 0.3*load, .friction = 0.3*load/(vehicle.mass*radius), .settles = 0.3e-9*load/vehicle.mass,
         .arms = {radius, 2*radius/vehicle.yaw_scale, vehicle.wheel_radius,
                  vehicle.wheel_radius - vehicle.roller_axis_radius},
-        .weight = weight, .wheel_inertia = vehicle.wheel_inertia, .normal_gravity = 9.80665, .height = 0.05, .spin_inertia = inertia, .places = places,
+        .weight = weight, .wheel_inertia = vehicle.wheel_inertia, .normal_gravity = 9.80665, .height = 0.05,
+        .spin_inertia = inertia, .places = places,
         .sums = {weight, 0, 0}};
     run.inputs = inputs, run.grips = grips, run.grip_count = WHEELS;
 #endif
