@@ -1,6 +1,6 @@
-/* Bearings that stick on a ground under a smooth law whose loads follow the motion: which of those at rest stick, with the
- * loads of each set of contacts that may carry. The numbered rules are in runtime/omniroll/effects/loaded_axles.py; those
- * of axles hold for rollers, too (loaded_bearings.py). */
+/* Bearings that stick on a ground under a smooth law whose loads follow the motion: which of those at rest stick, with
+ * the loads of each set of contacts that may carry. The numbered rules are in runtime/omniroll/effects/loaded_axles.py;
+ * those of axles hold for rollers, too (loaded_bearings.py). */
 #if SET_LOADED_BEARINGS
 #define ALL_AT_ONCE 20              /* turns in which all wrong bearings change                             */
 #define BEARING_TURNS 2000          /* all turns                                                            */
