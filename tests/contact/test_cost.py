@@ -57,10 +57,11 @@ def test_set_valued_friction_against_the_instructions_of_rolling():
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(missing()), reason=f"counting needs {missing()}")
-def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone():
+@pytest.mark.parametrize("loads", ["static loads", "dynamic loads"])
+def test_bearings_that_stick_beside_contacts_against_the_instructions_of_contacts_alone(loads):
     """At each event all bearings are decided with the contacts, and in each step the least use is looked at."""
-    ground = "free|coulomb, friction 0.3"
-    alone, beside = counted("costs.contacts", [f"{ground}|static loads", f"{ground}|{ALL_STICK}"]).values()
+    ground = f"free|coulomb, friction 0.3|{loads}"
+    alone, beside = counted("costs.contacts", [ground, ground + ALL_STICK]).values()
     assert alone.instructions < beside.instructions <= 5 * alone.instructions
 
 

@@ -258,6 +258,13 @@ static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
         refusal->compression[i] = run->grips[i].load;
 }
 
+static void put_refusal(omniroll_run_t *run, const refusal_t *refusal)
+{
+    run->ground = refusal->ground;
+    for (int i = 0; i < run->wheels; i++)
+        run->grips[i].load = refusal->compression[i];
+}
+
 /* Whether the vehicle tips: there are no loads, and not because friction leaves them undetermined. */
 static int tips(const omniroll_ground_t *ground)
 {
@@ -270,9 +277,7 @@ static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
 {
     if (!tips(&at_rest->ground) || tips(&run->ground))
         return;
-    run->ground = at_rest->ground;
-    for (int i = 0; i < run->wheels; i++)
-        run->grips[i].load = at_rest->compression[i];
+    put_refusal(run, at_rest);
 }
 
 /* Whether there are loads where all stick that `rests`; else why not, in `at_rest`. They are taken, or those of the last
@@ -403,8 +408,12 @@ static void decide_contacts(omniroll_run_t *run, const work_t *work)
         grip->sticks = grip->resting, beyond[i] = 0;
         resting |= grip->resting, slipping |= grip->carries && !grip->resting, released |= grip->released;
     }
-    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
+#if SET_LOADS
+    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE)) {
+        put_refusal(run, &at_rest);
         return;
+    }
+#endif
     put_modes(run);
     if (resting && may_stick && !released) {
 #if !SET_LOADS                                  /* with them the forces have just been found                */

@@ -369,8 +369,10 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
     const int may_stick = carries_at_rest(run, work, rests, &at_rest);
     for (int i = 0; i < run->wheels; i++)
         resting |= run->grips[i].resting;
-    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE))
+    if (!may_stick && !(resting && run->ground.failure == OMNIROLL_LOADS_NONE)) {
+        put_refusal(run, &at_rest);
         return 0;
+    }
     if (!settle_standing(run, work, rests)) {
         tell_what_tips(run, &at_rest);
         return 0;
