@@ -5,12 +5,29 @@ it is 0 where s does not depend on p at all. A sum in a loop that is all of one 
 
 A step that stands still has degree 0. One whose slope Maxima's rules give has the degree that these say, where that can
 be read off them.
+
+Several numbers may grow together, and all have a degree then, as lengths have where a vehicle becomes larger in
+proportion. Of a sum of degree k, with slopes s_p, sum of p s_p = k s gives the slope by one of them from the others'.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .expressions import ZERO, Call, Canonical, Expression, Power, Product, Sum, Symbol, number
+from .expressions import (
+    ONE,
+    ZERO,
+    Call,
+    Canonical,
+    Expression,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    number,
+    operands,
+    split_coefficient,
+)
 from .programs import Loop, Step, steps
 
 if TYPE_CHECKING:
@@ -60,12 +77,13 @@ def degrees_of(
     degree = Degree(dict(seeds))
     found, before = degree.of_symbol, None
     lines = [step for step in steps(body) if step.kind != "put"]
+    lets = {step.name: step.expression for step in lines if step.kind == "let"}
     changing = {step.name for step in lines if step.kind != "let"}
     empty = set(changing)  # sums to which nothing but zero has been added so far
     while found != before:  # a sum in a loop may be mixed by what comes later
         before = dict(found)
         for step in lines:
-            own = of_step(step, degree, rules, canonical)
+            own = of_step(step, degree, rules, canonical, lets)
             if step.name in termwise and own:
                 own = MIXED
             if step.name not in changing:
@@ -76,7 +94,10 @@ def degrees_of(
     return found
 
 
-def of_step(step: Step, degree: Degree, rules: "Rules", canonical: Canonical) -> int | None:
+def of_step(
+    step: Step, degree: Degree, rules: "Rules", canonical: Canonical, lets: Mapping[str, Expression]
+) -> int | None:
+    """The degree of a step; lets: what it may read, by name."""
     if step.name in rules.still:
         return 0
     if step.kind != "let" or step.name not in rules.slopes:
@@ -85,5 +106,36 @@ def of_step(step: Step, degree: Degree, rules: "Rules", canonical: Canonical) ->
     if any(k is MIXED for k, *_ in known):
         return MIXED
     whole = canonical.sum([canonical.product([number(k), slope, Symbol(by)]) for k, by, slope in known if k])
-    multiples = {canonical.product([number(k), step.expression]): k for k in range(-HIGHEST, HIGHEST + 1)}
-    return multiples.get(whole, MIXED)
+    known_to = {name: e for name, e in lets.items() if name not in rules.slopes[step.name]}
+    for opened in (lambda e: e, lambda e: expanded(e, known_to, canonical)):
+        own, found = opened(step.expression), opened(whole)
+        multiples = {canonical.product([number(k), own]): k for k in range(-HIGHEST, HIGHEST + 1)}
+        if found in multiples:
+            return multiples[found]
+    return MIXED
+
+
+def expanded(e: Expression, values: Mapping[str, Expression], canonical: Canonical) -> Expression:
+    """A sum of products, with what symbols stand for in their places."""
+    if isinstance(e, Symbol):
+        return expanded(values[e.name], values, canonical) if e.name in values else e
+    parts = [expanded(part, values, canonical) for part in operands(e)]
+    match e:
+        case Sum():
+            return canonical.sum(parts)
+        case Product():
+            found = [ONE]
+            for part in parts or [e]:
+                found = [canonical.product([a, b]) for a in found for b in terms_of(part)]
+            return canonical.sum(found)
+        case Power(_, exponent):
+            return canonical.power(parts[0], exponent)
+    return e
+
+
+def terms_of(e: Expression) -> list[Expression]:
+    """The terms of a sum, also of one under a minus sign."""
+    value, factors = split_coefficient(e)
+    if len(factors) != 1 or not isinstance(factors[0], Sum):
+        return [e]
+    return [Product((number(value), term)) for term in factors[0].terms]

@@ -27,7 +27,7 @@ from .expressions import (
 )
 from .programs import CONSTANTS, Array, ContractError, Element, Function, Loop, Step, steps, without_dead_steps
 from .settling import settled, taken_out, tightened
-from .tangents import Body, Column, Rules, Tangents, changes_in_loops
+from .tangents import Body, Column, Rules, Tangents, Together, changes_in_loops
 
 REQUEST = "derivatives_by_"
 BY_NUMBERS = "_by_numbers"
@@ -56,6 +56,7 @@ class Derivatives:
     residuals   the programs that are differentiated in a function's stead; of several the first that a set has
     held        steps of these programs that stand still besides
     positive    numbers that are positive
+    together    numbers that grow together: the slopes of sums by the first follow from those by the others
     """
 
     rules: Rules
@@ -63,12 +64,13 @@ class Derivatives:
     residuals: Sequence["Residual"]
     held: Sequence[str]
     positive: Sequence[str]
+    together: Sequence[str]
 
     @classmethod
     def read(cls, data: Mapping) -> "Derivatives":
         residuals = tuple(Residual(*of) for of in data.get("residuals", ()))
         rules, named = Rules.read(data.get("rules", ())), tuple(data.get("by_numbers", ()))
-        return cls(rules, named, residuals, tuple(data.get("held", ())), tuple(data.get("positive", ())))
+        return cls(rules, named, residuals, *(tuple(data.get(key, ())) for key in ("held", "positive", "together")))
 
     def added(
         self, functions: Sequence[Function], fields: tuple[Array, ...], effects: Sequence[str]
@@ -82,7 +84,7 @@ class Derivatives:
         if not asked:
             return found, fields
         wanted = [self._program(named, n) for name in self.by_numbers for n in (name, name + SHARP) if n in named]
-        numbers = Numbers(self.rules, self.positive, named["prepare"], wanted, asked)
+        numbers = Numbers(self, named["prepare"], wanted, asked)
         extended = tuple(fields) + numbers.fields
         found = [numbers.prepare if f.prepares else without_dead_steps(f) for f in found]
         found += map(numbers.function, wanted)
@@ -196,18 +198,17 @@ class Numbers:
     prepare  the function that computes these too
     """
 
-    def __init__(
-        self, rules: Rules, positive: Sequence[str], prepare: Function, wanted: Sequence[Differentiable],
-        asked: Sequence[str],
-    ):  # fmt: skip
-        self.rules, self.positive = rules, positive
+    def __init__(self, known: Derivatives, prepare: Function, wanted: Sequence[Differentiable], asked: Sequence[str]):
+        self.rules, self.positive = known.rules, known.positive
+        self.alike = [name for name in known.together if name in {array.name for array in prepare.inputs}]
         self.directions = list(self._directions(prepare, asked))
         lines = [step for of in wanted for step in steps((*of.body, *of.own))]
-        read = set().union(*(symbols(step.expression) | rules.reads.get(step.name, set()) for step in lines))
+        read = set().union(*(symbols(step.expression) | self.rules.reads.get(step.name, set()) for step in lines))
         self.sources = [field for field in prepare.fields if field.name in read]
         self.slopes: dict[str, dict[str, Expression]] = {d.name: {} for d in self.directions}
         self.degrees: dict[str, Degrees] = {}
         self.rates: dict[str, Symbol] = {}
+        self.together: dict[str, Together] = {}
         self._new: dict[str, Array] = {}
         self.prepare = self._prepared(prepare)
 
@@ -259,42 +260,62 @@ class Numbers:
         self._new = {name: field for name, field in self._new.items() if name not in known}
         rates = []
         for direction, column in columns:
-            degrees = {} if direction.for_each_wheel else self._degrees(direction, column, prepare, tangents)
+            positive = not direction.for_each_wheel and direction.name in self.positive
+            degrees = self._degrees(column.seeds, prepare, tangents) if positive else {}
             for source in self.sources:
                 name = f"{source.name}_by_{direction.name}"
                 self.slopes[direction.name][source.name] = known.get(name) or Symbol(name)
             if degrees:
                 rates += self._rate(direction, list(column.seeds), prepare)
                 self.degrees[direction.name] = degrees
+        rates += self._grown_together({d.name: column for d, column in columns}, prepare, tangents)
         body = (*body, *rates)
         kept = {f.name for f in prepare.fields} | self._new.keys()
         fields = prepare.fields + self.fields
         return replace(prepare, body=putting(body, kept), fields=fields)
 
-    def _degrees(self, direction: Direction, column: Column, prepare: Function, tangents: Tangents) -> Degrees:
-        """Of the fields, in a number that is positive; none for another one. Nothing stands still in `prepare`: what it
-        computes has the degree of its own expression, and no rule is asked."""
-        if direction.name not in self.positive:
-            return {}
-        seeds = dict.fromkeys(column.seeds, 1)
+    def _degrees(self, numbers: Iterable[str], prepare: Function, tangents: Tangents) -> Degrees:
+        """Of the fields, in positive numbers by their names. Nothing stands still in `prepare`: what it computes has
+        the degree of its own expression, and no rule is asked."""
+        seeds = dict.fromkeys(numbers, 1)
         found = Degree(degrees_of(prepare.body, seeds, Rules(), frozenset(), tangents.canonical))
         put = {step.name: found(step.expression) for step in steps(prepare.body) if step.kind == "put"}
         return {field.name: put[field.name] for field in self.sources}
 
     def _rate(self, direction: Direction, number: list[str], prepare: Function) -> list[Step]:
-        """One over a number, by its names, as a further field where the model has none that is just that."""
-        own = [Power(Symbol(name), -1) for name in number]
+        """One over a number, by its names."""
+        unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
+        field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
+        inverse = [Power(Symbol(name), -1) for name in number]
+        self.rates[direction.name], further = self._field_of(inverse, field, prepare)
+        return further
+
+    def _field_of(self, values: Sequence[Expression], new: Array, prepare: Function) -> tuple[Symbol, list[Step]]:
+        """The field that has one of these values: a further one, and what gives it the first of them, where the model
+        has none that is just that."""
         lets = {step.name: step.expression for step in steps(prepare.body) if step.kind == "let"}
         for step in steps(prepare.body):
             e = step.expression
-            if step.kind == "put" and (lets.get(e.name) if isinstance(e, Symbol) else e) in own:
-                self.rates[direction.name] = Symbol(step.name)
-                return []
-        unit, meaning = f"1 per {direction.array.unit}", f"one over {direction.name}"
-        field = Array(f"inverse_{direction.name}", (), "field", unit, meaning)
-        self._new[field.name] = field
-        self.rates[direction.name] = Symbol(field.name)
-        return [Step("put", field.name, own[0], Element(field, ()))]
+            if step.kind == "put" and (lets.get(e.name) if isinstance(e, Symbol) else e) in values:
+                return Symbol(step.name), []
+        self._new[new.name] = new
+        return Symbol(new.name), [Step("put", new.name, values[0], Element(new, ()))]
+
+    def _grown_together(self, columns: Mapping[str, Column], prepare: Function, tangents: Tangents) -> list[Step]:
+        """What the slopes by the first of the numbers that grow together follow from, where all are asked for."""
+        if len(self.alike) < 2 or not columns.keys() >= set(self.alike):
+            return []
+        own, *others = self.alike
+        ratios, further = {}, []
+        for other in others:
+            names = product(columns[other].seeds, columns[own].seeds)
+            values = [tangents.canonical.product([Symbol(a), Power(Symbol(b), -1)]) for a, b in names]
+            field = Array(f"{other}_per_{own}", (), "field", "1", f"{other} over {own}")
+            ratios[other], new = self._field_of(values, field, prepare)
+            further += new
+        degrees = self._degrees([name for of in self.alike for name in columns[of].seeds], prepare, tangents)
+        self.together[own] = Together(degrees, ratios)
+        return further
 
     def function(self, program: Differentiable) -> Function:
         """The derivatives of a function's outputs by the numbers."""
@@ -337,7 +358,7 @@ class Numbers:
             return Element(new, (*(("i",) if own else ()), *direction.component, *index))
 
         rate, degrees = self.rates.get(direction.name), self.degrees.get(direction.name, {})
-        return Column(direction.name, seeds, target, rate, degrees)
+        return Column(direction.name, seeds, target, rate, degrees, self.together.get(direction.name))
 
 
 def known_already(body: Body, new: Iterable[str], fields: Collection[str]) -> dict[str, Expression]:

@@ -8,8 +8,11 @@ expressions below. A column is the direction of a derivative; nothing is compute
   - A number of each wheel has a column for each wheel. Where the loops over the wheels only add up, the wheel's own
     part is all that there is, and one further loop serves all wheels (`own`). Where a loop changes what it reads, as
     the fold of rows for sharp tips does, each wheel's column goes through all wheels, k, again (`through_all`).
+  - Where numbers that grow together have columns, a loop's sums have their slopes by one of them from the others'
+    (degrees.py).
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -24,6 +27,18 @@ AGAIN = "_k"  # after the names of what is computed again for the wheels k
 
 
 @dataclass(frozen=True)
+class Together:
+    """What a column follows from, where numbers grow together.
+
+    degrees  of what is read from arrays, in all these numbers together
+    ratios   what each other number is of the column's own, by the name of its column
+    """
+
+    degrees: Degrees
+    ratios: Mapping[str, Expression]
+
+
+@dataclass(frozen=True)
 class Column:
     """The direction of a derivative.
 
@@ -31,6 +46,7 @@ class Column:
     target   where an output's slope is put
     rate     1/p, where the direction is that of a positive number p whose powers are sought in the steps (degrees.py)
     degrees  of what is read from arrays then
+    together  what the slopes of sums follow from, if they do from those by other numbers
     """
 
     name: str
@@ -38,6 +54,7 @@ class Column:
     target: Callable[[Element], Element | None]
     rate: Symbol | None = None
     degrees: Degrees = field(default_factory=dict)
+    together: Together | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +92,7 @@ class Tangents:
     degree: Degree | None = None  # along the direction of a column with a rate
     rate: Expression = ZERO
     once: frozenset[str] = frozenset()  # steps outside of loops
+    following: Degrees = field(default_factory=dict)  # sums whose slopes follow from other columns'
 
     def along(self, body: Body, column: Column, termwise: frozenset[str]) -> "Tangents":
         """Those for a column: with the degrees of the steps, where it has a rate."""
@@ -82,7 +100,15 @@ class Tangents:
             return self
         found = degrees_of(body, column.degrees, self.rules, termwise, self.canonical)
         once = {node.name for node in body if isinstance(node, Step) and node.kind == "let"}
-        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once))
+        following = {}
+        if column.together is not None:
+            joint = degrees_of(body, column.together.degrees, self.rules, termwise, self.canonical)
+            following = {
+                name: joint[name]
+                for name in sums_of_one_loop(body) - termwise
+                if joint[name] is not MIXED and found[name] is MIXED
+            }
+        return replace(self, degree=Degree(found), rate=column.rate, once=frozenset(once), following=following)
 
     def multiple(self, e: Expression, degree: int | None) -> Expression | None:
         """The slope of an expression that has a degree."""
@@ -204,10 +230,13 @@ class Tangents:
             if isinstance(node, Loop):
                 inside = self._carried(node.body, columns, own_tangents, known, moving, changing, keep)
                 yield replace(node, body=in_order(inside))
+                yield from self._following(node, columns, own_tangents, known)
                 continue
             for column in columns:
                 slopes, tangents = known[column.name], own_tangents[column.name]
                 own = slope_name(node.name, column)
+                if node.kind != "put" and node.name in tangents.following:
+                    continue
                 d = tangents.slope(node, slopes)
                 if node.kind == "put":
                     yield from put_slope(node, column, d)
@@ -220,6 +249,29 @@ class Tangents:
                     yield Step(node.kind, own, d)
             if keep or node.kind != "put":
                 yield node
+
+    def _following(
+        self, loop: Loop, columns: Sequence[Column], own: Mapping[str, "Tangents"], known: Mapping[str, Slopes]
+    ) -> Iterator[Step]:
+        """The slopes of what a loop has added up that follow from those along other columns."""
+        added = dict.fromkeys(step.name for step in loop.body if isinstance(step, Step) and step.kind == "add")
+        for column in columns:
+            for name in (name for name in added if name in own[column.name].following):
+                slopes = known[column.name]
+                slopes[name] = Symbol(slope_name(name, column))
+                yield Step("let", slope_name(name, column), own[column.name].from_others(name, column, own, known))
+
+    def from_others(
+        self, name: str, column: Column, own: Mapping[str, "Tangents"], known: Mapping[str, Slopes]
+    ) -> Expression:
+        """The slope of a sum from those along the columns of the other numbers that grow together."""
+        c, degree, terms = self.canonical, self.following[name], []
+        for other, ratio in column.together.ratios.items():
+            if own[other].has_degree(name):
+                degree -= own[other].degree(Symbol(name))
+            else:
+                terms.append(c.product([number(-1), ratio, known[other].get(name, ZERO)]))
+        return c.sum([c.product([number(degree), self.rate, Symbol(name)]), *terms])
 
     def named(self, step: Step, name: str, d: Expression, slopes: Slopes, changing: set[str]) -> Iterator[Step]:
         """The slope of a `let`: a step of its own where it is more than a number or another name."""
@@ -329,6 +381,17 @@ def in_order(body: Iterable[Step | Loop]) -> Body:
     return tuple(
         lines[place] for place in sorted(range(len(lines)), key=lambda place: (keys[place], keys[place] != place))
     )
+
+
+def sums_of_one_loop(body: Body) -> set[str]:
+    """What one loop adds up, and nothing reads or changes within a loop."""
+    loops = [node for node in body if isinstance(node, Loop)]
+    inside = [(place, step) for place, loop in enumerate(loops) for step in steps(loop.body)]
+    read = set().union(*(symbols(step.expression) for _, step in inside))
+    outside = [(None, node) for node in body if isinstance(node, Step)]
+    changes = {(s.name, s.kind, place) for place, s in (*inside, *outside) if s.kind in ("add", "update")}
+    count = Counter(name for name, *_ in changes)
+    return {name for name, kind, place in changes if count[name] == 1 and kind == "add" and place is not None} - read
 
 
 def changes_in_loops(body: Body) -> bool:

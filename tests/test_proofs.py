@@ -46,6 +46,7 @@ CALLS = {
     "prove_residual": 'prove_residual("free")',
     "prove_own": 'prove_own("free")',
     "prove_seen": 'prove_seen("locked")',
+    "prove_lengths": 'prove_lengths("locked")',
     "prove_asking": 'prove_asking("locked")',
     "prove_impact": 'prove_impact("locked")',
     "prove_answers": 'prove_answers("answers folded along", "nu_dot_by_chi")',

@@ -13,7 +13,7 @@ from codegen.expressions import Canonical, Number, Order
 from codegen.operations import count_operations
 from codegen.programs import CONSTANTS, Loop, steps
 from codegen.settling import settled, tightened
-from codegen.tangents import Column, Rules, Tangents
+from codegen.tangents import Column, Rules, Tangents, Together
 
 
 def program(body):
@@ -88,6 +88,15 @@ def test_a_rule_has_a_degree_where_it_is_a_multiple_of_its_step():
         assert degrees_of(f.body, {"a": 1}, rules, frozenset(), c)["p"] == degree
 
 
+def test_a_rule_is_read_with_what_symbols_stand_for():
+    f = program([let("q", ["^", "b", -1]), let("p", ["*", "a", "q"]), put(["nu_dot", 0], "p")])
+    c = canonical(f)
+    for slope, by_both, by_one in ((["*", -1, "q", "p"], 0, -1), (["*", -1, "q", "q"], MIXED, MIXED)):
+        rules = Rules({"p": {"a": c.read("q"), "b": c.read(slope)}})
+        found = [degrees_of(f.body, of, rules, frozenset(), c)["p"] for of in ({"a": 1, "b": 1}, {"b": 1})]
+        assert found == [by_both, by_one]
+
+
 @pytest.mark.parametrize("seed", range(10))
 def test_slopes_by_degrees_are_the_slopes(seed):
     """The same column with its rate and without, exactly; sums that have degrees have no sums of slopes beside them."""
@@ -100,3 +109,29 @@ def test_slopes_by_degrees_are_the_slopes(seed):
     plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
     assert plain == short and len(plain) == 3
     assert [sum(step.kind == "add" for step in steps(body)) for body in bodies] == [4 + 3, 4 + 1]
+
+
+def grown_together(c, together):
+    """The columns of a and b."""
+    own = Column("a", {"a": c.read(1)}, lambda element: element, c.read("c"), {"a": 1}, together)
+    return [own, Column("b", {"b": c.read(1)}, lambda element: None)]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_slopes_of_sums_follow_where_numbers_grow_together(seed):
+    """From those by the other number, exactly, and without a sum; not where a loop reads the sum, two loops add to
+    it or where it has no degree."""
+    inside = ["+", ["*", "a", "b", "chi"], ["*", "a", "a"]]
+    f = program([*({"var": name, "expr": 0} for name in "stuv"),
+                 wheels(*({"add": name, "expr": inside} for name in "stu"), {"add": "v", "expr": ["+", "a", inside]}),
+                 wheels({"add": "t", "expr": ["*", "a", "b"]}, let("x", ["*", "u", "chi"]), {"add": "v", "expr": "x"}),
+                 put(["nu_dot", 0], ["*", "s", "b"]), put(["nu_dot", 1], "t"), put(["nu_dot", 2], "v")])  # fmt: skip
+    data = random_data(f, 3, 4, random.Random(seed))
+    data["nu"][(2,)] = exact(Fraction(1, data["nu"][(0,)]))
+    c = canonical(f)
+    together = Together({"a": 1, "b": 1}, {"b": c.read(["*", "b", ["^", "a", -1]])})
+    bodies = [Tangents(c, Rules()).carried(f.body, grown_together(c, of), keep=False) for of in (None, together)]
+    plain, short = (run(replace(f, body=body), 3, 4, data) for body in bodies)
+    assert plain == short and len(plain) == 3
+    added = [{step.name for step in steps(body) if step.kind == "add"} for body in bodies]
+    assert added[0] - added[1] == {"s_by_a"} and added[0] >= {f"{name}_by_a" for name in "stuv"}

@@ -184,6 +184,23 @@ def test_so_do_those_of_wheels_that_are_pushed(effects, number):
     assert_digits_kept(with_effects(sample(73, 100, 3, 5), name, 173), name, ("forward_dynamics_by_numbers",))
 
 
+MODELS = ("massless", "locked", "free")
+LENGTHS = ("platform_radius", "roller_axis_radius", "wheel_radius")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model, effect", [
+    *((model, effect) for effect in ("motor", "axle_coulomb", "axle_viscous", "layout") for model in MODELS[1:]),
+    *(("massless", effect) for effect in ("axle_coulomb", "roller_viscous", "roller_sticking")),
+])  # fmt: skip
+def test_so_do_those_by_lengths_where_one_follows_from_the_others(model, effect):
+    numbers = {*LENGTHS, "yaw_scale"} & numbers_of(model, (effect, "derivatives")).keys()
+    name = rounding.set_key(model, asked((effect,), numbers))
+    states = sample(73, 100, 3, 5)
+    states = with_effects(states.at(np.flatnonzero(states.sharpness() <= SHARP)), name, 173)
+    assert_digits_kept(states, name, ("forward_dynamics_by_numbers",))
+
+
 def moved_by_masses(effects):
     """{a mass: what nu' moves by where it grows by its own size}, with massless rollers."""
     masses = ("mass", "yaw_inertia", "wheel_inertia")
@@ -272,7 +289,6 @@ def prices(model, effects, form, wheels):
     return {name: (whole - others) / parts[name] / plain for name, others in without.items()}
 
 
-MODELS = ("massless", "locked", "free")
 ROLLING = [effect for effect in optional_effects() if not effect.startswith(("contact", "derivatives"))]
 ALONE = [(model, effects) for model in MODELS for effects in ((), *((effect,) for effect in ROLLING))] + [
     ("massless", effects) for effects in (
@@ -282,33 +298,21 @@ ALONE = [(model, effects) for model in MODELS for effects in ((), *((effect,) fo
 ] + [("locked", ("axle_viscous", "roller_viscous"))]  # fmt: skip
 
 
-# What one number takes of the accelerations where that is more than half, as docs/c-interface.md says: the wheel
-# radius, or with free rollers and with places of wheels the yaw scale.
-ABOVE_HALF = {
-    ("massless", ("axle_coulomb",)): 0.56,
-    ("massless", ("drive", "axle_coulomb")): 0.54,
-    ("massless", ("roller_viscous",)): 0.51,
-    ("massless", ("roller_sticking",)): 0.63,
-    ("locked", ("layout",)): 0.51,
-    ("locked", ("motor",)): 0.53,
-    ("locked", ("axle_coulomb",)): 0.51,
-    ("free", ("layout",)): 0.55,
-    ("free", ("motor",)): 0.52,
-    ("free", ("axle_viscous",)): 0.52,
-}
+@pytest.mark.long
+@pytest.mark.parametrize("model, effects", ALONE)
+def test_no_number_beside_all_others_costs_more_than_half_the_accelerations(model, effects):
+    """Of every roller model with every effect beside which its wheels roll, and of some with several."""
+    forms = ("", "_sharp") if model != "massless" else ("",)
+    assert max(max(prices(model, effects, form, wheels).values()) for form in forms for wheels in (3, 4)) <= 0.5
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("model, effects", ALONE)
-def test_no_number_beside_all_others_costs_more_than_half_the_accelerations(model, effects):
-    """Of every roller model with every effect beside which its wheels roll, and of some with several; but for those
-    above."""
-    forms = ("", "_sharp") if model != "massless" else ("",)
-    most = max(max(prices(model, effects, form, wheels).values()) for form in forms for wheels in (3, 4))
-    if (model, effects) in ABOVE_HALF:
-        assert round(most, 2) == ABOVE_HALF[model, effects]
-    else:
-        assert most <= 0.5
+def test_the_derivatives_by_state_and_inputs_cost_at_most_six_times_the_accelerations(model, effects):
+    for tips in ("", "_sharp") if model != "massless" else ("",):
+        for wheels in (3, 4):
+            price = operations(model, (*effects, "derivatives"), f"forward_dynamics_derivatives{tips}", wheels)
+            assert price <= 6 * operations(model, effects, f"forward_dynamics{tips}", wheels)
 
 
 def test_every_effect_beside_which_wheels_roll_has_its_prices_looked_at():

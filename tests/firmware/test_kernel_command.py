@@ -151,6 +151,19 @@ def test_derivatives_are_written_when_they_are_asked_for(tmp_path):
     run(tool("cc"), *STRICT, "-c", tmp_path / "with/omniroll.c", "-o", tmp_path / "omniroll.o")
 
 
+@pytest.mark.long
+def test_constants_have_the_slopes_that_derivatives_read(tmp_path):
+    scene = ROOT / "scenes/driven.toml"
+    assert kernel_command(scene, "--output", tmp_path, "--constants", "--derivatives", "mass") == 0
+    program = tmp_path / "main.c"
+    program.write_text(
+        '#include "omniroll_constants.h"\n#include <stdio.h>\nint main(void)\n{\n'
+        '    return printf("%.17g", omniroll_constant_model.m0_11_by_mass) < 0;\n}\n'
+    )
+    run(tool("gcc"), *STRICT, program, tmp_path / "omniroll.c", "-lm", "-o", tmp_path / "program")
+    assert float(run(tmp_path / "program")) == pytest.approx(scene_kernel(scene).vehicle.platform_radius ** 2)
+
+
 def test_float_without_a_macro(tmp_path):
     assert kernel_command("free", "--output", tmp_path, "--float", "--prefix", "base") == 0
     program = tmp_path / "main.c"

@@ -57,7 +57,8 @@ def run(arguments: argparse.Namespace) -> int:
     sharp = arguments.sharp if kernel is None else kernel.sharp
     files = firmware.pair_files(base, effects, prefix, arguments.is_float, sharp)
     if arguments.constants:
-        files |= firmware.constants_file(kernel, ascii_name(arguments.scene), prefix)
+        asked = scene_kernel(Path(arguments.scene), tuple(name for name in effects if name not in kernel.effects))
+        files |= firmware.constants_file(asked, ascii_name(arguments.scene), prefix)
     written = firmware.write(arguments.output, files)
     width = max(len(str(path)) for path in written)
     for path in written:
@@ -79,14 +80,14 @@ def with_derivatives(base: str, effects: tuple[str, ...], numbers: Sequence[str]
     return (*effects, DERIVATIVES, *sorted({REQUEST + name for name in numbers}))
 
 
-def scene_kernel(path: Path) -> Kernel:
-    """The kernel of a scene's vehicle, with the scene's effects and no others."""
+def scene_kernel(path: Path, also: tuple[str, ...] = ()) -> Kernel:
+    """The kernel of a scene's vehicle, with the scene's effects and no others but `also`."""
     from omniroll.effects.effect_set import EffectSet
     from omniroll.scenes import load_scene
 
     scene = load_scene(path)
     effects = EffectSet.checked(scene.options.get("effects", ()), scene.vehicle)
-    return effects.kernel(scene.vehicle, scene.options.get("roller_model", "free"), "python")
+    return effects.kernel(scene.vehicle, scene.options.get("roller_model", "free"), "python", also)
 
 
 def ascii_name(scene: str) -> str:
