@@ -179,6 +179,7 @@ def judged(vehicle: Vehicle, task: dict[str, Any]) -> dict[str, float]:
 def anywhere(scale: Scale) -> list[Measurement]:
     found = [judged(*scene(number)) for number in range(scale.of(4, 10_000))]
     found += [judged(*rollers_stick(number)) for number in range(scale.of(2, 500))]
+    found += [judged(*rollers_stick_on_coulomb(number)) for number in range(scale.of(3, 200))]
 
     def measured(what: str, value: float, bound: float) -> Measurement:
         return Measurement(what, "compiled", "double", "all", value, bound)

@@ -3,10 +3,10 @@
 #if SET_GRIPS
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
-#define CLEARLY 1e-2                /* the same of one whose rate says with most of its digits where it goes    */
+#define CLEARLY 1e-2                /* the same of one whose rate says where it goes with most of its digits */
 #define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
-#define SLOW 1e7                    /* times the rounding within which a slip is zero: it turns by 1e-10 of it or more */
-#define ALONG 100                   /* roundings of the speeds that make a slip: one that is turned by less is not  */
+#define SLOW 1e7                    /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
+#define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -237,8 +237,8 @@ static int begins_to_slip(const cones_t *problem, int k)
 }
 
 /* The mode of a contact from the last round, and where it goes if it slips. `gives_way`: its friction has been used up,
- * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. The rate of a
- * slip that only just begins is what larger ones leave, and its direction that of the force against it: loads that
+ * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. The rate of
+ * a slip that only just begins is what larger ones leave, and its direction that of the force against it: loads that
  * follow would not settle to more digits than it has. */
 static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int slips, int gives_way)
 {
@@ -488,8 +488,8 @@ static int ends_mode(const step_t *s, int i)
     return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(value));
 }
 
-/* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,), from
- * which it differs by rounding. The forces of contacts that share their motion balance in the former; and loads have
+/* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
+ * from which it differs by rounding. The forces of contacts that share their motion balance in the former; and loads have
  * located an event in the direction that push_at_end() takes. */
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double size,
                            double *own)

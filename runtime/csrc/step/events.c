@@ -7,7 +7,7 @@
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
-#define MOST_MOVES (SET_LOADS ? 4 : 1)  /* to such an event; the rate of a load at the end is rough beside a slow slip */
+#define MOST_MOVES (SET_LOADS ? 4 : 1)  /* to such an event: beside a slow slip the rate of a load is rough  */
 #define CLOSE 1e-8                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
