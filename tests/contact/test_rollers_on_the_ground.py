@@ -236,6 +236,21 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, way, part
     assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= turns
 
 
+@pytest.mark.parametrize("part", [1 + 1e-7, 1.3])
+@pytest.mark.parametrize("holds", [1e6, 1e14])
+def test_ample_bearings_do_not_hide_that_contacts_slip(run_of, holds, part):
+    """What pulls at a contact is a part of 1e-14 of what such bearings could do, and less. The block lets go at its
+    static friction and slides with the lower one: v' = g (sin b - mu cos b)."""
+    angle, above = 0.25, 1.4
+    static = np.tan(angle) / part
+    ground = Contact(law="coulomb", friction=static / above, static_friction=static,
+                     normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
+    bearings = Bearings(wheel_coulomb=holds, roller_coulomb=holds)
+    run = run_of([ground, bearings, Slope(angle, 0.3, gravity=GRAVITY)], 0.02)
+    wanted = GRAVITY * np.sin(angle) * (1 - 1 / part / above) * run.t[-1]
+    assert not run.sticks.any() and np.linalg.norm(run.nu[-1, :2]) * ARM == pytest.approx(wanted, rel=1e-12)
+
+
 def test_a_push_across_the_slope_breaks_a_round_bound(run_of):
     """On a slope along y wheels 2 and 4 push along x by P = (b t - S)/l each, and 1 and 3 hold against them; each also
     holds a quarter of the weight's part G along y. So all let go at P^2 = (mu N)^2 - (G/4)^2."""

@@ -1,7 +1,8 @@
 """Any vehicle on any ground: random scenes of all laws, static and dynamic loads, slopes, drives and bearings; axles
 stick in them unless a controller drives, and in scenes of their own rollers.
 
-A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`.
+A scene follows from its number alone, so that one that fails is found again: `scene(number)`, `rollers_stick(number)`,
+`rollers_stick_on_coulomb(number)`.
 """
 
 import itertools
@@ -117,6 +118,35 @@ def rollers_stick(number: int) -> tuple[Vehicle, dict[str, Any]]:
     return vehicle, task
 
 
+def rollers_stick_on_coulomb(number: int) -> tuple[Vehicle, dict[str, Any]]:
+    """The same where contacts may stick, too. Of four scenes two have loads that follow the motion."""
+    random = np.random.default_rng([SEED, 2, number])
+    wheels, friction = int(random.choice((3, 4, 5))), float(10 ** random.uniform(-2, 0.3))
+    vehicle = Vehicle.paper(wheels, int(random.integers(4, 7)))
+    static = friction * float(random.choice((1.0, 1.5)))
+    loads = {"loads": "dynamic", "height": float(random.uniform(0.03, 0.2))} if number % 4 > 1 else {}
+    ground = Contact(law="coulomb", friction=friction, static_friction=static, normal_gravity=GRAVITY, **loads,
+                     wheel_rates=tuple(random.normal(size=wheels)) if random.random() < 0.5 else None)  # fmt: skip
+    of_contact = friction * vehicle.mass * GRAVITY / wheels  # N
+    reach = vehicle.wheel_radius - vehicle.roller_axis_radius
+    of_rollers = of_contact * reach * 10 ** random.uniform(-3, 0.5) * random.uniform(0.5, 1.5, wheels)
+    given = {"roller_coulomb": of_rollers, "roller_break_away": random.choice((1.0, 1.2)) * of_rollers}
+    if number % 2:
+        of_axles = of_contact * vehicle.wheel_radius * 10 ** random.uniform(-2, 0.5) * random.uniform(0.5, 1.5, wheels)
+        given |= {"wheel_coulomb": of_axles, "wheel_break_away": random.choice((1.0, 1.2)) * of_axles}
+    acting = (torques, motors, table)[number % 3](random, wheels)[:1]
+    task = {
+        "nu": tuple(random.normal(size=3)) if random.random() < 0.8 else (0.0, 0.0, 0.0),
+        "spins": random.normal(size=(wheels, vehicle.rollers_per_wheel - 1)) * random.choice((0.0, 1.0, 100.0)),
+        "duration": DURATION,
+        "roller_model": "free",
+        "effects": (ground, *acting, Bearings(**given), Slope(float(random.uniform(0, 0.3)), 1.0)),
+        "accuracy": ACCURACY,
+        "control": False,
+    }
+    return vehicle, task
+
+
 def outcome(vehicle: Vehicle, task: dict[str, Any]) -> tuple[Trajectory, str]:
     """The run of a scene, and why it has stopped, or nothing."""
     try:
@@ -149,6 +179,7 @@ def judged(vehicle: Vehicle, task: dict[str, Any]) -> dict[str, float]:
 def anywhere(scale: Scale) -> list[Measurement]:
     found = [judged(*scene(number)) for number in range(scale.of(4, 10_000))]
     found += [judged(*rollers_stick(number)) for number in range(scale.of(2, 500))]
+    found += [judged(*rollers_stick_on_coulomb(number)) for number in range(scale.of(3, 200))]
 
     def measured(what: str, value: float, bound: float) -> Measurement:
         return Measurement(what, "compiled", "double", "all", value, bound)

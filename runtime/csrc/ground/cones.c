@@ -195,7 +195,7 @@ static int with_slipping(discs_t *d, const int *slipping, int slips)
         solve_rows(system, size + slips, step);
         change = 0;
         for (int k = 0; k < size + slips; k++)
-            change = fabs(step[k]) <= change ? change : fabs(step[k]);
+            change = isnan(change) || fabs(step[k]) <= change ? change : fabs(step[k]);
         for (int k = 0; k < size; k++)
             d->place[k] -= step[k];
         for (int s = 0; s < slips; s++)

@@ -75,6 +75,12 @@ ALWAYS_INLINE void measure_standing_at_end(step_t *s, const int wheels, const ar
 }
 #endif
 
+/* Whether a slip of this size at the step's end says where it goes. */
+ALWAYS_INLINE int says_direction_at_end(const step_t *s, int i, double size)
+{
+    return size > FAR_FROM_NOISE*s->slip_noise[i];
+}
+
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
  * leaves of the directions at the nodes would move what others take. */
 ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
@@ -84,7 +90,7 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
         const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
-        for (int k = 2*i; k < 2*i + 2 && s->slides[i] && size > FAR_FROM_NOISE*s->slip_noise[i]; k++)
+        for (int k = 2*i; k < 2*i + 2 && s->slides[i] && says_direction_at_end(s, i, size); k++)
             push[k] = force[k];
     }
     (void)slope;

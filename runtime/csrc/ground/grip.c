@@ -3,7 +3,10 @@
 #if SET_GRIPS
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
+#define CLEARLY 1e-2                /* the same of one whose rate says where it goes with most of its digits */
 #define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
+#define SLOW 1e7                    /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
+#define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -101,6 +104,21 @@ static void roll(omniroll_run_t *run, const work_t *work, int sticking)
     (void)chi;
 }
 
+/* Whether a direction is that of a slip (2,) of this size within its rounding. */
+static int goes_along(const omniroll_run_t *run, int contact, const double *slip, const double *direction, double made)
+{
+    const double rounding = ALONG*EPS*(speeds_of_slip(run, contact) + made);
+    return fabs(slip[1]*direction[0] - slip[0]*direction[1]) <= rounding
+        && slip[0]*direction[0] + slip[1]*direction[1] > 0;
+}
+
+/* Whether a slip is so slow that loads would feel how its rounding turns it. A step ends at an event in its own
+ * directions: in others the loads are not those that it has been located by. */
+static int turns_loads(const omniroll_run_t *run, int contact, double size)
+{
+    return SET_LOADS && SET_FIRST_DIRECTION == 0 && size <= SLOW*SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
+}
+
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
 static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
 {
@@ -114,6 +132,8 @@ static void find_resting_contacts(omniroll_run_t *run, const work_t *work)
         omniroll_grip_t *const grip = run->grips + i;
         const double size = sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]);
         grip->resting = (SET_LOADS || grip->carries) && (grip->resting || size <= slip_rounding(run, i));
+        if (turns_loads(run, i, size) && goes_along(run, i, slip + 2*i, grip->towards, 0))
+            continue;
         for (int k = 0; k < 2 && !grip->resting && size > 0; k++)
             grip->towards[k] = slip[2*i + k]/size;
         if (SET_FIRST_DIRECTION == 1)
@@ -197,8 +217,8 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
     }
 }
 
-/* Whether a contact of the problem slips, and not by rounding. */
-static int begins_to_slip(const cones_t *problem, int k)
+/* Whether a contact of the problem is pulled by more than this part of what the forces could give it. */
+static int is_pulled(const cones_t *problem, int k, double part)
 {
     const int wide = problem->wide, width = problem->width, size = forces_at(wide, width, problem->count);
     double power = 0;
@@ -207,20 +227,29 @@ static int begins_to_slip(const cones_t *problem, int k)
         for (int l = 0; l < size; l++)
             power += problem->reach[j]*fabs(problem->matrix[j*size + l])*problem->reach[l];
     }
-    return problem->pull[k] > BEGINS*power;
+    return problem->pull[k] > part*power;
+}
+
+/* Whether a contact of the problem slips, and not by rounding. */
+static int begins_to_slip(const cones_t *problem, int k)
+{
+    return is_pulled(problem, k, BEGINS);
 }
 
 /* The mode of a contact from the last round, and where it goes if it slips. `gives_way`: its friction has been used up,
- * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. */
+ * or would be if all contacts stuck; it slips even where that is too little for a pull that is not rounding. The rate of
+ * a slip that only just begins is what larger ones leave, and its direction that of the force against it: loads that
+ * follow would not settle to more digits than it has. */
 static void take_mode(omniroll_grip_t *grip, const cones_t *problem, int k, int slips, int gives_way)
 {
     const double *const force = problem->force + k*problem->width, *const rate = problem->rate + k*problem->width;
     const double *const reach = problem->reach + k*problem->width;
+    const int by_rate = slips && !(SET_LOADS && !is_pulled(problem, k, CLEARLY));
     double taken = 0, begun[2] = {0, 0}, size = 0;
     for (int j = 0; j < problem->width; j++) {
         const double friction = reach[j]/grip->load;
         taken += force[j]/reach[j]*(force[j]/reach[j]);
-        begun[j] = slips ? rate[j] : -force[j]/(friction*friction);
+        begun[j] = by_rate ? rate[j] : -force[j]/(friction*friction);
         size += begun[j]*begun[j];
     }
     grip->sticks = !slips && !(gives_way && sqrt(taken) >= 1 - AT_EDGE);
@@ -468,13 +497,21 @@ static int ends_mode(const step_t *s, int i)
     return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(value));
 }
 
-/* Whether a contact goes on in the direction that the step has found and not in that of its slip (2,), from which it
- * differs by rounding. The forces of contacts that share their motion balance in the former. */
-static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip)
+/* Whether a contact goes on in the direction that the step has found, into `own`, and not in that of its slip (2,),
+ * from which it differs by rounding. The forces of contacts that share their motion balance in the former; and loads have
+ * located an event in the direction that push_at_end() takes. */
+static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double size,
+                           double *own)
 {
-    const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
-    const double rounding = ROUNDED_SLIP*EPS*(s->h*s->friction_makes + speeds_of_slip(run, i));
-    return turned_together(s, i) && fabs(slip[1]*x - slip[0]*y) <= rounding;
+    const int by_nodes = turned_together(s, i) || !says_direction_at_end(s, i, size);
+    if (!turned_together(s, i) && !turns_loads(run, i, size))
+        return 0;
+    for (int k = 2*i; k < 2*i + 2; k++)
+        own[k - 2*i] = by_nodes ? weighted(&s->toward[k], &gauss_end)
+            : s->end_slip[k] + s->late*weighted(&s->slip_rate[k], &gauss_end);
+    const double length = sqrt(own[0]*own[0] + own[1]*own[1]);
+    own[0] /= length, own[1] /= length;
+    return goes_along(run, i, slip, own, s->h*s->friction_makes);
 }
 
 /* A step has been taken. */
@@ -490,9 +527,10 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
         const int turns = s->turning && s->slides[i];
-        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i);
+        double own[2] = {s->toward[2*i].node[NODES - 1], s->toward[2*i + 1].node[NODES - 1]};
+        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i, size, own);
         for (int k = 0; k < 2 && turns; k++)
-            grip->towards[k] = known ? slip[2*i + k]/size : s->toward[2*i + k].node[NODES - 1];
+            grip->towards[k] = known ? slip[2*i + k]/size : own[k];
         if (turns && !known)                    /* the row says where it went: its slip does not            */
             run->inputs[SET_HEADINGS_INPUT*run->wheels + i] = atan2(grip->towards[1], grip->towards[0]);
         grip->resting = grip->sticks || ends;

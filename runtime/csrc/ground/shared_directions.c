@@ -1,4 +1,4 @@
-/* Directions of slips that are found together: of contacts whose rollers stick. What forces do to their slips across the
+/* Directions of slips that are found together: of contacts whose rollers stick. What forces do to their slips along the
  * axle, and where the axle sticks, too, to the whole slip, they do through the vehicle alone, which all of them share.
  * Where each turned until its own slip followed, the first would turn for all others. */
 #if SET_STANDS_BOTH_WAYS

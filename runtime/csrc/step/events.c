@@ -7,6 +7,7 @@
 #define MOST_SWEEPS 60
 #define STIFF_SWEEPS 10             /* by Newton's rule                                                     */
 #define SHIFT 0.05                  /* of a step: by less it moves to a load's event while its loads settle   */
+#define MOST_MOVES (SET_LOADS ? 4 : 1)  /* to such an event: beside a slow slip the rate of a load is rough  */
 #define CLOSE 1e-8                  /* of a step: rates are constant to rounding over this time               */
 #define RENEW 0.1                   /* a ratio of two changes that asks for new slopes in the stiff sweeps   */
 #define PATIENT_OF_NU 6             /* sweeps before that, of nu alone                                      */
@@ -408,7 +409,7 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
     double last = INFINITY, ratio = INFINITY, ratio_before = INFINITY;
     double cut = INFINITY;              /* the shortest length that an event has cut, at settled rates     */
     int shifted = 0;                    /* whether the length has changed since the last sweep, as a load asks for */
-    int moved_on = 0;                   /* whether it has been moved on to where a contact lets go        */
+    int moves = 0;                      /* how often it has been moved on to where a contact lets go      */
     int long_at = 2;                    /* the sweep after which a step that is too long shows it         */
 #if SET_IS_ACTED_ON
     int stiff_since = 0;
@@ -442,10 +443,10 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #endif
         if (rest <= sweep_tolerance && is_near(s, moved)) {
             const int unseen = is_blind(s), near = end_settled(s, wheels, most);
-            const int moves_on = near && !moved_on && lets_go_later(s, wheels);
+            const int moves_on = near && moves < MOST_MOVES && lets_go_later(s, wheels);
             if (near && !moves_on)
                 return SETTLED;
-            moved_on |= moves_on;
+            moves += moves_on;
             if (unseen || moves_on) {
                 s->h += s->late;
                 last = INFINITY;

@@ -33,6 +33,7 @@ from omniroll.vehicles.vehicle import Vehicle
 
 AT_REST = 1000  # a slip is zero within this many roundings of the velocities that it is the difference of
 MOVES = 1e-10  # a contact begins to slip that gets more than this part of what the forces could give it
+CLEARLY = 1e-2  # the same of one whose rate says with most of its digits where it goes
 AT_EDGE = 1e-9  # friction is used up that is nearer to its bound than this part of it
 HELD_ROUNDINGS = 64  # of a force that holds, which is what is left of other forces
 SETTLES = 1e-9  # of the acceleration that friction gives the vehicle: a slip falls that falls faster
@@ -232,6 +233,10 @@ class Ground:
                 return
         self.give_way(np.flatnonzero(self.resting), given, dynamics)
 
+    def says_its_way(self, pull: np.ndarray, power: np.ndarray) -> np.ndarray:
+        """(m,) bool: whether the rates of slips that begin, with these pulls of a possible power, say where they go."""
+        return np.ones(len(pull), bool)
+
     def give_way(self, resting: np.ndarray, given: np.ndarray, dynamics: Dynamics) -> None:
         """Which of the contacts `resting` slip, and where they go; `given` (N, 2) are the forces of the others."""
         own, free = self.directions, np.zeros(len(self.sticks), bool)
@@ -259,7 +264,8 @@ class Ground:
             broken = broken | slips
         taken = np.linalg.norm(found.force / reach, axis=1)
         giving_way = self.released[resting] & (taken >= 1 - AT_EDGE)
-        begun = np.where(slips[:, None], found.rate, -found.force / friction**2)[slips | giving_way]
+        by_rate = slips & self.says_its_way(found.pull, power)
+        begun = np.where(by_rate[:, None], found.rate, -found.force / friction**2)[slips | giving_way]
         going = resting[slips | giving_way]
         self.sticks[going] = False
         self.towards[going, own] = begun / np.linalg.norm(begun, axis=1, keepdims=True)

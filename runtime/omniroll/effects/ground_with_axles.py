@@ -267,7 +267,7 @@ class GroundWithAxles(BesideAxles, Ground):
             if not (slips & ~broken).any():
                 break
             broken = broken | slips
-        self._take_modes(contacts, axles, found, reach, slips, friction)
+        self._take_modes(contacts, axles, found, reach, slips, friction, self.says_its_way(found.pull, power))
 
     def _least(self, matrix: np.ndarray, without: np.ndarray, reach: np.ndarray) -> cones.Decided:
         """The forces of contacts and torques of bearings at rest, by what they can take."""
@@ -281,11 +281,13 @@ class GroundWithAxles(BesideAxles, Ground):
         reach: np.ndarray,
         slips: np.ndarray,
         friction: np.ndarray,
+        says: np.ndarray,
     ) -> None:
         first = len(contacts)
         taken = np.linalg.norm(found.force / reach, axis=1)
         giving_way = self.released[contacts] & (taken[:first] >= 1 - self.at_edge)
-        begun = np.where(slips[:first, None], found.rate[:first], -found.force[:first] / friction**2)
+        by_rate = (slips & says)[:first, None]
+        begun = np.where(by_rate, found.rate[:first], -found.force[:first] / friction**2)
         going = slips[:first] | giving_way
         self.sticks = self.resting.copy()
         self.sticks[contacts[going]] = False

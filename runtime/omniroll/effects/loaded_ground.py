@@ -15,7 +15,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from omniroll.effects.bound_rates import BoundRates
-from omniroll.effects.ground import HELD_ROUNDINGS, Dynamics, Grip, Ground
+from omniroll.effects.ground import CLEARLY, HELD_ROUNDINGS, Dynamics, Grip, Ground
 from omniroll.effects.ground_flow import MOVED, GroundFlow
 from omniroll.effects.ground_loads import NONE, UNSETTLED, Carried, GroundFailsError, Loads
 from omniroll.effects.guards import EPS, PASSED
@@ -99,6 +99,11 @@ class LoadedGround(Ground):
         size = self.grip.loads.max()
         excess = np.where(self.off, -1.0, (asked - self.pressing) / size)
         return excess, HELD_ROUNDINGS * EPS * (asked + np.abs(self.pressing)) / size
+
+    def says_its_way(self, pull: np.ndarray, power: np.ndarray) -> np.ndarray:
+        """The rate of a slip that only just begins is what larger ones leave, and its direction that of the force
+        against it: loads would not settle to more digits than it has."""
+        return pull > CLEARLY * power
 
     def decide(self, slip: np.ndarray, dynamics: Dynamics) -> None:
         rests = self.resting | self.still  # also contacts that are off, which may carry from now on

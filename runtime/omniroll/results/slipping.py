@@ -13,6 +13,16 @@ from omniroll.kernels.kernel import Kernel
 from omniroll.results.accelerations import call_named
 from omniroll.vehicles.loads import Springs
 
+ALONG = 100  # roundings of the speeds that make a slip: one that is turned by less is not
+
+
+def goes_along(slip: np.ndarray, heading: np.ndarray, rounding: np.ndarray) -> np.ndarray:
+    """(..., N) bool: whether unit vectors (..., N, 2) are the directions of slips within what rounding turns these by,
+    by (..., N) within which slips are zero. The loads of a row are those by which an event has been located in the
+    direction that the row has; where the slip is slow, rounding of it would move them."""
+    across = slip[..., 1] * heading[..., 0] - slip[..., 0] * heading[..., 1]
+    return (np.abs(across) <= ALONG / AT_REST * rounding) & ((slip * heading).sum(axis=-1) > 0)
+
 
 class Contacts:
     """The contacts in some states (...) of a run in which wheels may slip.
@@ -83,6 +93,8 @@ class Contacts:
         if stands and rounding.ndim > 1:  # a whole vehicle may come to rest
             rounding = np.maximum(rounding, LEFT_OF * rounding.max())
         slips = slip_says(slip, heading, rounding)
+        if self.grip.balance:
+            slips &= ~goes_along(slip, heading, rounding)
         towards = np.where(slips[..., None], slip, heading)
         given = np.ones(sticks.shape) if self.grip.balance else np.broadcast_to(self.grip.loads, sticks.shape)
         force = self.grip.sliding_forces(self.kernel, towards, given)
