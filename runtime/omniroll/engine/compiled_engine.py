@@ -53,7 +53,10 @@ REASONS = {
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
 # Generated functions of sets that run on the Python engine alone, and what these have.
-NOT_COMPILED = {"disk_momenta": "rollers that stick where loads follow the motion"}
+NOT_COMPILED = {
+    "disk_momenta": "rollers that stick where loads follow the motion",
+    "slip_contact_loss": "massless rollers that stick where wheels may slip",
+}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 

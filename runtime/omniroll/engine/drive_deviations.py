@@ -29,7 +29,7 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if {"standing_dynamics", "slip_load_balance"} <= plain.signatures.keys():
         bound = "is not followed beside contacts that stick where loads follow the motion; give it a wheel_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
-    if "disk_dynamics" in plain.signatures or "bearing_dynamics" in plain.signatures:
+    if {"disk_dynamics", "bearing_dynamics", "slip_contact_loss"} & plain.signatures.keys():
         bound = "is not followed beside Contact where rollers stick; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
