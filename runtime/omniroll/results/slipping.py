@@ -38,7 +38,11 @@ class Contacts:
     def spins(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks."""
         if self._massless_stick:
-            return self._called("slip_spins", self._beside(nu, chi))["contact_spin"]
+            values = self._beside(nu, chi)
+            if "contact_sticks" not in values:
+                bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
+                raise InvalidValueError("contact_spin", None, bound)
+            return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
         return self.kernel.call("slip_spins", nu, chi, *self.axial)

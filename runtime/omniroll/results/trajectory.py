@@ -357,7 +357,7 @@ class Trajectory(MadeOnDemand):
 
         def contact_spin() -> np.ndarray:
             inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
-            return with_rows("contact_spin", self.contact_spins_in(inside, partial(self._beside, times, y, row)))
+            return with_rows("contact_spin", self.contact_spins_in(inside, times, row))
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
         on_ground = cache(lambda: (None, None, None) if slipping is None else slipping.forces(nu, chi))
@@ -392,14 +392,15 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
-    def contact_spins_in(self, y: np.ndarray, beside: Callable[[], Mapping[str, np.ndarray]] = dict) -> np.ndarray:
+    def contact_spins_in(self, y: np.ndarray, times: np.ndarray, row: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks.
 
-        y       (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
-        beside  what else contacts ask for, see omniroll.results.slipping
+        y      (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
+        times  (...) in s, when it is in them
+        row    (...) the last row at or before each time
         """
         nu, chi = y[..., :3], y[..., 3 : 3 + self.vehicle.wheels]
-        contacts = self._contacts_in(y, beside)
+        contacts = self._contacts_in(y, partial(self._beside, times, y, row))
         return self.kernel.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
 
     # Contacts that slip
