@@ -359,8 +359,6 @@ def test_a_session_is_the_run():
 
 def test_what_is_not_solved_is_refused():
     bearings = Bearings(roller_coulomb=1e-4)
-    with pytest.raises(InvalidValueError, match="massless"):
-        simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[Contact(3.0), bearings])
     with pytest.raises(InvalidValueError, match="sensitivities"):
         simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="free",
                  effects=[Contact(law="coulomb", friction=0.5), bearings], sensitivities=["mass"])  # fmt: skip

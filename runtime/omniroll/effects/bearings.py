@@ -56,7 +56,8 @@ class Bearings(Effect):
 
     Raises InvalidValueError for numbers out of their bounds, for wheel_speed or wheel_break_away without wheel_coulomb
     or both together, for the same of rollers, and where no coefficient is given; simulate raises it for a number of
-    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where wheels may slip.
+    coefficients that is not N, for break_away below coulomb, and for massless rollers that stick where wheels may slip
+    under the law coulomb, under loads that follow the motion, or beside roller_viscous.
     """
 
     numbers: ClassVar[Mapping[str, str]] = {row[0]: row[1] for row in (*COEFFICIENTS, *SPEEDS)}
@@ -126,13 +127,27 @@ class Bearings(Effect):
         return self._torques("roller", kernel.wheels) if self.rollers_stick and kernel.slips else None
 
     def check_model_beside(self, roller_model: str, others: Sequence[Effect]) -> None:
-        on_ground = any("contact" in effect.kernel_effects() for effect in others)
-        if self.rollers_stick and on_ground and roller_model == "massless":
+        ground = {name for effect in others for name in effect.kernel_effects()}
+        if not self.rollers_stick or "contact" not in ground or roller_model != "massless":
+            return
+        if "contact_coulomb" in ground:
             bound = (
-                "must be given for massless rollers where wheels may slip: they turn as their wheels move along the "
-                "axles, so that bearings which stick hold the vehicle itself, and several hold it together"
+                "must be given for massless rollers beside the law coulomb, where contacts and bearings that stick "
+                "would hold the vehicle together along its axles; beside viscous and regularised these may stick"
             )
             raise InvalidValueError("roller_speed", None, bound)
+        if "contact_loads" in ground:
+            bound = (
+                "must be given for massless rollers where loads follow the motion: what a bearing that turns leaves "
+                "of a contact's load for the rolling direction is not linear in that load"
+            )
+            raise InvalidValueError("roller_speed", None, bound)
+        if self.roller_viscous is not None:
+            bound = (
+                "must not be given for massless rollers that stick where wheels may slip: how fast such a roller spins "
+                "and how far its contact slips would have to be found for each other"
+            )
+            raise InvalidValueError("roller_viscous", self.roller_viscous, bound)
 
     def sticking_bearings(self, kernel: Kernel) -> StickingBearings | None:
         if not self.rollers_stick or kernel.slips:

@@ -27,6 +27,7 @@ def dynamics_with(functions: Sequence[str]) -> str:
 class BoundRates:
     """The functions of one kernel, bound to buffers. Belongs to one run: threads do not share it.
 
+    kernel     Kernel
     functions  those that the effects ask for
     held       whether axles stick
     """
@@ -34,6 +35,7 @@ class BoundRates:
     def __init__(self, kernel: Kernel, vector: StateVector, functions: Sequence[str], held: bool = False):
         functions = (*functions, "pose_rates") if kernel.slips else (*functions, dynamics_with(functions), *PLAIN)
         functions = tuple(dict.fromkeys(HELD.get(name, name) if held else name for name in functions))
+        self.kernel = kernel
         self.y, self.rates = np.zeros(vector.size), np.zeros(vector.size)
         rates = PLAIN_RATES | {quantity.name: quantity.rate for quantity in vector.quantities}
         self.buffers = {name: vector.view(self.y, name) for name in rates}

@@ -25,6 +25,7 @@ from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.effects.loaded_ground import LoadedFlow, LoadedGround
 from omniroll.effects.loaded_ground_with_axles import LoadedGroundWithAxles
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
+from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.effects.registry import Quantity
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.slipping_bearings import MOMENTS, SlippingBearings, Torques
@@ -126,6 +127,11 @@ class EffectSet:
     def names(self) -> tuple[str, ...]:
         """The effects' names in the registry."""
         return tuple(name for effect in self.effects for name in effect.kernel_effects())
+
+    def sliding_of_massless_rollers(self, bound: Kernel) -> np.ndarray | None:
+        """(N,) in N m, the torques of massless rollers that turn and may stick where wheels may slip; or None."""
+        found = () if bound.has_spins else (effect.roller_torques(bound) for effect in self.effects)
+        return next((own[0] for own in found if own is not None), None)
 
     @property
     def slips(self) -> bool:
@@ -255,7 +261,9 @@ class EffectRun:
         self.bearings = next(found, None)
         self.ground = None if grip is None else self._ground(grip, of_rollers if beside else None)
 
-    def _rollers(self, sliding: np.ndarray, holding: np.ndarray) -> SlippingRollers:
+    def _rollers(self, sliding: np.ndarray, holding: np.ndarray) -> SlippingRollers | MasslessRollers:
+        if not self.kernel.has_spins:
+            return MasslessRollers(sliding, holding, self.bound_rates)
         return SlippingRollers(self.kernel, sliding, holding, self.bound_rates.buffers)
 
     def _ground(self, grip: Grip, rollers: Torques | None) -> Ground | SmoothGround:
@@ -446,26 +454,28 @@ class EffectRun:
         self, constants: Mapping[str, np.ndarray], guards: list[Guard], y: np.ndarray
     ) -> tuple[Flow, Guards]:
         """The rates and guards in the modes of axles and rollers, which are decided for the phase that starts now. What
-        holds an axle does not depend on the rollers' modes, nor what holds a roller on the axles'."""
+        holds a roller does not depend on the axles' modes, nor what holds an axle on those of rollers with inertia.
+        Massless ones are decided first: the ground's force across them depends on their modes."""
         axles, rollers, layout = self.slipping_axles, self.slipping_rollers, self.state_vector
 
-        def flow(sticks: np.ndarray | None = None, torques: np.ndarray | None = None) -> Flow:
+        def flow(*own: np.ndarray) -> Flow:
             modes = {}
             if axles is not None:
                 self.signals["bearing_torque"] = Signal.constant(axles.torques())
                 modes["axle_sticks"] = axles.modes == 0
             if rollers is not None:
-                own = (rollers.modes == 0, rollers.torques()) if sticks is None else (sticks, torques)
                 modes |= rollers.inputs(*own)
                 self.signals["contact_bearing"] = Signal.constant(modes.pop("contact_bearing"))
             return self.bound_rates.flow({**constants, **modes}, self.signals)
 
         turning = []
+        if isinstance(rollers, MasslessRollers):
+            rollers.decide(y)
         if axles is not None:
             flow()(0.0, y)
             axles.decide(self.axle_holding)
             turning = axles.rate_guards(layout.view(y, "nu"), layout.view(y, "rates"))
-        if rollers is not None:
+        if isinstance(rollers, SlippingRollers):
             rollers.decide(lambda sticks, torques: flow(sticks, torques)(0.0, y))
         return flow(), Guards([*guards, *turning], layout.size)
 
@@ -556,7 +566,7 @@ class EffectRun:
             drive[self.drives.index("bearing_torque")] += self.axle_holding
         if self.slipping_rollers is not None:
             flow(time, y)
-            drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held()[:, 0]
+            drive[self.drives.index("contact_bearing")] += self.slipping_rollers.held_in_contact()
         if isinstance(flow, GroundFlow):
             drive[self.drives.index("slip_heading")] = flow.headings(y)
         standing = isinstance(self.ground, GroundWithAxles) and isinstance(flow, GroundFlow)

@@ -125,9 +125,10 @@ class SlippingRollers:
         """(N, n) of the bearings of rollers that spin; 0 where one sticks."""
         return -self.modes * self.sliding
 
-    @staticmethod
-    def inputs(sticks: np.ndarray, torques: np.ndarray) -> dict[str, np.ndarray]:
-        """What the kernel takes, by name."""
+    def inputs(self, sticks: np.ndarray | None = None, torques: np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """What the kernel takes, by name, where (N, n) stick and the others have torques (N, n); else in the modes."""
+        if sticks is None:
+            sticks, torques = self.modes == 0, self.torques()
         of_contact = {"contact_sticks": sticks[:, 0], "contact_bearing": torques[:, 0]}
         return of_contact | {"free_sticks": sticks[:, 1:], "free_bearing": torques[:, 1:]}
 
@@ -142,6 +143,10 @@ class SlippingRollers:
     def held(self) -> np.ndarray:
         """(N, n) what holds those that stick, as the rates that were computed last say."""
         return self.found("contact_holding", "free_holding")
+
+    def held_in_contact(self) -> np.ndarray:
+        """(N,) the same of the rollers in contact."""
+        return self.held()[:, 0]
 
     def _beyond(self) -> tuple[np.ndarray, np.ndarray]:
         """(N, n) how much more than they take those that stick are asked for, and its rounding."""

@@ -52,6 +52,8 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
+# Generated functions of sets that run on the Python engine alone, and what these have.
+NOT_COMPILED = {"slip_contact_loss": "massless rollers that stick where wheels may slip"}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
@@ -59,7 +61,7 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return ""
+    return next((lack for name, lack in NOT_COMPILED.items() if name in kernel.signatures), "")
 
 
 def can_run(task: Task) -> bool:

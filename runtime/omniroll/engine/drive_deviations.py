@@ -33,6 +33,9 @@ def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> Non
     if "bearing_dynamics" in plain.signatures:
         bound = "is not followed beside contacts that stick where rollers do; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)
+    if "slip_contact_loss" in plain.signatures:
+        bound = "is not followed beside Contact where massless rollers stick; give it a roller_speed"
+        raise InvalidValueError("sensitivities", "Bearings", bound)
     for effect in effects:
         known = isinstance(effect, FOLLOWED) or type(effect.process(plain, 0.0)) is Process
         if not known:

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from omniroll.effects.guards import LANDED, PASSED, Guards
+from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.effects.slipping_axles import SlippingAxles
 from omniroll.effects.slipping_rollers import SlippingRollers
 from omniroll.effects.state_vector import StateVector
@@ -138,6 +139,27 @@ class SlippingRollerGuards(MotionGuards):
         """A roller that has just begun to turn is as slow at first as its spin's polynomial is wrong."""
         starts = (self.rollers.modes.ravel() != 0) & (np.abs(values[0]) <= START * np.abs(values).max(axis=0))
         return np.where(starts, START * np.abs(values).max(axis=0), 0.0)
+
+
+class MasslessRollerGuards(MotionGuards):
+    """The guards of a phase, then of each massless roller in contact (N,) where wheels may slip how far it is beyond
+    the end of its mode.
+
+    guards   of the effects and of axles
+    rollers  in their modes
+    """
+
+    def __init__(self, guards: Guards, rollers: MasslessRollers):
+        super().__init__(guards, len(rollers.modes))
+        self.rollers = rollers
+
+    def _own(self, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.rollers.excess(y)
+
+    def _missed(self, values: np.ndarray) -> np.ndarray:
+        """A roller whose mode has just begun is as near to its end at first as the polynomial is wrong."""
+        most = START * np.abs(values).max(axis=0)
+        return np.where(np.abs(values[0]) <= most, most, 0.0)
 
 
 class BearingGuards(MotionGuards):

@@ -8,9 +8,16 @@ import numpy as np
 
 from omniroll.effects.effect_set import EffectRun
 from omniroll.effects.ground_loads import GroundFailsError
+from omniroll.effects.massless_rollers import MasslessRollers
 from omniroll.engine.compensated_sum import compensated_sum
 from omniroll.engine.ground_guards import ground_guards
-from omniroll.engine.holding import BearingGuards, HoldingGuards, SlippingAxleGuards, SlippingRollerGuards
+from omniroll.engine.holding import (
+    BearingGuards,
+    HoldingGuards,
+    MasslessRollerGuards,
+    SlippingAxleGuards,
+    SlippingRollerGuards,
+)
 from omniroll.engine.integrate import Phase, PhaseIntegrator, StepFailedError
 from omniroll.engine.outlook import FIRST, outlook_of
 from omniroll.engine.runs import (
@@ -197,7 +204,9 @@ class Run:
             self.guards = HoldingGuards(self.guards, axles, self.flow, self.acting.held_force)
         if slipping is not None:
             self.guards = SlippingAxleGuards(self.guards, slipping, self.flow, self.acting.axle_holding)
-        if rollers is not None:
+        if isinstance(rollers, MasslessRollers):
+            self.guards = MasslessRollerGuards(self.guards, rollers)
+        elif rollers is not None:
             self.guards = SlippingRollerGuards(self.guards, rollers, self.flow, self.acting.state_vector)
         if bearings is not None:
             self.guards = BearingGuards(self.guards, bearings, self.flow)

@@ -47,9 +47,23 @@ class Contacts:
 
     def spins(self, nu: np.ndarray, chi: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks."""
+        if self._massless_stick:
+            values = self._beside(nu, chi)
+            if "contact_sticks" not in values:
+                bound = "are not told without the rows of a run, where massless rollers stick and wheels may slip"
+                raise InvalidValueError("contact_spin", None, bound)
+            return self._called("slip_spins", values)["contact_spin"]
         if not self.axial:
             return self.kernel.wheel_rates(nu, chi)[1]
         return self.kernel.call("slip_spins", nu, chi, *self.axial)
+
+    @property
+    def _massless_stick(self) -> bool:
+        """Whether massless rollers may stick: their modes are given beside."""
+        return "slip_contact_loss" in self.kernel.signatures
+
+    def _state(self, nu: np.ndarray, chi: np.ndarray) -> dict[str, np.ndarray]:
+        return dict(self.states) | {"nu": nu, "chi": chi}
 
     def energy(self, nu: np.ndarray, chi: np.ndarray, spins: np.ndarray | None) -> np.ndarray:
         """(...) in J, the kinetic energy; `spins` are those of the free rollers."""
@@ -62,7 +76,8 @@ class Contacts:
         if self.grip is None:
             known = dict(zip(self.kernel.constant_names, self.kernel.constants, strict=True)).get("contact_load")
             loads = None if known is None else np.broadcast_to(known, self.rates.shape)
-            return (*self.kernel.call("slip_forces", nu, chi, self.rates, *self.axial), loads)
+            found = self._called("slip_forces", self._beside(nu, chi) if self._massless_stick else self._state(nu, chi))
+            return found["slip"], found["ground_force"], loads
         slip, loads, values = self._under_grip(nu, chi)
         return slip, values["ground_force"], loads
 
@@ -115,7 +130,7 @@ class Contacts:
         """The inputs of the accelerations but the forces on contacts that slip."""
         none = {name: np.zeros_like(self.rates) for name in ("sticks", "axle_sticks")}
         none["load_factor"] = np.ones_like(self.rates)
-        values = none | dict(self.given()) | dict(self.states) | {"nu": nu, "chi": chi}
+        values = none | dict(self.given()) | self._state(nu, chi)
         if self.kernel.has_spins and "momenta" not in values:
             values["momenta"] = self.kernel.momenta(values["axial"])
         if MOMENTS[0] in values:

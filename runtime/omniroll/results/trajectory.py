@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from omniroll import validation, vocabulary
 from omniroll.effects.effect_set import EffectSet
+from omniroll.effects.massless_rollers import given_in_rows, holds
 from omniroll.effects.named import kind_of
 from omniroll.effects.state_vector import StateVector
 from omniroll.errors import InvalidValueError
@@ -356,7 +357,7 @@ class Trajectory(MadeOnDemand):
 
         def contact_spin() -> np.ndarray:
             inside = np.concatenate([nu, chi, y[..., end:]], axis=-1)
-            return with_rows("contact_spin", self.contact_spins_in(inside))
+            return with_rows("contact_spin", self.contact_spins_in(inside, times, row))
 
         made = {"contact_spin": contact_spin, "spins": spins, "energy": energy}
         on_ground = cache(lambda: (None, None, None) if slipping is None else slipping.forces(nu, chi))
@@ -391,13 +392,15 @@ class Trajectory(MadeOnDemand):
     def _state_vector(self) -> StateVector:
         return self.effects.state_vector(self._effect_kernel)
 
-    def contact_spins_in(self, y: np.ndarray) -> np.ndarray:
+    def contact_spins_in(self, y: np.ndarray, times: np.ndarray, row: np.ndarray) -> np.ndarray:
         """(..., N) in rad/s, of the rollers in contact relative to their disks.
 
-        y  (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
+        y      (..., 6 + N + E) states of the run: nu, chi, pose, and what the effects integrate
+        times  (...) in s, when it is in them
+        row    (...) the last row at or before each time
         """
         nu, chi = y[..., :3], y[..., 3 : 3 + self.vehicle.wheels]
-        contacts = self._contacts_in(y)
+        contacts = self._contacts_in(y, partial(self._beside, times, y, row))
         return self.kernel.wheel_rates(nu, chi)[1] if contacts is None else contacts.spins(nu, chi)
 
     # Contacts that slip
@@ -417,7 +420,7 @@ class Trajectory(MadeOnDemand):
 
     def _beside(self, times: np.ndarray | None, y: np.ndarray, row: np.ndarray) -> dict[str, np.ndarray]:
         """What the forces of contacts that stick ask for beside the state, at times (...), or in the rows (None)."""
-        place = 3 + self.vehicle.wheels
+        place, in_rows = 3 + self.vehicle.wheels, times is None
         found = {"heading": y[..., place + 2]}
         if times is None:
             found |= {name: self.drive[:, k] for k, name in enumerate(self.effects.drives())}
@@ -429,7 +432,17 @@ class Trajectory(MadeOnDemand):
                 found["axle_sticks"] = rests[row] & rests[np.minimum(row + 1, len(rests) - 1)]
         if self.roller_model == "free":
             found["axial"] = self._axial(times, y, row)
-        return found
+        return found | self._massless_rollers(found.get("contact_bearing"), row, in_rows)
+
+    def _massless_rollers(self, taken: np.ndarray | None, row: np.ndarray, in_rows: bool) -> dict[str, np.ndarray]:
+        """Which massless rollers stick where wheels may slip, and the torques (..., N) that the others have."""
+        sliding = self.effects.sliding_of_massless_rollers(self._effect_kernel)
+        if sliding is None or taken is None:
+            return {}
+        if in_rows:
+            return given_in_rows(taken, holds(taken, sliding))
+        of_rows = holds(self.drive[:, self.effects.drives().index("contact_bearing")], sliding)
+        return given_in_rows(taken, of_rows[row] | of_rows[np.minimum(row + 1, len(of_rows) - 1)])
 
     @property
     def sticks(self) -> np.ndarray | None:

@@ -78,7 +78,9 @@ def _steps(run: Trajectory, lengths: np.ndarray) -> np.ndarray:
     nu, chi, pose = np.split(run.dense[..., : 6 + wheels], [3, 3 + wheels], axis=-1)
     nodes = _nodes(degree)
     at_nodes = _basis(degree, nodes)
-    spin = _through(nodes, run.contact_spins_in(at_nodes @ run.dense))
+    times = run.t[run.step_rows][:, None] + nodes * lengths[:, None]
+    row = np.broadcast_to(run.step_rows[:, None], times.shape)
+    spin = _through(nodes, run.contact_spins_in(at_nodes @ run.dense, times, row))
     turned = np.concatenate([np.zeros_like(spin[:, :1]), np.cumsum(spin, axis=1)], axis=1) / (degree + 1)
     turned = _through(nodes, _basis(degree + 1, nodes) @ turned * lengths[:, None, None])
     return np.concatenate([_columns(run, nu, chi, pose), turned], axis=-1)

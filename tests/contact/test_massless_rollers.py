@@ -1,0 +1,282 @@
+"""Massless rollers whose bearings stick where wheels may slip, under the laws viscous and regularised: closed forms,
+every body, the laws in every row, and free rollers as their inertia goes to zero."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle.balls import exact, working_precision
+from reactions.newton_euler import Acting, position, solve
+from reactions.test_newton_euler import call
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from contact.test_newton_euler import DAMPING, FADE_SPEED, FRICTION, LAWS, LOAD, RELATIVE, nu_dot, slipping_case
+from omniroll import Bearings, Contact, InvalidValueError, Slope, Torque, TorqueTable, Vehicle, simulate
+from omniroll.kernels.kernel import kernel
+from omniroll.results.comparison import distance_at
+
+CROSS = Vehicle.paper(4, 4)  # wheel 1 looks along x, 2 along y, 3 and 4 opposite to them
+MASS, DISTANCE = CROSS.mass, CROSS.platform_radius
+RHO = CROSS.wheel_radius - CROSS.roller_axis_radius  # of a roller that touches the ground in its middle
+GRAVITY, INCLINE = 9.80665, 0.2
+INSTANT = 1e-10  # relative, of instants in closed form
+MASSLESS = {"roller_model": "massless", "control": False, "engine": "python"}
+
+
+def contact_torques(run):
+    """(T, N) in N m, what the bearings of the rollers in contact take in each row."""
+    return run.drive[:, run.effects.drives().index("contact_bearing")]
+
+
+def first_row(happens):
+    return int(np.flatnonzero(happens)[0])
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("above", [1.0, 1.5])
+def test_bearings_hold_a_vehicle_on_a_slope_up_to_what_they_take(above):
+    """All axles stick: it slides, M v' = M g sin b - 4 c v, until rho c v is what two bearings hold; from there on
+    these take T/rho each, M v' = M g sin b - 2 c v - 2 T/rho, and the rollers spin with v/rho - T/(rho^2 c)."""
+    c, sliding, end = 6.0, 0.02, 0.25
+    bearings = Bearings(roller_coulomb=sliding, roller_break_away=above * sliding, wheel_coulomb=3.0)
+    effects = [Contact(c), bearings, Slope(INCLINE, 0.0, gravity=GRAVITY)]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
+    fall, stuck, turning = GRAVITY * np.sin(INCLINE), 4 * c / MASS, 2 * c / MASS
+    speed = above * sliding / (RHO * c)
+    let_go = -np.log(1 - speed * stuck / fall) / stuck
+    assert let_go < end / 2
+    spins = np.abs(run.contact_spin)
+    moving = np.flatnonzero((spins > 1e-9).any(axis=0))
+    assert sorted(moving) in ([0, 2], [1, 3])
+    for wheel in moving:
+        assert run.t[first_row(spins[:, wheel] > 1e-9) - 1] == pytest.approx(let_go, rel=INSTANT)
+    rest = (fall - 2 * sliding / (RHO * MASS)) / turning
+    wanted = rest + (speed - rest) * np.exp(-turning * (end - let_go))
+    assert np.linalg.norm(run.nu[-1, :2]) * DISTANCE == pytest.approx(wanted, rel=1e-10)
+    assert spins[-1, moving] == pytest.approx([wanted / RHO - sliding / (RHO**2 * c)] * 2, rel=1e-10)
+    assert np.abs(contact_torques(run)).max() == pytest.approx(above * sliding, rel=1e-10)
+    assert not run.quantity("rates").any()
+
+
+def test_rollers_that_turn_stop_on_their_disks():
+    """M v' = -2 c v - 2 T/rho along two axles until c v = T/rho, then -4 c v."""
+    c, torque, start, end = 6.0, 0.02, 1.0, 1.2
+    effects = [Contact(c, wheel_rates=0), Bearings(roller_coulomb=torque, wheel_coulomb=3.0)]
+    run = simulate(CROSS, nu=(start / DISTANCE, 0, 0), duration=end, effects=effects, accuracy=1e-12, **MASSLESS)
+    rate, drag, rests = 2 * c / MASS, torque / (RHO * c), torque / (RHO * c)
+    stops = np.log((start + drag) / (rests + drag)) / rate
+    assert 0.05 < stops < end / 2
+    spins = np.abs(run.contact_spin).max(axis=1)
+    assert spins[0] == pytest.approx((start - rests) / RHO, rel=1e-12)
+    assert run.t[first_row(spins < 1e-9)] == pytest.approx(stops, rel=INSTANT)
+    wanted = rests * np.exp(-2 * rate * (end - stops))
+    assert run.nu[-1, 0] * DISTANCE == pytest.approx(wanted, rel=1e-10)
+    assert run.ledger.contributions["roller_loss"] < 0
+    assert abs(run.ledger.residual) <= 1e-10 * run.energy[0]
+
+
+def test_break_away_on_sliding_ground_with_a_named_speed():
+    """M v' = M g sin b - 4 mu N v/sqrt(v^2 + w^2) until rho mu N v/sqrt(v^2 + w^2) is what a bearing holds."""
+    mu, named, torque = 0.4, 0.05, 0.03
+    ground = Contact(law="regularised", friction=mu, speed=named, normal_gravity=GRAVITY * np.cos(INCLINE))
+    effects = [ground, Bearings(roller_coulomb=torque, wheel_coulomb=3.0), Slope(INCLINE, 0.0, gravity=GRAVITY)]
+    run = simulate(CROSS, nu=(0, 0, 0), duration=0.2, effects=effects, accuracy=1e-12, **MASSLESS)
+    load = MASS * GRAVITY * np.cos(INCLINE) / 4
+    part = torque / (RHO * mu * load)
+    assert part < 0.9
+    speed = named * part / np.sqrt(1 - part**2)
+    pull = MASS * GRAVITY * np.sin(INCLINE)
+    let_go, _ = quad(lambda v: MASS / (pull - 4 * mu * load * v / np.hypot(v, named)), 0, speed, epsabs=0, epsrel=1e-13)
+    assert let_go < 0.1
+    torques = np.abs(contact_torques(run)).max(axis=1)
+    assert run.t[first_row(torques >= torque * (1 - 1e-12))] == pytest.approx(let_go, rel=INSTANT)
+    assert np.abs(run.contact_spin[-1]).max() > 0.1
+
+
+# Every body
+
+
+def series(law, speed, across, rho, torque):
+    """Of a wheel that moves with `speed` along its axle and slips with `across`: whether its roller sticks, the slip
+    along the axle, and the torque of the bearing, whose size is at most `torque`. By bisection on the slip."""
+    asked = rho * law(speed, across)[0]
+    if abs(asked) <= torque:
+        return True, speed, asked
+    slip = brentq(lambda s: rho * abs(law(s, across)[0]) - torque, 0.0, speed, xtol=1e-300, rtol=1e-15)
+    return False, slip, np.sign(asked) * torque
+
+
+def viscous(along, across):
+    return -DAMPING[0] * along, -DAMPING[1] * across
+
+
+def regularised(along, across):
+    axle, rolling = FRICTION
+    size = np.sqrt((axle * along) ** 2 + (rolling * across) ** 2 + axle * rolling * FADE_SPEED**2)
+    return -LOAD * axle**2 * along / size, -LOAD * rolling**2 * across / size
+
+
+@pytest.mark.parametrize("axles", [(), ("axle_sticking",)])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("wheels, rollers", [(2, 4), (3, 5), (4, 6)])
+def test_modes_agree_with_every_body(wheels, rollers, law, axles):
+    """Newton's and Euler's equations with the bearings' torques give the same accelerations and the same forces along
+    the axles, which are those of the law at the slip that bisection finds."""
+    rng = np.random.default_rng([21, wheels, len(axles), len(law)])
+    case = slipping_case(rng, wheels, rollers, "massless", has_layout=True)
+    case = replace(case, nu=case.nu * 0.1 if law == "contact_viscous" else case.nu * 0.01)
+    stands = np.arange(wheels) % 2 == 0 if axles else np.zeros(wheels, bool)
+    case = replace(case, rates=case.rates * ~stands * 0.1)
+    forces = viscous if law == "contact_viscous" else regularised
+    bound = kernel(case.vehicle, "massless", "python", constants=tuple(LAWS[law].items()),
+                   effects=("contact", law, "roller_sticking", *axles))  # fmt: skip
+    rho = case.vehicle.wheel_radius * np.cos(case.chi) - case.vehicle.roller_axis_radius
+    rolling_rates, rolling_spins = bound.wheel_rates(case.nu, case.chi)
+    speed, across = rho * rolling_spins, case.vehicle.wheel_radius * (case.rates - rolling_rates)
+    asked = np.array([rho[i] * abs(forces(speed[i], across[i])[0]) for i in range(wheels)])
+    torques = asked * np.where(np.arange(wheels) % 2, 0.4, 2.5)  # every second one turns
+    found = [series(forces, *row) for row in zip(speed, across, rho, torques, strict=True)]
+    sticks, slip, taken = (np.array(own) for own in zip(*found, strict=True))
+    assert (sticks == (np.arange(wheels) % 2 == 0)).all()
+    values = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "heading": case.heading}
+    values |= {"contact_sticks": sticks.astype(float), "contact_bearing": np.where(sticks, 0.0, taken)}
+    values |= {"axle_sticks": stands.astype(float), "bearing_torque": np.zeros(wheels)}
+    outputs = [argument.name for argument in bound.signatures["slip_dynamics"].outputs]
+    rates = dict(zip(outputs, call(bound, "slip_dynamics", values), strict=True))
+    shown, force = call(bound, "slip_forces", values)
+    spins, held = call(bound, "slip_spins", values)
+    scale = RELATIVE * np.abs(speed).max()
+    assert shown == pytest.approx(np.stack([slip, across], axis=1), rel=RELATIVE, abs=scale)
+    assert spins * rho == pytest.approx(speed - slip, rel=RELATIVE, abs=scale) and not spins[sticks].any()
+    assert held == pytest.approx(np.where(sticks, taken, 0.0), rel=RELATIVE)
+    wanted = np.array([forces(*row) for row in zip(slip, across, strict=True)])
+    assert force == pytest.approx(wanted, rel=RELATIVE)
+    loss = call(bound, "slip_contact_loss", values)
+    assert loss == pytest.approx(-(taken * spins).sum(), rel=RELATIVE)
+    of_ground = call(bound, "ground_power", values)
+    lost = -(force[:, 0] * speed + force[:, 1] * across).sum()
+    assert loss + of_ground.sum() == pytest.approx(lost, rel=RELATIVE)
+
+    @working_precision
+    def by_bodies():
+        in_contact = [[exact(torque), *[exact(0.0)] * (rollers - 1)] for torque in taken]
+        given = Acting(ground=lambda i, *_: (0, exact(force[i, 1])), guide=wheels != 3, roller_torques=in_contact,
+                       wheel_torques=[exact(t) for t in rates.get("axle_holding", np.zeros(wheels))])  # fmt: skip
+        at = position(case.machine, case.heading, case.chi)
+        loads = dict.fromkeys(range(wheels), 0) if given.guide else None
+        solved = solve(case.machine, at, case.speeds(), given, model="massless", loads=loads)
+        along = np.array([float(axle) for axle, *_ in solved.contact])
+        return nu_dot(case, solved), np.array([float(v) for v in solved.second.chi]), along
+
+    nu_rates, wheel_rates, along = by_bodies()
+    assert rates["nu_dot"] == pytest.approx(nu_rates, rel=RELATIVE, abs=RELATIVE * np.abs(nu_rates).max())
+    assert rates["rates_dot"] == pytest.approx(wheel_rates, rel=RELATIVE, abs=RELATIVE * np.abs(wheel_rates).max())
+    assert force[:, 0] == pytest.approx(along, rel=RELATIVE)
+
+
+# Runs
+
+
+def scene(number):
+    """A vehicle whose massless rollers stick on one of both grounds, in half of these beside its axles."""
+    rng = np.random.default_rng([31, number])
+    law, wheels = ("viscous", "regularised")[number // 2 % 2], int(rng.choice((3, 4, 5)))
+    vehicle = Vehicle.paper(wheels, int(rng.integers(4, 7)))
+    numbers = {"coefficient": tuple(20 * 10 ** rng.uniform(-1, 0.3, 2))}
+    if law == "regularised":
+        numbers = {"friction": tuple(rng.uniform(0.2, 1.0, 2)), "speed": 10 ** rng.uniform(-2.5, -1)}
+        numbers |= {"normal_gravity": 9.7}
+    torques = 10 ** rng.uniform(-3, -1.3) * rng.uniform(0.5, 1.5, wheels)
+    given = {"roller_coulomb": torques, "roller_break_away": torques * rng.choice((1.0, 1.4))}
+    if number % 2:
+        of_axles = 10 ** rng.uniform(-3, -0.5) * rng.uniform(0.5, 1.5, wheels)
+        given |= {"wheel_coulomb": of_axles, "wheel_break_away": of_axles * rng.choice((1.0, 1.4))}
+    acts = (Torque(0.2 * rng.normal(size=wheels)), TorqueTable((0.0, 0.05, 0.2), 0.3 * rng.normal(size=(3, wheels))))
+    effects = [Contact(law=law, **numbers), Bearings(**given), acts[number // 4 % 2], Slope(rng.uniform(0, 0.3), 1.0)]
+    return vehicle, {"nu": 2 * rng.normal(size=3), "effects": effects, "accuracy": 1e-10, **MASSLESS}
+
+
+@pytest.mark.parametrize("number", [0, 2, 3, 4, 5, 6, 7])
+def test_the_laws_hold_in_every_row(number):
+    """The ground's force along the axle is the bearing's torque over rho, and that of the law at the slip; the bearing
+    of a roller that turns takes its sliding torque against the spin, of one that sticks no more than it holds."""
+    vehicle, options = scene(number)
+    run = simulate(vehicle, duration=0.3, **options)
+    contact, bearings = options["effects"][:2]
+    rho = vehicle.wheel_radius * np.cos(run.chi) - vehicle.roller_axis_radius
+    taken, slip, force, spins = contact_torques(run), run.slip, run.ground_force, run.contact_spin
+    assert force[..., 0] * rho == pytest.approx(taken, abs=1e-12 * np.abs(taken).max())
+    if contact.law == "viscous":
+        wanted = -slip * np.array(contact.coefficient)
+    else:
+        mu, load = np.array(contact.friction), contact.loads_at_rest(vehicle)[:, None]
+        size = np.sqrt(((mu * slip) ** 2).sum(axis=-1, keepdims=True) + mu.prod() * contact.speed**2)
+        wanted = -load * mu**2 * slip / size
+    assert force == pytest.approx(wanted, rel=1e-12, abs=1e-12 * np.abs(wanted).max())
+    along = kernel(vehicle, "massless", "python").wheel_rates(run.nu, run.chi)[1] * rho
+    scale = np.abs(along).max()
+    assert slip[..., 0] + rho * spins == pytest.approx(along, abs=1e-12 * scale)
+    sliding, holding = np.array(bearings.roller_coulomb), np.array(bearings.roller_break_away)
+    assert (np.abs(taken) <= holding * (1 + 1e-12)).all()
+    turns = np.abs(spins) * rho > 1e-9 * scale
+    assert turns.any() and not turns.all()
+    assert np.abs(taken + np.sign(spins) * sliding)[turns].max() <= 1e-12 * sliding.max()
+    lost = run.energy.max() + sum(map(abs, run.ledger.contributions.values()))
+    assert abs(run.ledger.residual) <= 1e-9 * lost
+
+
+def test_samples_between_rows_are_those_of_finer_runs():
+    vehicle, options = scene(2)
+    run, finer = (simulate(vehicle, duration=0.3, **options | {"accuracy": accuracy}) for accuracy in (1e-10, 1e-12))
+    for t in np.linspace(0.01, 0.29, 57):
+        one, other = run.sample(t), finer.sample(t)
+        for name in ("slip", "ground_force", "contact_spin"):
+            scale = np.abs(getattr(run, name)).max()
+            assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-6 * scale), (t, name)
+
+
+@pytest.mark.parametrize("number", [0, 2, 3, 5])
+def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
+    """At first order: nothing of massless rollers has a part in those runs."""
+    vehicle, options = scene(number)
+    options |= {"effects": [options["effects"][0], replace(options["effects"][1], roller_break_away=None),
+                            *options["effects"][2:]]}  # fmt: skip
+    limit, times = simulate(vehicle, duration=0.1, **options), np.linspace(0, 0.1, 21)
+
+    def distance(inertia):
+        own = options | {"roller_model": "free", "accuracy": 1e-9}
+        run = simulate(replace(vehicle, roller_inertia=inertia), duration=0.1, **own)
+        return distance_at(run, limit, times)
+
+    far, near = distance(1e-8), distance(1e-9)
+    assert far < 1e-2
+    assert 0.9 <= np.log10(far / near) <= 1.1
+
+
+@pytest.mark.parametrize("number", [0, 2])
+def test_without_torque_it_is_the_massless_vehicle_of_today(number):
+    vehicle, options = scene(number)
+    contact, _, *others = options["effects"]
+    plain = simulate(vehicle, duration=0.1, **options | {"effects": [contact, *others]})
+    times, distances = np.linspace(0, 0.1, 11), []
+    for torque in (1e-5, 1e-6):
+        stick = Bearings(roller_coulomb=torque)
+        run = simulate(vehicle, duration=0.1, **options | {"effects": [contact, stick, *others]})
+        distances.append(distance_at(run, plain, times))
+    assert distances[0] < 1e-3 and 0.99 <= np.log10(distances[0] / distances[1]) <= 1.01
+
+
+def test_what_is_not_solved_is_refused():
+    stick = Bearings(roller_coulomb=1e-3)
+
+    def refused(match, contact, bearings, **options):
+        with pytest.raises(InvalidValueError, match=match):
+            simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings], **options)
+
+    refused("law coulomb", Contact(law="coulomb", friction=0.5), stick)
+    refused("loads follow", Contact(3.0, loads="dynamic", height=0.1), stick)
+    refused("roller_viscous", Contact(3.0), replace(stick, roller_viscous=1e-5))
+    refused("sensitivities", Contact(3.0), stick, sensitivities=["mass"])
