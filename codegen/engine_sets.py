@@ -368,12 +368,14 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
+# Where massless rollers stick and wheels may slip: the Python engine alone runs such sets.
+NOT_RUN = "slip_contact_loss"
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION))
+    runs = all(map(effects.function, MOTION)) and effects.function(NOT_RUN) is None
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

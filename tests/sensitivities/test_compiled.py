@@ -78,9 +78,7 @@ def parts_of(run, names, times):
 
 def apart(one, other):
     """{number: how far its derivatives are apart, by part}."""
-    return {
-        name: np.array([np.abs(a - b).max() for a, b in zip(one[name], other[name], strict=True)]) for name in one
-    }
+    return {name: np.array([np.abs(a - b).max() for a, b in zip(one[name], other[name], strict=True)]) for name in one}
 
 
 def runs_in_c_and_python(case, names, monkeypatch, others=(), **options):

@@ -138,8 +138,8 @@ class Bearings(Effect):
             raise InvalidValueError("roller_speed", None, bound)
         if "contact_loads" in ground:
             bound = (
-                "must be given for massless rollers where loads follow the motion: what a bearing that turns leaves "
-                "of a contact's load for the rolling direction is not linear in that load"
+                "must be given for massless rollers where loads follow the motion: the loads are not found together "
+                "with rollers that stick and have no inertia"
             )
             raise InvalidValueError("roller_speed", None, bound)
         if self.roller_viscous is not None:

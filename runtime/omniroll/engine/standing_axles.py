@@ -22,9 +22,7 @@ class StandingAxles(AxleModes):
     allowed  (H, 3, 3) A of each set, columns; 0 where there are fewer
     """
 
-    def __init__(
-        self, trajectory: Trajectory, plain: Kernel, vector: StateVector, y: np.ndarray, sticks: np.ndarray
-    ):
+    def __init__(self, trajectory: Trajectory, plain: Kernel, vector: StateVector, y: np.ndarray, sticks: np.ndarray):
         super().__init__(trajectory, plain, vector, y)
         self.rows = plain.wheel_rows
         self.sets, which = np.unique(sticks & (self.modes == 0), axis=0, return_inverse=True)

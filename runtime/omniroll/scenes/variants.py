@@ -117,8 +117,6 @@ def _frictions(given: Sequence[Effect], effect: str, body: str, inertia: float, 
             yield Variant(f"{effect}_{law}", setting, changes, coefficient, unit)
 
 
-
-
 def coulomb_ground(scene: Scene) -> Contact | None:
     """The ground on which wheels would slip by Coulomb's friction; None where they may slip already, or cannot."""
     if scene.slips or scene.options.get("roller_model") == "locked":
