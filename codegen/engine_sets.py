@@ -36,12 +36,13 @@ HEADING_INPUT = (
 CARRIES_INPUT = "carries"  # beside the inputs where loads follow the motion: which contacts carry
 MOMENT_INPUTS = ("bearing_cos", "bearing_sin")  # the same: what the free rollers' bearings do to the wheels' momenta
 MODES = ("sticks", HEADING_INPUT, CARRIES_INPUT, *MOMENT_INPUTS)  # inputs that a phase holds
-LOAD_SUMS = ("coulomb_momenta", "slip_load_balance")  # what gives the sums of the loads, after the dynamics
+LOAD_SUMS = ("coulomb_momenta", "disk_momenta", "slip_load_balance")  # what gives the loads' sums, after the dynamics
 SPRINGS = "spring_loads"  # loads from their sums
 WITHOUT_LOADS = "contact_viscous"  # the law whose forces do not depend on them
 OF_CONTACTS = ("ground_push", "ground_force", "slip_dot")  # of a point: forces given to contacts, and what follows
 OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # inputs of LOAD_SUMS
-ALIASES = {"coulomb_rates": "coulomb_momenta_dot"}  # outputs, and the inputs of other functions that they are
+# Outputs, and the inputs of other functions that they are.
+ALIASES = {"coulomb_rates": "coulomb_momenta_dot", "bearing_rates": "bearing_momenta_dot"}
 RATES, CONTACT_SPEEDS = "rates", "contact_omega"  # these speeds: of the wheels, and of the rollers in contact
 # What gives nu', with the spins' rates where these are in the core; and the same where bearings stick, whose torques
 # are inputs: of axles, of rollers in contact, and in a function of its own of free rollers too.
@@ -96,7 +97,7 @@ class EngineSet:
         self.loads = self.slips and effects.function(LOAD_SUMS[-1]) is not None
         self.inputs = [name for name in INPUTS if name in asked]
         self.inputs += ([HEADING_INPUT] if self.grips else []) + ([CARRIES_INPUT] if self.loads else [])
-        self.inputs += MOMENT_INPUTS if self.stands and self.disks_stick else ()
+        self.inputs += MOMENT_INPUTS if (self.stands or self.loads) and self.disks_stick else ()
         self.heading = "heading" in asked
         self.rollers = SINGLE if {"axial", SPINS} & names else COLLAPSED if "momenta" in names else CONSTANT
         self.acted = bool(present or self.inputs or self.heading)
@@ -290,6 +291,7 @@ class EngineSet:
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
         names |= {STUCK_MOMENTA} if self.spins_stick else set()
+        names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
     @property
@@ -366,14 +368,12 @@ def moving(argument: str) -> str:
     return f"{name}{SUFFIX}{plus}{place}"
 
 
-# Where rollers may stick under loads that follow: the Python engine alone runs such sets.
-NOT_RUN = "disk_momenta"
 MOTION = ("forward_dynamics", "wheel_speeds", "pose_rates")  # functions of a set that the engine can run
 
 
 def engine_set(effects: EffectSet, registry: Registry) -> str:
     """The text of the header; a set that the engine cannot run has none."""
-    runs = all(map(effects.function, MOTION)) and effects.function(NOT_RUN) is None
+    runs = all(map(effects.function, MOTION))
     return template("engine_set.h", facts=EngineSet(effects, registry)) if runs else ""
 
 

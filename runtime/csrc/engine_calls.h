@@ -94,7 +94,8 @@ typedef struct {
 
     /* Where the loads follow the motion: the numbers of their balance (see omniroll_slip_load_balance), and what becomes
      * of them. Sums are those of N, of N xi and of N eta. */
-    double weight, normal_gravity, height, wheel_mass, platform_products[2];
+    double weight, heaviest;    /* in N: the whole load, and the largest of a contact at rest           */
+    double normal_gravity, height, wheel_mass, platform_products[2];
     const double *spin_inertia, *places;    /* N; N x 2: xi, eta in m                                   */
     double wheel_inertia;       /* of a wheel about its axle                                            */
     double sums[3];             /* last                                                                 */

@@ -15,13 +15,15 @@ from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tang
 
 DATA = Path(__file__).parents[2] / "generated" / "data"
 VISCOUS = (Contact((40.0, 30.0)),)
+LOADED = {"loads": "dynamic", "height": 0.05}
+UNDER_LOADS = (Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, **LOADED), Bearings(roller_viscous=1e-5))
 REGULARISED = (Contact(law="regularised", friction=(0.3, 0.4), speed=0.05), Bearings(roller_viscous=1e-5))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("model, effects", [
     ("massless", ()), ("locked", ()), ("free", ()), ("massless", VISCOUS), ("free", VISCOUS), ("massless", REGULARISED),
-    ("free", REGULARISED),
+    ("free", REGULARISED), ("massless", UNDER_LOADS), ("free", UNDER_LOADS),
 ])  # fmt: skip
 def test_slopes_are_those_of_the_functions(model, effects):
     plain, random = EffectSet(effects).kernel(Vehicle.paper(), model, "python"), np.random.default_rng(3)

@@ -24,7 +24,9 @@ from contact.test_rollers_on_the_ground import (
     ROLLER,
     WHEEL,
     assert_obeys_the_laws,
+    assert_same_motion,
     at_rest,
+    axle_torques,
     by_kernel,
     pushed,
 )
@@ -32,8 +34,6 @@ from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    KernelsMissingError,
-    Session,
     SimulationStopped,
     Slope,
     Torque,
@@ -51,11 +51,8 @@ TIP = {67, 71}  # random scenes whose vehicle tips
 WEIGHT = MASS * GRAVITY
 FOLLOW = {"loads": "dynamic", "height": HEIGHT}
 BLOCKED = Bearings(wheel_coulomb=HOLDS, roller_coulomb=HOLDS)
-
-
-def run_of(effects, duration, nu=(0, 0, 0)):
-    return simulate(CROSS, nu=nu, duration=duration, roller_model="free", effects=effects, accuracy=1e-11,
-                    control=False, engine="python")  # fmt: skip
+ENGINES = ("compiled", "python")
+run_of = static_loads.run_of  # a fixture: by each engine
 
 
 # ---- every body ------------------------------------------------------------------------------------------------------
@@ -89,8 +86,8 @@ def test_loads_in_all_modes_agree_with_every_body(number, axles):
 
 
 def standing_case(wheels, monkeypatch):
-    """A vehicle at an instant, of whose wheels some stand along their axles or their rolling directions: the case, its
-    run, its drives' torques, and the torques (B,) and modes (B,) of all bearings."""
+    """A vehicle at an instant, of whose wheels some stand along their axles or their rolling directions: the case, the
+    start of its run and the run itself, its drives' torques, and the torques (B,) and modes (B,) of all bearings."""
     kept = []
     in_rows = LoadedGroundWithBearings.torques_in_rows
 
@@ -111,18 +108,19 @@ def standing_case(wheels, monkeypatch):
         bearings = Bearings(wheel_coulomb=np.where(still, 2.0, 0.02), roller_coulomb=np.where(stuck[:, 0], 0.2, 1e-3))
         kept.clear()
         with contextlib.suppress(SimulationStopped, InvalidValueError):  # it tips
-            run = simulate(case.vehicle, **case.start(), duration=1e-9, effects=[ground, bearings, Torque(torque)],
-                           control=False)  # fmt: skip
+            start = case.start() | {"duration": 1e-9, "effects": [ground, bearings, Torque(torque)], "control": False}
+            run = simulate(case.vehicle, **start, engine="python")
             torques, modes, stands = kept[0]
             if run.ground_load[0].min() > 0 and stands.any(axis=0).all():
-                return case, run, torque, torques, modes
+                return case, start, run, torque, torques, modes
     raise AssertionError("none stands")
 
 
 @pytest.mark.parametrize("wheels", [3, 4, 5])
 def test_what_a_run_finds_agrees_with_every_body(wheels, monkeypatch):
-    """The oracle gets forces and torques; it must find the loads from which the forces follow, and what rests."""
-    case, run, torque, bearing, modes = standing_case(wheels, monkeypatch)
+    """The oracle gets forces and torques; it must find the loads from which the forces follow, and what rests. And the
+    compiled engine finds the same."""
+    case, start, run, torque, bearing, modes = standing_case(wheels, monkeypatch)
     force, load = run.ground_force[0], run.ground_load[0]
     assert np.ptp(load) > 1e-2 * load.mean()
     given = working_precision(lambda: Acting(
@@ -136,6 +134,12 @@ def test_what_a_run_finds_agrees_with_every_body(wheels, monkeypatch):
     assert held.any() and np.abs(wanted_rates[held]).max() <= RELATIVE * size
     found = (run.nu[-1] - run.nu[0]) / run.t[-1]
     assert found == pytest.approx(wanted_nu, rel=1e-5, abs=1e-5 * size)
+    compiled = simulate(case.vehicle, **start, engine="compiled")
+    assert np.array_equal(compiled.sticks[0], run.sticks[0])
+    assert compiled.ground_load[0] == pytest.approx(load, rel=RELATIVE, abs=RELATIVE * load.max())
+    assert compiled.ground_force[0] == pytest.approx(force, rel=RELATIVE, abs=RELATIVE * load.max())
+    of_axles = pytest.approx(bearing[:wheels], rel=RELATIVE, abs=RELATIVE * np.abs(bearing).max())
+    assert axle_torques(compiled)[0] == of_axles
 
 
 # ---- closed forms ----------------------------------------------------------------------------------------------------
@@ -147,11 +151,14 @@ def loads_behind(force, way):
     return WEIGHT / 4 + force * HEIGHT / (2 * ARM) * np.cos(at - way)
 
 
-@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1.3])
+@pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
-def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
+def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, way, part):
     """It rests up to tan b = mu, however its weight is shared: each contact takes mu times its own load then. Then
     v' = g (sin b - mu cos b)."""
+    if part == 1 + 1e-9 and way and "compiled" in request.node.name:
+        reason = "directions of contacts that share one motion are found one after the other, as under static loads"
+        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     angle = 0.25
     friction, across = np.tan(angle) / part, GRAVITY * np.cos(angle)
     ground = Contact(law="coulomb", friction=friction, normal_gravity=across, **FOLLOW)
@@ -164,12 +171,12 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(way, part):
         return
     speed = np.linalg.norm(run.nu[-1, :2]) * ARM
     assert speed == pytest.approx(GRAVITY * np.sin(angle) * (1 - 1 / part) * run.t[-1],
-                                  rel=1e-3 if part < 1.1 else 1e-11)  # fmt: skip
+                                  rel=1e-3 if part < 1 + 1e-8 else 1e-8 if part < 1.1 else 1e-11)  # fmt: skip
     assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-3 * np.linalg.norm(run.nu[-1])
 
 
 @pytest.mark.parametrize("way", [0.0, 1.0])
-def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way):
+def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way, run_of):
     """v' = -mu g: the loads in front do not change what friction takes together."""
     friction, speed = 0.3, 3.0
     ground = Contact(law="coulomb", friction=friction, wheel_rates=0, contact_spins=0, **FOLLOW)
@@ -186,7 +193,7 @@ def test_a_skidding_vehicle_with_blocked_bearings_comes_to_rest(way):
     assert -run.contributions()["ground_loss"][-1] == pytest.approx(run.energy[0], rel=1e-10)
 
 
-def test_the_wheel_in_front_slips_and_lifts_as_the_vehicle_starts():
+def test_the_wheel_in_front_slips_and_lifts_as_the_vehicle_starts(run_of):
     """Wheels 2 and 4 push by (b t - S)/l each; 1 and 3 roll along x on rollers whose bearings take T. Acceleration
     moves load to wheel 3 behind, until T/rho + B a/rho^2 is more than the friction of wheel 1, and until that carries
     nothing: M h a and what turns faster, 2 J a/l and B w' of both rollers, are 2 R (W/4 - N). Then w' is -T/B of the
@@ -212,7 +219,7 @@ def test_the_wheel_in_front_slips_and_lifts_as_the_vehicle_starts():
     assert starts < slips < leaves < run.t[-1] and run.t[off] == pytest.approx(leaves, rel=INSTANT)
 
 
-def test_wheels_that_drive_begin_to_slip_together_and_cannot_slip_aside():
+def test_wheels_that_drive_begin_to_slip_together_and_cannot_slip_aside(run_of):
     """Under static loads. Wheels 2 and 4 push by F = (b t - S)/l - J a/l^2 each, and 1 and 3 roll on rollers:
     (M + 2 B/rho^2) a is 2 F - 2 T/rho. Both push until F = mu W/4, and their slips have one direction: their rollers
     stick."""
@@ -229,7 +236,7 @@ def test_wheels_that_drive_begin_to_slip_together_and_cannot_slip_aside():
     assert run.sticks[-1].tolist() == [True, False, True, False]
 
 
-def test_blocked_wheels_that_hold_tip_the_vehicle():
+def test_blocked_wheels_that_hold_tip_the_vehicle(run_of):
     """On a ground that holds, a cross tips over the edge between two wheels where mu h is more than R/sqrt 2."""
     way, speed = np.pi / 4, 3.0
     nu = speed * np.array([np.cos(way), np.sin(way), 0])
@@ -279,41 +286,78 @@ def high_scene(number):
     return vehicle, options | {"control": False}
 
 
-def run_or_stop(vehicle, options):
-    """A run, or what there is of one that stops, and how many rows are its own."""
+def run_or_stop(vehicle, options, engine):
+    """A run, or what there is of one that stops, how many rows are its own, and why it stopped."""
     try:
-        run = simulate(vehicle, **options)
+        run = simulate(vehicle, engine=engine, **options)
     except SimulationStopped as stopped:
         run = stopped.trajectory
-        return run, len(run) - (len(run) == 1 or run.t[-1] == run.t[-2])
-    return run, len(run)
+        return run, len(run) - (len(run) == 1 or run.t[-1] == run.t[-2]), stopped.reason
+    return run, len(run), ""
 
 
-def assert_scene_obeys(vehicle, options):
-    run, rows = run_or_stop(vehicle, options)
-    assert run.stats["engine"] == "python"
+def assert_scene_obeys(vehicle, options, engine="compiled"):
+    run, rows, reason = run_or_stop(vehicle, options, engine)
+    assert run.stats["engine"] == engine
     assert_obeys_the_laws(vehicle, run, options, rows)
-    return run
+    return run, reason
+
+
+def assert_engines_agree(vehicle, options):
+    """Both obey the laws, and make the same motion, or stop at the same time for the same reason."""
+    (here, stopped), (there, reason) = (assert_scene_obeys(vehicle, options, engine) for engine in ENGINES)
+    assert stopped == reason and here.t[-1] == pytest.approx(there.t[-1], abs=1e-10)
+    if there.t[-1] > 0:  # the engines count phases otherwise where there is none
+        assert_same_motion(here, there)
+        assert here.ground_load[-1] == pytest.approx(there.ground_load[-1], abs=1e-8 * there.ground_load.max())
+    return here
 
 
 @pytest.mark.parametrize("number", [7, 36])
-def test_random_scenes_obey_the_laws_in_every_row(number):
-    assert_scene_obeys(*scene(number))
+def test_both_engines_make_the_same_motion_and_obey_the_laws_in_every_row(number):
+    assert_engines_agree(*scene(number))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [4, 5, 10, 13, 16])
 def test_wheels_that_lift_obey_the_laws_in_every_row(number):
-    run = assert_scene_obeys(*high_scene(number))
+    run = assert_engines_agree(*high_scene(number))
     assert (run.drive[:, run.effects.drives().index("carries")] == 0).any()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [2, 3, 14, 16, 17, 39, 40, 50, 53, 61, 67, 71, 72, 81, 90, 97, 100, 107])
-def test_more_random_scenes_obey_the_laws_in_every_row(number):
+def test_both_engines_make_the_same_motion_in_more_scenes(number):
     vehicle, options = scene(number)
-    run = assert_scene_obeys(vehicle, options)
+    run = assert_engines_agree(vehicle, options)
     assert run.t[-1] == options["duration"] or number in TIP
+
+
+@pytest.mark.parametrize("number", range(40, 60))
+def test_the_compiled_engine_obeys_the_laws_in_every_row(number):
+    assert_scene_obeys(*scene(number))
+
+
+@pytest.mark.parametrize("number", [0, 6, 27])
+def test_both_engines_stop_for_the_same_reason(number):
+    """The vehicle tips, or friction and loads have no solution."""
+    run = assert_engines_agree(*high_scene(number))
+    assert run.t[-1] == 0
+
+
+def test_directions_that_contacts_share_are_found_before_loads_are_found_for_them():
+    """With directions 1e-3 off, loads and modes did not find each other."""
+    vehicle, options = high_scene(18)
+    run, reason = assert_scene_obeys(vehicle, options)
+    assert run.t[-1] == options["duration"] and not reason
+
+
+@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 4))])
+def test_both_engines_make_the_same_motion_where_rollers_pass_on(number):
+    vehicle, options = static_loads.switching_scene(number)
+    ground, *others = options["effects"]
+    run = assert_engines_agree(vehicle, options | {"effects": [replace(ground, **FOLLOW), *others]})
+    assert len(run.switches) >= 1
 
 
 @pytest.mark.long
@@ -322,12 +366,12 @@ def test_a_slip_comes_to_rest_in_the_direction_that_it_has_turned_to(number, hei
     """These slips have turned far since their phases began. With the direction of that time a row had forces 19 %
     beyond static friction, and the other run stopped."""
     vehicle, options = scene(number, height)
-    assert assert_scene_obeys(vehicle, options).t[-1] == options["duration"]
+    assert assert_engines_agree(vehicle, options).t[-1] == options["duration"]
 
 
 @pytest.mark.long
 def test_friction_with_named_speeds_tends_to_it():
-    """On the compiled engine, in whose runs no bearing sticks: friction fades. All rollers stop, and the vehicle."""
+    """Where speeds are named no bearing sticks: friction fades. All rollers stop, and the vehicle."""
     breaks, turns = 0.02, 0.002
     options = {"nu": (0.05, 0.03, 0.0), "roller_model": "free", "duration": 0.3, "control": False}
     ground, times = Contact(law="coulomb", friction=0.5, **FOLLOW), np.linspace(0, 0.3, 31)
@@ -337,12 +381,15 @@ def test_friction_with_named_speeds_tends_to_it():
         return simulate(CROSS, effects=[ground, bearings], accuracy=1e-9, **options)
 
     sticks = run()
-    assert not sticks.nu[-1].any() and sticks.stats["engine"] == "python"
+    assert not sticks.nu[-1].any() and sticks.stats["engine"] == "compiled"
     distances = [distance_at(run(wheel_speed=speed, roller_speed=speed), sticks, times) for speed in (1e-3, 1e-4)]
     assert distances[1] < 1e-4 and distances[0] > 8 * distances[1]
 
 
-def test_sessions_are_refused_and_say_why():
-    effects = [Contact(law="coulomb", friction=0.3, **FOLLOW), Bearings(roller_coulomb=1e-3)]
-    with pytest.raises(KernelsMissingError, match="rollers that stick"):
-        Session(CROSS, nu=(0, 0, 0), roller_model="free", effects=effects)
+@pytest.mark.parametrize("number", [0, 3, 11])
+def test_a_session_with_pauses_is_the_run_and_goes_back_to_the_bit(number):
+    static_loads.assert_a_session_is_the_run(*scene(number))
+
+
+def test_a_sweep_ends_where_its_runs_end():
+    static_loads.assert_a_sweep_ends_where_its_runs_end(*scene(3))

@@ -1,5 +1,6 @@
 """Rollers whose bearings stick where wheels may slip and loads follow the motion, under the laws viscous and
-regularised: closed forms, every body, the law in every row, and the friction with a named speed that tends to it."""
+regularised: closed forms, every body, both engines, the law in every row, and the friction with a named speed that tends
+to it."""
 
 import contextlib
 from dataclasses import replace
@@ -10,15 +11,14 @@ from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
 from scipy.integrate import quad
 
-from contact.test_axles_under_loads import CART, FRONT, GRAVITY, INSTANT, LAWS, RELATIVE, run_or_stop
-from contact.test_moving_loads import HEIGHT, LONG, by_bodies, numbers
+from contact.test_axles_under_loads import CART, ENGINES, FRONT, GRAVITY, INSTANT, LAWS, RELATIVE, WIDE, run_or_stop
+from contact.test_moving_loads import HEIGHT, LONG, TRICYCLE, by_bodies, numbers
 from contact.test_newton_euler import slipping_case
 from contact.test_stuck_rollers import all_spins, contact_torques
 from omniroll import (
     Bearings,
     Contact,
     InvalidValueError,
-    KernelsMissingError,
     Session,
     SimulationStopped,
     Slope,
@@ -26,6 +26,7 @@ from omniroll import (
     TorqueTable,
     Vehicle,
     simulate,
+    simulate_many,
 )
 from omniroll.effects.loaded_bearings import GroundBesideBearings
 from omniroll.results.comparison import distance_at
@@ -45,7 +46,8 @@ def starts(run, wheel):
 # ---- closed forms ----------------------------------------------------------------------------------------------------
 
 
-def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first():
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first(engine):
     """All axles and rollers stick: M v' = M g sin b - F with F = mu W v/sqrt(v^2 + v0^2), and each wheel in front
     carries W/4 + h F/(4 L). Its roller lets go where rho mu v/sqrt(v^2 + v0^2) of that is its break-away torque."""
     angle, friction, fades = 0.3, 0.25, 0.02
@@ -55,8 +57,8 @@ def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first
                      normal_gravity=GRAVITY * np.cos(angle))  # fmt: skip
     bearings = Bearings(roller_coulomb=0.6 * breaks, roller_break_away=breaks, wheel_coulomb=3.0)
     run = simulate(ACROSS, nu=(0, 0, 0), duration=0.02, roller_model="free", accuracy=1e-11, control=False,
-                   effects=[ground, bearings, Slope(angle, 0.0, gravity=GRAVITY)])  # fmt: skip
-    assert run.stats["engine"] == "python"
+                   engine=engine, effects=[ground, bearings, Slope(angle, 0.0, gravity=GRAVITY)])  # fmt: skip
+    assert run.stats["engine"] == engine
     lever = friction * HEIGHT / LONG
     part = (np.sqrt(1 + 16 * lever * breaks / (RHO * friction * weight)) - 1) / (2 * lever)  # of its friction
     let_go, _ = quad(lambda turn: fades / np.cos(turn) ** 2 / (fall - friction * weight / mass * np.sin(turn)), 0,
@@ -72,19 +74,60 @@ def test_the_rollers_in_front_of_a_vehicle_that_slides_downhill_break_away_first
     assert np.abs(contact_torques(run)[row, FRONT]).max() <= breaks * (1 + 1e-11)
 
 
-def test_wheels_held_by_their_rollers_load_the_front_as_the_platform_stops():
+@pytest.mark.parametrize("engine", ENGINES)
+def test_wheels_held_by_their_rollers_load_the_front_as_the_platform_stops(engine):
     """On a viscous ground M v' = -4 c v, and each load changes by 4 c v h/(4 L). The rollers never let go, since
     rho c v only falls."""
     c, speed = 3.0, 1.2
     ground = Contact(c, loads="dynamic", height=HEIGHT, wheel_rates=0, contact_spins=0)
     bearings = Bearings(roller_coulomb=1.01 * RHO * c * speed)
     run = simulate(ACROSS, nu=(speed / ACROSS.platform_radius, 0, 0), duration=0.3, roller_model="free",
-                   effects=[ground, bearings], accuracy=1e-11, control=False)  # fmt: skip
+                   effects=[ground, bearings], accuracy=1e-11, control=False, engine=engine)  # fmt: skip
     assert np.abs(all_spins(run)).max() <= STILL
-    assert len(run) > 5
     braked = 4 * c * speed * np.exp(-4 * c / ACROSS.mass * run.t)
     moved = HEIGHT * braked[:, None] / (4 * LONG) * np.array([1, -1, -1, 1])
     assert run.ground_load == pytest.approx(ACROSS.mass * GRAVITY / 4 + moved, rel=1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_stuck_rollers_tip_a_vehicle_at_an_exact_speed_of_the_ground_force(engine):
+    """A tricycle slides forwards down a slope across its two wheels in front, whose rollers stick; no wheel is braked
+    along its rolling direction: M v' = M g sin - 2 c v. The load of the wheel behind is gone where h F = W LONG/2."""
+    c, height, mass = 8.0, 0.3, TRICYCLE.mass
+    across = TRICYCLE.replace(wheel_places=tuple((-x, y) for x, y in TRICYCLE.wheel_places),
+                              wheel_angles=tuple(np.array(TRICYCLE.wheel_angles) - np.pi / 2))  # fmt: skip
+    ground = Contact((c, 0.0), loads="dynamic", height=height, normal_gravity=GRAVITY)
+    with pytest.raises(SimulationStopped, match="tips over the edge of its wheels 1 and 2") as caught:
+        simulate(across, nu=(0, 0, 0), duration=2.0, roller_model="free", engine=engine, control=False,
+                 effects=[ground, Bearings(roller_coulomb=1.0), Slope(0.9, 0.0, gravity=GRAVITY)],
+                 accuracy=1e-11)  # fmt: skip
+    speed, rate = mass * GRAVITY * LONG / 2 / height / (2 * c), 2 * c / mass
+    instant = -np.log(1 - speed * rate / (GRAVITY * np.sin(0.9))) / rate
+    assert caught.value.t == pytest.approx(instant, rel=INSTANT)
+    assert np.abs(all_spins(caught.value.trajectory)).max() <= STILL
+
+
+DOWN, TILT = np.arctan2(0.6, 0.8), 0.7  # a slope that falls to a corner of the vehicle
+PARKED = Bearings(roller_coulomb=1.0, wheel_coulomb=5.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_load_of_one_wheel_of_four_vanishes_as_the_vehicle_slides(engine):
+    """All axles and rollers stick: M v' = M g sin b - 4 c v, and each load changes by h F_x/(4 L) and by h F_y/(4 W)."""
+    c, height, mass = 6.0, 0.2, ACROSS.mass
+    gravity = GRAVITY * np.cos(TILT)
+    ground = Contact(c, loads="dynamic", height=height, normal_gravity=gravity)
+    run, _ = run_or_stop(ACROSS, {"nu": (0, 0, 0), "roller_model": "free", "accuracy": 1e-11, "control": False,
+                                  "effects": [ground, PARKED, Slope(TILT, DOWN, gravity=GRAVITY)]},
+                         engine, 0.3)  # fmt: skip
+    force = mass * gravity / 4 / (height * (0.8 / (4 * LONG) + 0.6 / (4 * WIDE)))
+    rate = 4 * c / mass
+    instant = -np.log(1 - force / (4 * c) * rate / (GRAVITY * np.sin(TILT))) / rate
+    assert 0.02 < instant < 0.28
+    lifted = run.ground_load.argmin() % 4
+    gone = run.t[np.flatnonzero(run.ground_load[:, lifted] <= 1e-9)[0]]
+    assert gone == pytest.approx(instant, rel=INSTANT)
+    assert np.sign(ACROSS.places()[lifted]).tolist() == [-1, -1], "the wheel behind, at the other corner"
 
 
 # ---- every body ------------------------------------------------------------------------------------------------------
@@ -185,7 +228,7 @@ def test_the_law_holds_in_every_row(number):
 
 @pytest.mark.long
 def test_friction_with_a_named_speed_tends_to_it_at_first_order():
-    """On the compiled engine, in whose runs no roller sticks."""
+    """Nothing of the set-valued law has a part in those runs."""
     paper = Vehicle.paper(3, 5)
     ground = Contact(20.0, loads="dynamic", height=0.05)
     spins = 30 * np.random.default_rng(3).normal(size=(3, 4))
@@ -197,11 +240,110 @@ def test_friction_with_a_named_speed_tends_to_it_at_first_order():
 
     sticks = run(bearings)
     distances = [distance_at(run(replace(bearings, roller_speed=speed)), sticks, times) for speed in (1e-2, 1e-3)]
-    assert sticks.stats["engine"] == "python" and (np.abs(sticks.spins[-1]) < 1e-11).any()
+    assert (np.abs(sticks.spins[-1]) < 1e-11).any()
     assert 0.9 <= np.log10(distances[0] / distances[1]) <= 1.1
 
 
-def test_sessions_are_refused_and_say_why():
-    effects = [Contact(3.0, loads="dynamic", height=0.05), Bearings(roller_coulomb=1e-4)]
-    with pytest.raises(KernelsMissingError, match="rollers that stick where loads follow the motion"):
-        Session(ACROSS, nu=(0, 0, 0), roller_model="free", effects=effects)
+# ---- both engines ----------------------------------------------------------------------------------------------------
+
+
+def high_scene(number):
+    """A vehicle of four or five wheels, so high that friction may lift some of them."""
+    rng = np.random.default_rng([61, number])
+    law, wheels = ("viscous", "regularised")[number // 2 % 2], int(rng.choice((4, 5)))
+    vehicle = Vehicle.paper(wheels, 4)
+    friction = float(rng.uniform(0.4, 1.2))
+    numbers_of_law = {"coefficient": 20 * friction}
+    if law == "regularised":
+        numbers_of_law = {"friction": friction, "speed": 10 ** rng.uniform(-2, -1)}
+    size = friction * vehicle.mass * 9.7 / wheels
+    torques = 0.01 * size * 10 ** rng.uniform(-1.5, 0.5) * rng.uniform(0.7, 1.3, wheels)
+    given = {"roller_coulomb": torques, "roller_break_away": torques * rng.choice((1.0, 1.4))}
+    if number % 2:
+        given["wheel_coulomb"] = 0.05 * size * 10 ** rng.uniform(-1, 0.5) * rng.uniform(0.7, 1.3, wheels)
+    height = float(rng.uniform(0.4, 1.1) * vehicle.platform_radius * np.cos(np.pi / wheels) / friction)
+    ground = Contact(law=law, loads="dynamic", height=height, normal_gravity=9.7, wheel_rates=0,
+                     contact_spins=0 if rng.random() < 0.5 else None, **numbers_of_law)  # fmt: skip
+    nu = tuple(1.5 * rng.normal(size=3))
+    effects = [ground, Bearings(**given), TorqueTable((0.0, 0.03, 0.06), 0.03 * size * rng.normal(size=(3, wheels))),
+               Slope(rng.uniform(0, 0.2), 1.0)]  # fmt: skip
+    options = {"nu": nu, "roller_model": "free", "effects": effects, "accuracy": 1e-8}
+    return vehicle, options | {"control": False}
+
+
+LIFTS, ASKED_THE_OTHER_WAY = 31, 23  # a wheel that lifts; a roller that goes against what it is asked for when all stick
+
+
+def assert_engines_agree(vehicle, options, duration):
+    """Ends to the accuracy, the same phases and modes, loads to ten times the accuracy."""
+    (one, why), (other, same) = (run_or_stop(vehicle, options, engine, duration) for engine in ENGINES)
+    assert one.stats["engine"] == "compiled" and other.stats["engine"] == "python"
+    assert bool(why) == bool(same) and one.t[-1] == pytest.approx(other.t[-1], rel=1e-8)
+    if one.t[-1] == 0:
+        return
+    accuracy = options["accuracy"]
+    assert distance_at(one, other, np.linspace(0, one.t[-1], 40)) <= accuracy
+    assert one.stats["phases"] == other.stats["phases"]
+    rows = len(one) - bool(why)
+    for found, wanted in ((all_spins(one), all_spins(other)), (one.quantity("rates"), other.quantity("rates"))):
+        size = np.abs(wanted).max()
+        assert found[-1] == pytest.approx(wanted[-1], rel=0, abs=10 * accuracy * size)
+        assert (np.abs(found[-1]) <= accuracy * size).tolist() == (np.abs(wanted[-1]) <= accuracy * size).tolist()
+    weight = vehicle.mass * 9.7
+    assert one.ground_load[rows - 1] == pytest.approx(other.ground_load[-1 - bool(why)], abs=10 * accuracy * weight)
+
+
+@pytest.mark.parametrize("number", [ASKED_THE_OTHER_WAY])
+def test_both_engines_make_the_same_motion_of_high_vehicles(number):
+    assert_engines_agree(*high_scene(number), 1e-4)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize("make", [scene, high_scene])
+def test_both_engines_make_the_same_motion(make, number):
+    assert_engines_agree(*make(number), 0.02)
+
+
+# ---- sessions and sweeps ---------------------------------------------------------------------------------------------
+
+
+def without_control(options):
+    return {name: value for name, value in options.items() if name != "control"}
+
+
+def test_a_session_is_the_run_and_may_pause_however_close_to_an_event():
+    vehicle, options = scene(0)
+    options |= {"accuracy": 1e-10}
+    run = simulate(vehicle, duration=0.05, **options)
+    events = np.unique(run.t[:-1][np.diff(run.t) == 0])
+    assert len(events) >= 5
+    for event in events[:3]:
+        for before in (1e-9, 1e-12, 1e-13, 1e-14, 3e-15, -3e-15, -1e-14):
+            session = Session(vehicle, driven=False, **without_control(options))
+            for step in (event - before, max(before, 1e-12) / 2, 1e-3):
+                session.step(step)
+            assert session.nu == pytest.approx(run.sample(session.time).nu, abs=1e-10 * np.abs(run.nu).max())
+
+
+def test_a_session_goes_back_to_the_bit():
+    vehicle, options = scene(0)
+    session = Session(vehicle, driven=False, **without_control(options))
+    session.step(0.01)
+    saved = session.save()
+    session.step(0.02)
+    end = np.concatenate([session.nu, session.wheel_speeds, session.contact_spin, session.ground_load])
+    session.restore(saved)
+    session.step(0.02)
+    again = np.concatenate([session.nu, session.wheel_speeds, session.contact_spin, session.ground_load])
+    assert np.array_equal(end, again)
+
+
+def test_a_sweep_ends_where_its_runs_end():
+    vehicle, options = scene(0)
+    starts = [options.pop("nu"), np.array([0.5, 0.0, 1.0])]
+    many = simulate_many(vehicle, nu=starts, duration=0.03, **options)
+    for k, nu in enumerate(starts):
+        run = simulate(vehicle, nu=nu, duration=0.03, **options)
+        np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
+        np.testing.assert_allclose(many.end.spins[k], run.spins[-1], rtol=1e-12)

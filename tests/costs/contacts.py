@@ -33,7 +33,8 @@ LAWS = {
 }
 MASSLESS_LAWS = ("coulomb, friction 0.3", "coulomb, friction 1")
 ONLY_STATIC = ("viscous, 3 N s/m", "viscous, 1e4 N s/m", "viscous, 1e6 N s/m", "regularised, 1e-4 m/s")
-ALL_STICK = "static loads, bearings that stick"
+HELD = ", bearings that stick"  # behind the loads of a ground
+ALL_STICK = "static loads" + HELD
 BEARINGS = Bearings(wheel_coulomb=0.02, roller_coulomb=2e-4)
 LOADS = {"static loads": {}, "dynamic loads": {"loads": "dynamic", "height": 0.05}}
 
@@ -44,8 +45,8 @@ def task(name: str) -> dict:
     common = {"vehicle": Vehicle.paper(), "duration": 1.0, "accuracy": 1e-9, "roller_model": model}
     if law == "sticking":
         return common | {"nu": (0, 0, 0), "effects": (*STICKING[ground], DRIVE)}
-    effects = (Contact(**LAWS[law], **LOADS.get(ground, {}), wheel_rates=0),) if law else ()
-    return common | {"nu": (2, 1, 0), "effects": (*effects, BEARINGS) if ground == ALL_STICK else effects}
+    effects = (Contact(**LAWS[law], **LOADS.get(ground.removesuffix(HELD), {}), wheel_rates=0),) if law else ()
+    return common | {"nu": (2, 1, 0), "effects": (*effects, BEARINGS) if ground.endswith(HELD) else effects}
 
 
 def measured() -> dict[str, dict[str, Count]]:

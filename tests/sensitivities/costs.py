@@ -13,6 +13,12 @@ FRICTION = Bearings(wheel_viscous=1e-6, roller_viscous=1e-9)
 VISCOUS = Contact((40.0, 30.0))
 REGULARISED = Contact(law="regularised", friction=(0.3, 0.4), speed=0.05)
 COULOMB = Contact(law="coulomb", friction=(0.3, 0.4))
+FOLLOWING = {"loads": "dynamic", "height": 0.05}  # loads that follow the motion
+LOADED = {
+    "viscous": Contact((40.0, 30.0), **FOLLOWING),
+    "regularised": Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, **FOLLOWING),
+    "coulomb": Contact(law="coulomb", friction=(0.3, 0.4), **FOLLOWING),
+}
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
@@ -30,7 +36,10 @@ TASKS: dict[str, dict[str, Any]] = {
     "regularised": {"roller_model": "free", "effects": [REGULARISED]},
     "massless, coulomb": {"roller_model": "massless", "effects": [COULOMB]},
     "coulomb": {"roller_model": "free", "effects": [COULOMB]},
-}
+} | {
+    f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
+    for model in ("massless", "free") for law, ground in LOADED.items()
+}  # fmt: skip
 
 
 def task(name: str) -> dict[str, Any]:

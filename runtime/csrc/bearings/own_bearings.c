@@ -37,7 +37,7 @@ static void find_own_rates(const omniroll_run_t *run, const work_t *work)
 }
 #endif
 
-/* The rate of a bearing at this instant, and what it changes by. */
+/* The rate of a bearing at this instant, and what it changes by, in a lane or in all. */
 ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int k)
 {
 #if SET_DISKS_STICK
@@ -49,13 +49,18 @@ ALWAYS_INLINE double own_rate(const omniroll_run_t *run, const work_t *work, int
 #endif
 }
 
-ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *work, int k)
+ALWAYS_INLINE double own_acceleration_in_lane(const omniroll_run_t *run, const work_t *work, int k, int lane)
 {
 #if SET_DISKS_STICK
     if (k >= work->own.rollers_at)
-        return work->own.dot[k][0];
+        return work->own.dot[k][lane];
 #endif
-    return work->core_dot[own_rates_at(run->wheels) + k][0];
+    return work->core_dot[own_rates_at(run->wheels) + k][lane];
+}
+
+ALWAYS_INLINE double own_acceleration(const omniroll_run_t *run, const work_t *work, int k)
+{
+    return own_acceleration_in_lane(run, work, k, 0);
 }
 
 /* Changes the rate of a bearing; of a roller that turns on its disk, its axial speed. */

@@ -1,6 +1,15 @@
 /* Where a bearing with a rate of its own changes its mode: one that turns comes to rest, one that sticks is asked for more
  * than it takes. As events.c does for wheels, guards and facets. */
 #if SET_OWN_BEARINGS
+#if SET_STANDS && SET_LOADS
+/* The load of a wheel at the step's end, and its rate there. */
+ALWAYS_INLINE void load_asked_at_end(const step_t *s, int wheel, asked_t *now, asked_t *change)
+{
+    now->load[wheel] = s->weight_carried*(weighted(&s->compressed[wheel], &gauss_end) + s->compressed_late[wheel]);
+    change->load[wheel] = s->weight_carried*weighted(&s->compressed[wheel], &gauss_end_slope)/s->h;
+}
+#endif
+
 #if SET_STANDS_ALONE
 /* What the ground takes at most of a wheel along the rolling direction, beside its force along the axle, as they are
  * `now` and change; `rate` becomes that of what is taken. */
@@ -30,8 +39,7 @@ ALWAYS_INLINE void asked_of_ground_at_end(const step_t *s, int wheel, asked_t *n
     now->along[wheel] = weighted(&s->along[wheel], &gauss_end) + s->asked_late.along[wheel];
     change->along[wheel] = weighted(&s->along[wheel], &gauss_end_slope)/s->h;
 #if SET_LOADS
-    now->load[wheel] = s->weight_carried*(weighted(&s->compressed[wheel], &gauss_end) + s->compressed_late[wheel]);
-    change->load[wheel] = s->weight_carried*weighted(&s->compressed[wheel], &gauss_end_slope)/s->h;
+    load_asked_at_end(s, wheel, now, change);
 #endif
 }
 
@@ -76,7 +84,7 @@ ALWAYS_INLINE double held_at_start(const step_t *s, int k)
 #endif
 }
 
-#if SET_STANDS && SET_LOADS
+#if SET_STANDS_ALONE && SET_LOADS
 /* What the axle of a wheel takes at the step's start, as most_held() has it at its end. */
 static double most_at_start(const step_t *s, int k)
 {
@@ -198,7 +206,7 @@ static double own_rate_at_end(const step_t *s, int k)
     const double torque = weighted(held, &gauss_end) + s->own->late[k], sign = torque < 0 ? -1 : 1;
     const double rounding = rounding_of_holding(torque, most_held(s, k));
     double rate = sign*weighted(held, &gauss_end_slope)/s->h, rises = fabs(torque) - sign*held_at_start(s, k);
-#if SET_STANDS && SET_LOADS
+#if SET_STANDS_ALONE && SET_LOADS
     double taken_more;
     most_by_ground(s, k, &taken_more);
     rate -= taken_more, rises -= most_held(s, k) - most_at_start(s, k);
@@ -266,7 +274,7 @@ static double turn_of_own(const step_t *s, int k)
         return turn_beyond(&rate, weighted(&rate, &gauss_end), s->h, -bearing->mode*start, -INFINITY,
                            PASSED*EPS*(bearing->size + fabs(start)));
     }
-#if SET_STANDS && SET_LOADS
+#if SET_STANDS_ALONE && SET_LOADS
     if (s->standing->stands[k])
         return turn_of_standing_axle(s, k);
 #endif

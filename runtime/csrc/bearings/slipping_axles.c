@@ -10,6 +10,37 @@ static void clear_bearings(const omniroll_run_t *run, const work_t *work)
         work->own.sticks[k] = lanes_of(0);
 }
 
+#ifdef SET_MOMENTS_INPUT
+/* The bearings of the free rollers of a wheel. */
+ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)
+{
+    return own_bearings(run) + (SET_AXLES_STICK ? 2 : 1)*run->wheels + wheel*(run->rollers_per_wheel - 1);
+}
+
+/* What these do to the wheels' momenta, where rows have it. */
+static void put_moments(const omniroll_run_t *run)
+{
+    for (int i = 0; i < run->wheels; i++) {
+        double moments[2] = {0, 0};
+        for (int j = 1; j < run->rollers_per_wheel; j++) {
+            const double torque = free_bearings(run, i)[j - 1].torque, place = j*TURN/run->rollers_per_wheel;
+            moments[0] += torque*cos(place), moments[1] += torque*sin(place);
+        }
+        for (int k = 0; k < 2; k++)
+            run->inputs[(SET_MOMENTS_INPUT + k)*run->wheels + i] = moments[k];
+    }
+}
+
+/* What the moments of these are rounded against, several times. */
+static double size_of_moments(const omniroll_run_t *run, int wheel)
+{
+    double size = 0;
+    for (int j = 0; j < run->rollers_per_wheel - 1; j++)
+        size += HELD_ROUNDINGS*(fabs(free_bearings(run, wheel)[j].torque) + free_bearings(run, wheel)[j].holding);
+    return size;
+}
+#endif
+
 #if !SET_STANDS
 /* The torques that hold the axles which stick, at this instant. */
 static void hold_axles(const omniroll_run_t *run, const work_t *work)
@@ -17,7 +48,14 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
     lanes_t nu_dot[3];
     rates_at_this_instant(run, work, run->wheels, nu_dot);
     find_own_torques(run, work);
+#ifdef SET_MOMENTS_INPUT
+    put_moments(run);
+#endif
 }
+
+#if SET_DISKS_STICK
+static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
+#endif
 
 #if !SET_LOADS
 /* Rules 3 and 4: the mode of an axle that has been let go, whose torque is what would hold it. */
@@ -38,7 +76,6 @@ ALWAYS_INLINE int axles_among(const omniroll_run_t *run)
 
 #if SET_DISKS_STICK
 static void decide_rollers(const omniroll_run_t *run, const work_t *work);
-static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 #endif
 
 /* Which axles stick in the phase that starts now, and which rollers. */
@@ -113,41 +150,10 @@ static void begin_holding(const omniroll_run_t *run, const work_t *work, step_t 
 #endif
 }
 
-#if SET_STANDS_BOTH_WAYS
-/* The bearings of the free rollers of a wheel. */
-ALWAYS_INLINE const omniroll_bearing_t *free_bearings(const omniroll_run_t *run, int wheel)
-{
-    return own_bearings(run) + (SET_AXLES_STICK ? 2 : 1)*run->wheels + wheel*(run->rollers_per_wheel - 1);
-}
-
-/* What these do to the wheels' momenta, where rows have it. */
-static void put_moments(const omniroll_run_t *run)
-{
-    for (int i = 0; i < run->wheels; i++) {
-        double moments[2] = {0, 0};
-        for (int j = 1; j < run->rollers_per_wheel; j++) {
-            const double torque = free_bearings(run, i)[j - 1].torque, place = j*TURN/run->rollers_per_wheel;
-            moments[0] += torque*cos(place), moments[1] += torque*sin(place);
-        }
-        for (int k = 0; k < 2; k++)
-            run->inputs[(SET_MOMENTS_INPUT + k)*run->wheels + i] = moments[k];
-    }
-}
-
-/* What the moments of these are rounded against, several times. */
-static double size_of_moments(const omniroll_run_t *run, int wheel)
-{
-    double size = 0;
-    for (int j = 0; j < run->rollers_per_wheel - 1; j++)
-        size += HELD_ROUNDINGS*(fabs(free_bearings(run, wheel)[j].torque) + free_bearings(run, wheel)[j].holding);
-    return size;
-}
-#endif
-
 /* What an input is rounded against beside itself, several times: a torque that holds is what is left of others. */
 ALWAYS_INLINE double size_of_held(const omniroll_run_t *run, int input)
 {
-#if SET_STANDS_BOTH_WAYS
+#ifdef SET_MOMENTS_INPUT
     if (input >= SET_MOMENTS_INPUT*run->wheels)
         return size_of_moments(run, input%run->wheels);
 #endif

@@ -21,7 +21,7 @@ static void find_own_late(step_t *s, const int wheels, const arrays_t *at)
         own->late[k] = (is_spin(s, k) ? own->rate[k][0] : own->holding[k][0]) - weighted(own->held + k, &gauss_end);
 }
 
-#if !SET_STANDS
+#if !SET_STANDS && !SET_LOADS       /* with the loads they are decided in loaded_bearings.c                */
 /* Those at rest on their disks. */
 typedef struct {
     int count;

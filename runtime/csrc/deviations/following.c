@@ -2,6 +2,7 @@
  * set's functions and their slopes; a run that is asked for no derivatives does not load it.
  *
  * variations.c   a step
+ * loads.c        loads that follow the motion
  * slipping.c     forces on contacts that slip under Coulomb's friction
  * turning.c      contacts that slip and stick, in its equations
  * blockwise.c    these equations, in blocks
@@ -10,11 +11,15 @@
  * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
  * rests.c        slips that come to rest
+ * letting_go.c   contacts that let go, and loads that vanish, where rates jump
+ * modes.c        contacts that change their modes
  * spin_rests.c   spins that come to rest, turn back and break away */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
 #include "deviations/rests.c"
+#include "deviations/letting_go.c"
+#include "deviations/modes.c"
 #include "deviations/spin_rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
@@ -81,6 +86,16 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->towards_at = part(base, &size, 2*wheels*nodes);
     w->slipping_at = part(base, &size, wheels*nodes);
     w->slip_slope = part(base, &size, 2*wheels*slip_directions(w)*nodes);
+#endif
+#if SET_LOADS
+    w->balance = part(base, &size, 2*(long long)sizeof *w->balance);
+    w->balance_numbers = part(base, &size, 2*(2 + wheels)*lane);
+    w->loads = part(base, &size, 2*(long long)sizeof *w->loads);
+    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->core)*lane);
+    if (base)
+        memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
+#endif
+#if SET_GRIPS
     w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
     w->block = part(base, &size, equations*equations*NODES*nodes);
     w->right = part(base, &size, unknowns*groups*lane);
@@ -133,6 +148,9 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
         }
     memset(w->point, 0, point_size(w)*sizeof *w->point);
     memset(w->along, 0, point_size(w)*sizeof *w->along);
+#if SET_LOADS
+    put_balance(w, 0, 0);
+#endif
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
@@ -282,7 +300,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
                 return row;
-#if SET_GRIPS
+#if SET_GRIPS || SET_LOADS
             if (!switching && changes_modes(w, row) && !pass_modes(w, row))
                 return row;
 #endif

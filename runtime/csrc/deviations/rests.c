@@ -1,4 +1,4 @@
-/* How deviations pass where slips come to rest, and where contacts let go whose rates do not jump there.
+/* How deviations pass where slips come to rest.
  *
  * A slip comes to rest along a direction, and so does its deviation. On the way there the directions turn without end,
  * so that nodes and roundings would decide what is left across them. Forces that turn take it away, F' = dF/dheading.
@@ -11,8 +11,7 @@
  *
  *     d* = d- - R W^-1 ds                              (ds: of the slips that have come to rest)
  *
- * (runtime/omniroll/engine/contact_deviations.py). Where anything else happens, or a contact is near its bounds, the
- * caller decides. */
+ * (runtime/omniroll/engine/contact_deviations.py). */
 
 #if SET_GRIPS
 #define FIRST_COMPONENT (!SET_HAS_CONTACT_SPEEDS)       /* of a slip: massless rollers slip one way alone */
@@ -22,34 +21,11 @@
 #define TURNS_NOT 1e-9          /* of its speed towards rest: a slip whose rate across its direction turns by less per
                                  * rad does not turn */
 
-ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
-{
-    return !sticks_in(w, row, i) && w->run->grip[i] > 0;
-}
-
 /* Whether a contact that slips one way alone does so the other way from the next row on. */
 ALWAYS_INLINE int turns_back(const variations_t *w, long long row, int i)
 {
     const double *const heading = w->run->drive + (row*SET_INPUTS + SET_HEADINGS_INPUT)*w->wheels + i;
     return !SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i) && heading[0] != heading[SET_INPUTS*w->wheels];
-}
-
-/* Whether contacts change their modes, or the way that they slip, between a row and the next. */
-static int changes_modes(const variations_t *w, long long row)
-{
-    for (int i = 0; i < w->wheels; i++)
-        if (sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i))
-            return 1;
-    return 0;
-}
-
-static int inputs_jump(const variations_t *w, long long row)
-{
-    const double *const before = w->run->drive + row*SET_INPUTS*w->wheels, *const after = before + SET_INPUTS*w->wheels;
-    for (int k = 0; k < SET_MOVING*w->wheels; k++)
-        if (fabs(after[k] - before[k]) > w->run->jumps*fmax(fabs(after[k]), fabs(before[k])))
-            return 1;
-    return 0;
 }
 
 ALWAYS_INLINE int rests_behind(const variations_t *w, long long row, int i)
@@ -65,29 +41,6 @@ static int list_rests(const variations_t *w, long long row, int *component)
         for (int c = FIRST_COMPONENT; rests_behind(w, row, i) && c < 2; c++)
             component[count++] = 2*i + c;
     return count;
-}
-
-/* Whether contacts change behind a row that do not come to rest. */
-static int others_change(const variations_t *w, long long row)
-{
-    for (int i = 0; i < w->wheels; i++)
-        if (!rests_behind(w, row, i) && (sticks_in(w, row, i) != sticks_in(w, row + 1, i) || turns_back(w, row, i)))
-            return 1;
-    return 0;
-}
-
-/* Whether a contact that sticks needs all its friction in a row, whose rates have been computed last. */
-static int is_at_its_bound(const variations_t *w, long long row)
-{
-    const lanes_t *const force = point_of(w, w->vehicle, w->point).ground_force;
-    for (int i = 0; i < w->wheels; i++) {
-        double taken = -1;
-        for (int c = 2*i; c < 2*i + 2; c++)
-            taken += force[c][0]*force[c][0]*w->run->per_reach[c];
-        if (sticks_in(w, row, i) && fabs(taken) <= w->run->reached)
-            return 1;
-    }
-    return 0;
 }
 
 /* Whether a slip comes to rest only just in a row, whose rates have been computed last. */
@@ -307,35 +260,5 @@ static int take_rests(variations_t *w, long long row, const int *component, int 
             for (int g = 0; g < groups; g++)
                 w->moved[place_of_core(w, a)*groups + g] -= to_core[a*count + k]*force[k*groups + g];
     return 1;
-}
-
-/* Whether the rates of the core, all of them, are the same but for roundings. */
-static int are_same(const variations_t *w, const lanes_t *one, const lanes_t *other)
-{
-    double apart = 0, largest = 0;
-    for (int a = 0; a < w->core; a++) {
-        const double x = one[place_of_core(w, a)][0], y = other[place_of_core(w, a)][0];
-        apart = fmax(apart, fabs(x - y)), largest = fmax(largest, fmax(fabs(x), fabs(y)));
-    }
-    return apart <= w->run->jumps*largest;
-}
-
-/* Pass a change of modes between a row and the next. Returns whether it was one of those above; else nothing has been
- * done. */
-static int pass_modes(variations_t *w, long long row)
-{
-    int component[MOST_COMPONENTS];
-    const int count = list_rests(w, row, component);
-    lanes_t before[w->size], after[w->size];
-    if ((count && others_change(w, row)) || inputs_jump(w, row))
-        return 0;
-    aim_rests(w, row);
-    rates_in_row(w, row + 1, after);
-    if (is_at_its_bound(w, row + 1))
-        return 0;
-    rates_in_row(w, row, before);
-    if (count == 0)
-        return are_same(w, before, after);
-    return !grazes_rest(w, component, count) && take_rests(w, row, component, count);
 }
 #endif

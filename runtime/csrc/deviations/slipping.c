@@ -2,16 +2,33 @@
  * size. They move with the numbers, and with the directions of the slips; how these turn, turning.c solves for.
  * Massless rollers slip one way alone. */
 
+/* Whether a contact has a load, where loads follow the motion. */
+ALWAYS_INLINE int carries_in(const variations_t *w, long long row, int i)
+{
+#if SET_LOADS
+    return w->run->drive[(row*SET_INPUTS + SET_CARRIES_INPUT)*w->wheels + i] > 0.5;
+#else
+    (void)w, (void)row, (void)i;
+    return 1;
+#endif
+}
+
 #if SET_GRIPS
 ALWAYS_INLINE int sticks_in(const variations_t *w, long long row, int i)
 {
     return w->run->drive[(row*SET_INPUTS + SET_MODES_INPUT)*w->wheels + i] > 0.5;
 }
 
-/* Whether a contact slips under a load, in a direction that turns. */
+/* Whether a contact slips under a load. */
+ALWAYS_INLINE int slides_in(const variations_t *w, long long row, int i)
+{
+    return !sticks_in(w, row, i) && carries_in(w, row, i) && w->run->grip[i] > 0;
+}
+
+/* The same in a direction that turns. */
 ALWAYS_INLINE int turns_in(const variations_t *w, long long row, int i)
 {
-    return SET_HAS_CONTACT_SPEEDS && !sticks_in(w, row, i) && w->run->grip[i] > 0;
+    return SET_HAS_CONTACT_SPEEDS && slides_in(w, row, i);
 }
 
 /* Where a contact slips: by its slip, where this is not rounding, else as the point is given. */
@@ -48,7 +65,7 @@ NEVER_INLINE void put_pushes(const variations_t *w, long long row, int model, co
     lanes_t load[MOST_WHEELS], load_moved[MOST_WHEELS], friction[pair], friction_moved[pair], still[pair];
     lanes_t slope[2*pair], slope_moved[2*pair];
     for (int i = 0; i < wheels; i++) {
-        const double slides = !sticks_in(w, row, i);
+        const double slides = !sticks_in(w, row, i) && carries_in(w, row, i);
         load[i] = lanes_of(slides*grip[i]), load_moved[i] = lanes_of(model ? slides*grown[i] : 0);
         for (int c = 2*i; c < 2*i + 2; c++) {
             friction[c] = lanes_of(grip[wheels + c]), friction_moved[c] = lanes_of(model ? grown[wheels + c] : 0);

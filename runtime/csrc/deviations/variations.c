@@ -49,6 +49,11 @@ typedef struct {
                                              * along these, the slopes of the forces by the directions' angles */
     nodes_t *towards_at, *slipping_at;      /* the same at the nodes                            */
     nodes_t *slip_slope;        /* 2*wheels x what slips have slopes by: slipping.c             */
+#if SET_LOADS
+    balance_t *balance;         /* numbers of the loads' balance, and how they move                     */
+    lanes_t *balance_numbers;   /* their arrays                                                         */
+    loads_t *loads;             /* at a point, and how they move                                        */
+#endif
     int *kind;                  /* what blockwise.c works on                                    */
     nodes_t *block;
     lanes_t *right, **pivot_row;
@@ -160,6 +165,9 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
     point.ground_push = w->pushed + (own == w->along ? 6*w->wheels : 0);
     point.ground_force = point.ground_push + 2*w->wheels, point.slip_dot = point.ground_force + 2*w->wheels;
 #endif
+#if SET_LOADS
+    point.balance = w->balance + (own == w->along), point.loads = w->loads + (own == w->along);
+#endif
     return point;
 }
 
@@ -229,6 +237,7 @@ ALWAYS_INLINE int are_zero(const lanes_t *x, int count)
     return !found;
 }
 
+#include "deviations/loads.c"
 #include "deviations/slipping.c"
 #include "deviations/spins.c"
 
@@ -240,6 +249,9 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     put_ground(w, row, b);
 #elif SET_SPINS_STICK
     put_axial_at_nodes(w);
+#endif
+#if SET_LOADS
+    put_loads(w, 0);
 #endif
     for (int d = 0; d < directions + w->run->models - 1; d++) {
         const int number = d - directions;
@@ -257,6 +269,10 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
             *way = lanes_of(1);
         if (d == 0 || number >= 0)
             put_held(w, row, number);
+#if SET_LOADS
+        if (number >= 0)
+            put_balance(w, number + 1, 1);
+#endif
         const point_t at = point_of(w, &w->vehicle[number + 1 > 0 ? number + 1 : 0], w->point);
         const point_t along = point_of(w, at.vehicle, w->along);
         lanes_t nu_dot[3], nu_dot_along[3];

@@ -39,11 +39,11 @@ static void put_carrying(omniroll_run_t *run)
 typedef struct {
     int carries[MOST_WHEELS];
     double compression[MOST_WHEELS], sums[3], determinant;
-#if SET_LOADED_AXLES
-    axles_of_set_t axles;
+#if SET_LOADED_BEARINGS
+    bearings_of_set_t bearings;
 #endif
 #if SET_STANDS
-    int axle_mode[MOST_WHEELS];
+    int mode[ON_GROUND*MOST_WHEELS];            /* of bearings that touch the ground                       */
 #endif
 #if SET_GRIPS
     double ground_force[2*MOST_WHEELS];
@@ -82,8 +82,8 @@ static int stands(const omniroll_run_t *run, const int *carries)
     return sqrt(width) > STANDING*sqrt(length);
 }
 
-/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of axles those that each
- * set has. */
+/* The loads of up to LANES sets at this instant, where those of them stick that `holds` says; of bearings those that
+ * each set has. */
 static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
 {
     const int wheels = run->wheels;
@@ -103,9 +103,9 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
         forces_along(run, work, unit);
     responds = 0;
 #endif
-#if SET_LOADED_AXLES
+#if SET_LOADED_BEARINGS
     for (int lane = 0; lane < LANES; lane++)
-        put_axles_of_set(run, work, &sets[lane < count ? lane : 0].axles, lane, now.arrays.input);
+        put_bearings_of_set(run, work, &sets[lane < count ? lane : 0].bearings, lane, now.arrays.input);
 #endif
     for (int lane = 0; lane < LANES; lane++)
         for (int i = 0; i < wheels; i++) {
@@ -122,14 +122,14 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
     now.point.loads->responds = responds;
 #endif
 #if SET_STANDS
-    vector3_t rows[MOST_WHEELS];
-    rows_of_wheels(run, work, rows);
+    vector3_t rows[WAYS*MOST_WHEELS];
+    rows_in_ways(run, work, rows);
     for (int lane = 0; lane < LANES; lane++) {
         const carrying_t *const set = sets + (lane < count ? lane : 0);
         int sticks[MOST_WHEELS];
         for (int i = 0; i < wheels; i++)
             sticks[i] = set->carries[i] && holds[i];
-        stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->axle_mode, lane, &now);
+        stand_in_lane(run, work, (const vector3_t *)rows, sticks, set->mode, lane, &now);
     }
 #endif
     core_rates(wheels, &now.point, nu_dot);
@@ -139,8 +139,8 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
         for (int k = 0; k < 3; k++)
             sets[lane].sums[k] = now.point.loads->sums[k][lane];
         sets[lane].determinant = now.point.loads->determinant[lane];
-#if SET_LOADED_AXLES
-        get_axles_of_set(run, work, &sets[lane].axles, lane);
+#if SET_LOADED_BEARINGS
+        get_bearings_of_set(run, work, &sets[lane].bearings, lane);
 #endif
 #if SET_GRIPS
         for (int k = 0; k < 2*wheels; k++)
@@ -150,25 +150,27 @@ static void evaluate_sets(const omniroll_run_t *run, const work_t *work, const i
     (void)holds;
 }
 
-/* The same, with the axles at rest of each set in their modes. */
+/* The same, with the bearings at rest of each set in their modes. */
 static void try_sets(const omniroll_run_t *run, const work_t *work, const int *holds, carrying_t *sets, int count)
 {
     int turned = 0;
-#if SET_LOADED_AXLES
-    for (int k = 0; k < count; k++)
-        begin_axles_of_set(run, &sets[k].axles);
+#if SET_LOADED_BEARINGS
+    for (int k = 0; k < count; k++) {
+        give_bearings(run, work, k, &sets[k].bearings);
+        begin_bearings_of_set(run, &sets[k].bearings);
+    }
 #endif
 #if SET_STANDS
     for (int k = 0; k < count; k++)
-        for (int i = 0; i < run->wheels; i++)
-            sets[k].axle_mode[i] = own_bearings(run)[i].mode;
+        for (int i = 0; i < ON_GROUND*run->wheels; i++)
+            sets[k].mode[i] = own_bearings(run)[i].mode;
 #endif
     do {
         evaluate_sets(run, work, holds, sets, count);
-#if SET_LOADED_AXLES
+#if SET_LOADED_BEARINGS
         turned = 0;
         for (int k = 0; k < count; k++)
-            turned |= turn_axles_of_set(run, &sets[k].axles);
+            turned |= turn_bearings_of_set(run, &sets[k].bearings);
 #endif
     } while (turned);
 }
@@ -201,21 +203,36 @@ static int differ(const omniroll_run_t *run, const carrying_t *one, const carryi
     return most > SAME*run->ground.weight;
 }
 
+/* Copies a set; each has its own bearings. */
+static void copy_set(const omniroll_run_t *run, const carrying_t *from, carrying_t *to)
+{
+#if SET_LOADED_BEARINGS
+    bearings_of_set_t own = to->bearings;
+    copy_bearings(run, &from->bearings, &own);
+#endif
+    *to = *from;
+#if SET_LOADED_BEARINGS
+    to->bearings = own;
+#endif
+    (void)run;
+}
+
 static void consider(const omniroll_run_t *run, search_t *search, const carrying_t *set)
 {
     if (!search->tried++)
         search->first = *set, search->regular = 1;
     search->regular &= set->determinant > DETERMINED;
-#if SET_LOADED_AXLES
-    search->regular &= !set->axles.unsettled;
-    if (set->axles.unsettled)
+#if SET_LOADED_BEARINGS
+    search->regular &= !set->bearings.unsettled;
+    if (set->bearings.unsettled)
         return;
 #endif
     for (int i = 0; i < run->wheels; i++)
         if (is_wrong(run, set, i))
             return;
     if (!search->fits++) {
-        search->fit = search->nearest = *set;
+        search->fit = *set;
+        copy_set(run, set, &search->nearest);
         search->least_determinant = set->determinant;
         return;
     }
@@ -223,7 +240,7 @@ static void consider(const omniroll_run_t *run, search_t *search, const carrying
     if (!search->several && differ(run, set, &search->fit))
         search->several = 1, search->other = *set;
     if (changes_of(run, set) < changes_of(run, &search->nearest))
-        search->nearest = *set;
+        copy_set(run, set, &search->nearest);
 }
 
 /* All sets that have what comes back and do not have what is dropped. */
@@ -274,21 +291,20 @@ static void try_present_set(const omniroll_run_t *run, const work_t *work, carry
     try_sets(run, work, holds, set, 1);
 }
 
-#if SET_LOADED_AXLES && SET_FRICTION
+#if SET_LOADED_BEARINGS && SET_FRICTION
 /* In the set that fits with the fewest changes the coupled matrix must have a positive determinant whichever of the
- * axles at rest turn (rule 3 of loaded_axles.py). */
-static void look_at_axles(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
+ * bearings at rest turn that touch the ground (rule 3 of loaded_axles.py). */
+static void look_at_bearings(const omniroll_run_t *run, const work_t *work, const int *holds, search_t *search)
 {
-    int resting[MOST_WHEELS], count = 0, tried = 0;
+    int resting[2*MOST_WHEELS], tried = 0;
+    const int count = resting_on_ground(run, resting);
     carrying_t sets[LANES];
-    for (int i = 0; i < run->wheels; i++)
-        if (own_bearings(run)[i].resting)
-            resting[count++] = i;
     for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
-        carrying_t *const set = sets + tried++;
-        *set = search->nearest;
+        carrying_t *const set = sets + tried;
+        give_bearings(run, work, tried++, &set->bearings);
+        copy_set(run, &search->nearest, set);
         for (int k = 0; k < count; k++)
-            set->axles.mode[resting[k]] = choice >> k & 1;
+            set->bearings.mode[resting[k]] = choice >> k & 1;
         if (tried < LANES && choice + 1 < 1 << count)
             continue;
         evaluate_sets(run, work, holds, sets, tried);
@@ -330,14 +346,17 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     search_t search;
     search.tried = search.fits = search.several = 0, search.regular = 1, search.least_determinant = 1;
     run->ground.failure = 0;
+#if SET_LOADED_BEARINGS
+    give_bearings(run, work, LANES, &search.nearest.bearings);
+#endif
     if (run->wheels <= MOST)
         try_all(run, work, holds, &search);
     else
         try_leading_on(run, work, holds, &search);
     run->ground.failure_is_regular = search.regular;
-#if SET_LOADED_AXLES && SET_FRICTION
+#if SET_LOADED_BEARINGS && SET_FRICTION
     if (search.fits)
-        look_at_axles(run, work, holds, &search);
+        look_at_bearings(run, work, holds, &search);
 #endif
     if (!search.tried)                          /* the vehicle does not stand on those that are left       */
         try_present_set(run, work, &search.first);
@@ -354,8 +373,8 @@ static void decide_loads(omniroll_run_t *run, const work_t *work, const int *hol
     }
     if (!run->ground.failure) {
         memcpy(run->ground.sums, search.nearest.sums, sizeof run->ground.sums);
-#if SET_LOADED_AXLES
-        take_axles_of_set(run, &search.nearest.axles);
+#if SET_LOADED_BEARINGS
+        take_bearings_of_set(run, &search.nearest.bearings);
 #endif
         leave_forces(run, work, &search.nearest);
 #if SET_GRIPS
@@ -372,12 +391,12 @@ static void decide_carrying(omniroll_run_t *run, const work_t *work)
 #ifdef LANES_HAS_MOMENTA
     wheel_momenta(run, work);
 #endif
-#if SET_LOADED_AXLES
-    rest_loaded_axles(run, work);
+#if SET_LOADED_BEARINGS
+    rest_loaded_bearings(run, work);
 #endif
     decide_loads(run, work, 0);
-#if SET_LOADED_AXLES
-    begin_loaded_axles(run, work);
+#if SET_LOADED_BEARINGS
+    begin_loaded_bearings(run, work);
 #endif
     run->ground.undecided = run->ground.failure != 0;
 }
@@ -449,7 +468,11 @@ ALWAYS_INLINE double load_at_end(const step_t *s, int k, double *rate)
 /* The number by which a landing says that a load has ended the step: that of the first one. */
 ALWAYS_INLINE int first_load(const step_t *s)
 {
-    return s->wheels + s->guards + (SET_GRIPS || SET_LOADED_AXLES ? s->wheels : 0);
+#if SET_LOADED_BEARINGS
+    return s->wheels + s->guards + s->own_count;
+#else
+    return s->wheels + s->guards + (SET_GRIPS ? s->wheels : 0);
+#endif
 }
 
 /* The length at which the first load changes its mode, if that is before `length`. */

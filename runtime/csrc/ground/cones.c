@@ -299,7 +299,8 @@ static void decide_cones(cones_t *c, int is_near)
 
 #if SET_STANDS
 #define DRAWN 1e-6                  /* of a size: how strongly forces that need not be unique are drawn         */
-#define DRAWN_ROUNDS 60
+/* Directions that are still off would turn the loads that are found for them, and these the directions. */
+#define DRAWN_ROUNDS (SET_STANDS_BOTH_WAYS && SET_LOADS ? 1000 : 60)
 
 /* Room for the forces of a problem, which is not known beforehand where rollers are in it. */
 #if SET_STANDS_BOTH_WAYS

@@ -4,12 +4,14 @@
  * derivative where the slip begins or ends. So the directions at the nodes are unknowns beside the rates: the slips
  * must follow them, 0 = slip across direction. Newton's rule takes into account that the forces turn the slips, with
  * what forces do to slips at the start of the step. So it is as regular where the slip is zero as elsewhere
- * (runtime/omniroll/engine/directed.py). One contact is solved for after the other. */
+ * (runtime/omniroll/engine/directed.py). One contact is solved for after the other, but those that share their motion
+ * together. */
 #if SET_GRIPS
 #define FAR_FROM_REST 0.2           /* of a slip: forces that turn it by less need no Newton's rule              */
 #define ROLLS 0.1                   /* of pi/n: a roller whose wheel turns by less keeps its radius           */
 #define TURN_RESPONDS 0.5           /* in a sweep: what forces do to slips through the loads is then found anew   */
 #define SLIP_FOLLOWED (1.0/16)      /* of what is rounding of a slip: a direction that misses it by less is found */
+#define ROUNDED_SLIP 4              /* roundings of what friction does in a step are nothing of a slip       */
 #define MOST_TURN 1.0               /* in a sweep, as a tangent                                               */
 #define GROWS 8                     /* times another row that is taken from one: without sorting, digits are lost   */
 
@@ -183,14 +185,14 @@ ALWAYS_INLINE const double *response_to_force(const step_t *s, int i, int k, int
     return s->response + (2*s->place[i] + k)*2*s->responding + 2*s->place[j];
 }
 
-/* What a turn of a contact's directions does to the rates of its slip, per turn at the nodes, by what forces do at the
- * start of the step. */
-ALWAYS_INLINE void response_to_turn(const step_t *s, int i, nodes_t *rate)
+/* What a turn of contact j's directions does to the rates of contact i's slip, per turn at the nodes, by what forces do
+ * at the start of the step. */
+ALWAYS_INLINE void response_to_turn(const step_t *s, int i, int j, nodes_t *rate)
 {
     for (int k = 0; k < 2; k++) {
-        const double *const response = response_to_force(s, i, k, i);
+        const double *const response = response_to_force(s, i, k, j);
         for (int b = 0; b < BLOCKS; b++)
-            rate[k].lanes[b] = response[0]*s->turned[2*i].lanes[b] + response[1]*s->turned[2*i + 1].lanes[b];
+            rate[k].lanes[b] = response[0]*s->turned[2*j].lanes[b] + response[1]*s->turned[2*j + 1].lanes[b];
     }
 }
 
@@ -348,23 +350,36 @@ static void move_others(step_t *s, const int wheels, int i, const nodes_t *befor
         }
 }
 
+/* The same by what forces do at the nodes, where that is another: rollers change their radius, loads follow; and in the
+ * clock of the step. */
+static void response_near_rest(step_t *s, const int wheels, int i, nodes_t *response)
+{
+    const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
+    if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
+        find_own_response(s, wheels, i);
+    if (s->knows_response[i])
+        own_response_to_turn(s, i, response);
+#if SET_APPROACHES
+    for (int k = 0; k < 2 && s->stretched; k++)
+        stretch_nodes(s, response + k);
+#endif
+}
+
+/* Whether forces can turn a slip much within the step. */
+ALWAYS_INLINE int is_near_rest(const step_t *s, const nodes_t *response, const nodes_t *along)
+{
+    return turned_within(s, response) > FAR_FROM_REST*smallest_of(along);
+}
+
 /* New directions of one contact, from the slips at the nodes, and its forces. */
 static void find_direction(step_t *s, const int wheels, int i)
 {
     nodes_t along, across, response[2], turn;
     along_and_across(s, i, &along, &across);
-    response_to_turn(s, i, response);
-    const int is_near = turned_within(s, response) > FAR_FROM_REST*smallest_of(&along);
+    response_to_turn(s, i, i, response);
+    const int is_near = is_near_rest(s, response, &along);
     if (is_near) {
-        const double rolls = fabs(s->at_chi[i].node[NODES - 1] - s->at_chi[i].node[0]);
-        if (!s->knows_response[i] && (SET_LOADS || rolls > ROLLS*s->joint))
-            find_own_response(s, wheels, i);
-        if (s->knows_response[i])
-            own_response_to_turn(s, i, response);
-#if SET_APPROACHES
-        for (int k = 0; k < 2 && s->stretched; k++)
-            stretch_nodes(s, response + k);
-#endif
+        response_near_rest(s, wheels, i, response);
         turn_by_newton(s, i, response, &along, &across, &turn);
     } else
         for (int b = 0; b < BLOCKS; b++)
@@ -375,6 +390,8 @@ static void find_direction(step_t *s, const int wheels, int i)
     if (is_near)
         move_others(s, wheels, i, before);
 }
+
+#include "ground/shared_directions.c"
 
 /* The slips of all contacts, from the states at the nodes. */
 ALWAYS_INLINE void slips_at_nodes(step_t *s, const int wheels)
@@ -417,8 +434,11 @@ static void find_directions(step_t *s, const int wheels)
         s->knows_response[i] = 0;               /* loads turn with the directions                       */
     s->turned_most = 0;
     slips_at_nodes(s, wheels);
+#if SET_STANDS_BOTH_WAYS
+    find_shared_directions(s, wheels);
+#endif
     for (int i = 0; i < wheels; i++)
-        if (s->slides[i] && !s->keeps[i])
+        if (s->slides[i] && !s->keeps[i] && !turned_together(s, i))
             find_direction(s, wheels, i);
 }
 #else

@@ -459,6 +459,15 @@ static int ends_mode(const step_t *s, int i)
     return rate > 0 && value > -(s->slides[i] ? s->slip_noise[i] : GRIP_PASSED*GRIP_NOISE(value));
 }
 
+/* Whether a contact goes on in the direction that the step has found and not in that of its slip (2,), from which it
+ * differs by rounding. The forces of contacts that share their motion balance in the former. */
+static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip)
+{
+    const double x = s->toward[2*i].node[NODES - 1], y = s->toward[2*i + 1].node[NODES - 1];
+    const double rounding = ROUNDED_SLIP*EPS*(s->h*s->friction_makes + speeds_of_slip(run, i));
+    return turned_together(s, i) && fabs(slip[1]*x - slip[0]*y) <= rounding;
+}
+
 /* A step has been taken. */
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
@@ -471,7 +480,8 @@ static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const s
         omniroll_grip_t *const grip = run->grips + i;
         const double size = s->turning ? sqrt(slip[2*i]*slip[2*i] + slip[2*i + 1]*slip[2*i + 1]) : 0;
         const int ends = s->landing >= s->wheels + s->guards && ends_mode(s, i);
-        const int turns = s->turning && s->slides[i], known = !ends && size > s->slip_noise[i];
+        const int turns = s->turning && s->slides[i];
+        const int known = !ends && size > s->slip_noise[i] && !keeps_direction(run, s, i, slip + 2*i);
         for (int k = 0; k < 2 && turns; k++)
             grip->towards[k] = known ? slip[2*i + k]/size : s->toward[2*i + k].node[NODES - 1];
         if (turns && !known)                    /* the row says where it went: its slip does not            */
@@ -510,6 +520,9 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         s->gripping |= s->grips[i];
     }
     s->turning = s->sliding && SET_FIRST_DIRECTION == 0;
+#if SET_STANDS_BOTH_WAYS
+    s->shared_system = work->shared_system;
+#endif
     if (s->sliding)
         slips_now(run, work, s->slip_start);
     if (s->turning) {
@@ -528,6 +541,9 @@ static void contacts_at_start(const omniroll_run_t *run, const work_t *work, ste
         s->rolls &= s->grips[i];
         s->taken_start[i] = s->grips[i] ? taken_now(run, work, i) : -1;
         s->taken_late[i] = 0, s->knows_response[i] = 0;
+#if SET_STANDS_BOTH_WAYS
+        s->turned_together[i] = 0;
+#endif
         for (int k = 0; k < 2; k++)
             for (int b = 0; b < BLOCKS; b++)
                 s->toward[2*i + k].lanes[b] = lanes_of(run->grips[i].towards[k]);

@@ -35,14 +35,31 @@ ALWAYS_INLINE void rates_of_sums(const int wheels, const point_t *at, lanes_t *n
     off[0] = sums[1] - at->loads->sums[1], off[1] = sums[2] - at->loads->sums[2];
 }
 
+/* How many numbers of the core have rates that depend on the loads; they stand first. */
+ALWAYS_INLINE int responding_core(const int wheels, const point_t *at)
+{
+#if SET_DISKS_STICK                 /* rollers that do not touch the ground may turn with their disks               */
+    return own_rates_at(wheels) + most_own_bearings(wheels, at->vehicle->rollers_per_wheel);
+#else
+    (void)at;
+    return coupled_size(wheels);
+#endif
+}
+
 /* What depends on the loads, as one vector: out of the point, or back. Returns how many numbers these are. */
 ALWAYS_INLINE int gather_rates(const int wheels, const point_t *at, const lanes_t *nu_dot, lanes_t *all)
 {
     int count = 0;
     for (int k = 0; k < 3; k++)
         all[count++] = nu_dot[k];
-    for (int c = 0; c < coupled_size(wheels); c++)
+    for (int c = 0; c < responding_core(wheels, at); c++)
         all[count++] = at->core_dot[c];
+#if SET_DISKS_STICK
+    for (int k = 0; k < wheels; k++)
+        all[count++] = at->contact_holding[k], all[count++] = at->contact_spin_dot[k];
+    for (int k = 0; k < wheels*(at->vehicle->rollers_per_wheel - 1); k++)
+        all[count++] = at->free_holding[k], all[count++] = at->spins_dot[k];
+#endif
 #if SET_AXLES_STICK
     for (int i = 0; i < wheels; i++)
         all[count++] = at->axle_holding[i];
@@ -65,8 +82,14 @@ ALWAYS_INLINE void spread_rates(const int wheels, const point_t *at, const lanes
     int count = 0;
     for (int k = 0; k < 3; k++)
         nu_dot[k] = all[count++];
-    for (int c = 0; c < coupled_size(wheels); c++)
+    for (int c = 0; c < responding_core(wheels, at); c++)
         at->core_dot[c] = all[count++];
+#if SET_DISKS_STICK
+    for (int k = 0; k < wheels; k++)
+        at->contact_holding[k] = all[count++], at->contact_spin_dot[k] = all[count++];
+    for (int k = 0; k < wheels*(at->vehicle->rollers_per_wheel - 1); k++)
+        at->free_holding[k] = all[count++], at->spins_dot[k] = all[count++];
+#endif
 #if SET_AXLES_STICK
     for (int i = 0; i < wheels; i++)
         at->axle_holding[i] = all[count++];
@@ -107,7 +130,11 @@ NEVER_INLINE void find_load_response(const int wheels, const point_t *at, const 
 static void rates_that_respond(const int wheels, const point_t *at, lanes_t *nu_dot)
 {
     loads_t *const loads = at->loads;
+#if SET_DISKS_STICK
+    lanes_t *const all = loads->rates, off[2];
+#else
     lanes_t all[RESPONDING], off[2];
+#endif
     rates_of_sums(wheels, at, nu_dot, off);
     const int count = gather_rates(wheels, at, nu_dot, all);
     if (!loads->knows_response)

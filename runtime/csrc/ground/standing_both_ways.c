@@ -4,24 +4,11 @@
 #if SET_STANDS_BOTH_WAYS
 #define USED 1e-6                   /* below the least use: what is used so much has come to its bound      */
 
-/* The bearing that holds a wheel in a way: its roller's, or its axle's; null where that has none that may stick. */
-ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, const work_t *work, int wheel, int way)
+/* The bearing that holds a wheel in a way; null where it has none that may stick. */
+ALWAYS_INLINE omniroll_bearing_t *bearing_in_way(const omniroll_run_t *run, int way)
 {
-    if (way == 0)
-        return own_bearings(run) + work->own.rollers_at + wheel;
-    return SET_AXLES_STICK ? own_bearings(run) + wheel : 0;
-}
-
-/* What a unit force on each wheel does to nu, along its axle and along its rolling direction. */
-static void rows_in_ways(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
-{
-    vector3_t of_wheels[MOST_WHEELS];
-    rows_of_wheels(run, work, of_wheels);
-    for (int i = 0; i < run->wheels; i++)
-        for (int k = 0; k < 3; k++) {
-            rows[2*i][k] = run->ground.reach*bearing_in_way(run, work, i, 0)->row[k];
-            rows[2*i + 1][k] = -run->ground.arms[2]*of_wheels[i][k];
-        }
+    const int place = place_in_way(run, way);
+    return place < 0 ? 0 : own_bearings(run) + place;
 }
 
 /* The ways in which wheels stand whose contacts and bearings stick, or with `resting` rest. */
@@ -32,7 +19,7 @@ static void find_standing(const omniroll_run_t *run, const work_t *work, int res
     rows_in_ways(run, work, all);
     for (int k = 0; k < 2*run->wheels; k++) {
         const omniroll_grip_t *const grip = run->grips + k/2;
-        const omniroll_bearing_t *const bearing = bearing_in_way(run, work, k/2, k%2);
+        const omniroll_bearing_t *const bearing = bearing_in_way(run, k);
         work->standing->stands[k] = bearing
             && (resting ? grip->resting && bearing->resting : grip->sticks && bearing->mode == 0);
         if (!work->standing->stands[k])
@@ -42,6 +29,13 @@ static void find_standing(const omniroll_run_t *run, const work_t *work, int res
     }
 }
 
+/* The load by which forces of the ground on a wheel are measured: its own, or where the loads follow the motion one for
+ * all (rule 1 of loaded_ground_with_bearings.py). */
+ALWAYS_INLINE double measuring_load(const omniroll_run_t *run, int wheel)
+{
+    return SET_LOADS ? run->ground.heaviest : run->grips[wheel].load;
+}
+
 /* The wheels that stand in the present modes, and what they allow. */
 static void stand(omniroll_run_t *run, const work_t *work)
 {
@@ -49,18 +43,21 @@ static void stand(omniroll_run_t *run, const work_t *work)
     find_standing(run, work, 0, &standing->rows);
     standing->count = 0, standing->most_holding = 0;
     standing->radius = run->ground.arms[2], standing->arm = run->ground.reach;
-    standing->contact = bearing_in_way(run, work, 0, 0);
+    standing->contact = bearing_in_way(run, 0);
     standing->per_force = run->ground.friction/(run->ground.typical*run->ground.arms[0]);
+#if SET_LOADS
+    standing->heaviest = run->ground.heaviest;
+#endif
     memset(standing->size, 0, sizeof standing->size);
     for (int k = 0; k < run->own_count; k++) {
         standing->has_part[k] = 0;
         standing->most_holding = fmax(standing->most_holding, own_bearings(run)[k].holding);
     }
     for (int k = 0; k < 2*run->wheels; k++) {
-        standing->of_ground[k] = run->grips[k/2].load*run->grips[k/2].staying[k%2];
+        standing->of_ground[k] = measuring_load(run, k/2)*run->grips[k/2].staying[k%2];
         if (!standing->stands[k])
             continue;
-        const int d = standing->count++, place = (int)(bearing_in_way(run, work, k/2, k%2) - own_bearings(run));
+        const int d = standing->count++, place = (int)(bearing_in_way(run, k) - own_bearings(run));
         standing->wheel[d] = k/2, standing->way[d] = k%2, standing->bearing[d] = place;
         standing->holding[d] = own_bearings(run)[place].holding, standing->has_part[place] = 1;
         for (int c = 0; c < 3; c++)
@@ -113,7 +110,7 @@ static double least_arm_now(const omniroll_run_t *run, const work_t *work)
 static void put_all_to_rest(omniroll_run_t *run, const work_t *work)
 {
     int moves = 0;
-    work->standing->contact = bearing_in_way(run, work, 0, 0), work->standing->arm = run->ground.reach;
+    work->standing->contact = bearing_in_way(run, 0), work->standing->arm = run->ground.reach;
     const double least_arm = least_arm_now(run, work);
     run->hold.speed = fmax(run->hold.speed, FROM_REST*run->ground.settles);
     for (int i = 0; i < run->wheels; i++)
@@ -164,6 +161,10 @@ static void asked_now(const omniroll_run_t *run, const work_t *work, asked_t *no
     for (int d = 0; d < standing->count; d++)
         now->asked[2*standing->wheel[d] + standing->way[d]] = work->own.holding[standing->bearing[d]][0];
     find_arms(run->wheels, &work->vehicle, standing, run->joint, run->chi, now->arm, per_chi);
+#if SET_LOADS
+    for (int i = 0; i < run->wheels; i++)
+        now->load[i] = work->loads[LOADS_NOW].compression[i][0];
+#endif
 }
 
 /* The torques of all bearings; of standing wheels beside the forces of least norm (rule 4). */
@@ -266,7 +267,8 @@ static void begin_standing(const omniroll_run_t *run, const work_t *work, step_t
 {
     lanes_t nu_dot[3];
     s->standing = work->standing;
-    s->facets = run->wheels;                    /* contacts come before the bearings among the events           */
+    /* contacts, and their loads, come before the bearings among the events */
+    s->facets = run->wheels + (SET_LOADS ? run->wheels + 1 : 0);
     for (int k = 0; k < 9; k++)
         s->directions[k] = lanes_of(run->hold.directions[k]);
     for (int k = 0; k < 3; k++)

@@ -270,43 +270,47 @@ static void decide_modes(omniroll_run_t *run, const work_t *work, asked_t *now)
 }
 
 #if SET_LOADS
-/* What is let go at this instant. */
-typedef struct {
-    int contacts[MOST_WHEELS], axles[MOST_WHEELS];
-} let_go_t;
-
-static void keep_released(const omniroll_run_t *run, let_go_t *kept)
+/* What is let go at this instant, kept in `let_go`: contacts, then bearings. */
+static void keep_released(const omniroll_run_t *run, int *let_go)
 {
     for (int i = 0; i < run->wheels; i++)
-        kept->contacts[i] = run->grips[i].released, kept->axles[i] = own_bearings(run)[i].released;
+        let_go[i] = run->grips[i].released;
+    for (int k = 0; k < run->own_count; k++)
+        let_go[run->wheels + k] = own_bearings(run)[k].released;
 }
 
-static void put_released(omniroll_run_t *run, const let_go_t *kept)
+static void put_released(omniroll_run_t *run, const int *let_go)
 {
     for (int i = 0; i < run->wheels; i++)
-        run->grips[i].released = kept->contacts[i], own_bearings(run)[i].released = kept->axles[i];
+        run->grips[i].released = let_go[i];
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].released = let_go[run->wheels + k];
 }
 
-/* Axles at rest stick so far. */
-static void stop_resting_axles(omniroll_run_t *run)
+/* Bearings at rest stick so far. */
+static void stop_resting_bearings(omniroll_run_t *run)
 {
-    for (int i = 0; i < run->wheels; i++)
-        own_bearings(run)[i].mode = own_bearings(run)[i].resting ? 0 : own_bearings(run)[i].mode;
+    for (int k = 0; k < run->own_count; k++)
+        own_bearings(run)[k].mode = own_bearings(run)[k].resting ? 0 : own_bearings(run)[k].mode;
 }
 
 /* Modes for the loads, and loads for the modes, until nothing changes; of contacts that rest `rests`. What is let go
  * under loads that are not the last is decided anew. Returns whether that has come to an end. */
 static int settle_standing(omniroll_run_t *run, const work_t *work, const int *rests)
 {
-    let_go_t let_go;
     asked_t now;
-    keep_released(run, &let_go);
+#if SET_STANDS_BOTH_WAYS
+    int *const let_go = work->let_go;
+#else
+    int let_go[2*MOST_WHEELS];
+#endif
+    keep_released(run, let_go);
     for (int turn = 0; turn < TURNS; turn++) {
         double before[MOST_WHEELS];
         for (int i = 0; i < run->wheels; i++)
             before[i] = run->grips[i].load;
-        put_released(run, &let_go);
-        stop_resting_axles(run);
+        put_released(run, let_go);
+        stop_resting_bearings(run);
         decide_modes(run, work, &now);
         stand(run, work);
         const int settled = loads_settle(run, work, rests, before);
@@ -316,23 +320,26 @@ static int settle_standing(omniroll_run_t *run, const work_t *work, const int *r
     return refuse_unsettled(run, work);
 }
 
-/* Whether in the modes of the contacts loads and axles determine each other: whether the coupled matrix has a positive
- * determinant whichever of the axles at rest stick (rule 3 of loaded_ground_with_axles.py). */
+/* Whether in the modes of the contacts loads and bearings determine each other: whether the coupled matrix has a positive
+ * determinant whichever of the bearings at rest stick that touch the ground (rule 3 of loaded_ground_with_axles.py, rule
+ * 2 of loaded_ground_with_bearings.py). */
 static int is_determined(omniroll_run_t *run, const work_t *work)
 {
-    int resting[MOST_WHEELS], holds[MOST_WHEELS], count = 0, tried = 0;
+    int resting[ON_GROUND*MOST_WHEELS], holds[MOST_WHEELS], count = 0, tried = 0;
     carrying_t sets[LANES];
-    for (int i = 0; i < run->wheels; i++) {
+    for (int i = 0; i < run->wheels; i++)
         holds[i] = run->grips[i].sticks;
-        if (own_bearings(run)[i].resting)
-            resting[count++] = i;
-    }
+    for (int k = 0; k < ON_GROUND*run->wheels; k++)
+        if (own_bearings(run)[k].resting)
+            resting[count++] = k;
     for (int choice = 0; count <= MOST && choice < 1 << count; choice++) {
         carrying_t *const set = sets + tried++;
         for (int i = 0; i < run->wheels; i++)
-            set->carries[i] = run->grips[i].carries, set->axle_mode[i] = own_bearings(run)[i].mode;
+            set->carries[i] = run->grips[i].carries;
+        for (int k = 0; k < ON_GROUND*run->wheels; k++)
+            set->mode[k] = own_bearings(run)[k].mode;
         for (int k = 0; k < count; k++)
-            set->axle_mode[resting[k]] = choice >> k & 1;
+            set->mode[resting[k]] = choice >> k & 1;
         if (tried < LANES && choice + 1 < 1 << count)
             continue;
         evaluate_sets(run, work, holds, sets, tried);
@@ -357,7 +364,7 @@ static int decide_with_loads(omniroll_run_t *run, const work_t *work, asked_t *n
         grip->dropped |= gone, grip->released &= !gone;
         rests[i] = grip->resting;
     }
-    stop_resting_axles(run);
+    stop_resting_bearings(run);
     turn_own(run, work, 1);
     const int may_stick = carries_at_rest(run, work, rests, &at_rest);
     for (int i = 0; i < run->wheels; i++)

@@ -2,6 +2,10 @@
  * runtime/omniroll/effects/ground_with_axles.py. */
 #if SET_STANDS
 #define FROM_REST 1e6               /* s: see ground_with_axles.py                                          */
+#define WAYS (1 + SET_STANDS_BOTH_WAYS)     /* in which a wheel may stand                                   */
+/* Bearings of a wheel that touch the ground: of its axle, and of its roller in contact. They are the first ones, of all
+ * wheels. */
+#define ON_GROUND (SET_AXLES_STICK + SET_DISKS_STICK)
 
 static const double any_motion[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
@@ -15,6 +19,31 @@ static void rows_of_wheels(const omniroll_run_t *run, const work_t *work, vector
         for (int i = 0; i < run->wheels; i++)
             rows[i][k] = speeds[i][0];
     }
+}
+
+/* The place among the bearings of the one that holds a wheel in a way; -1 where it has none that may stick. Ways are
+ * counted over all wheels, of each first that along its axle, if it may stand so. */
+ALWAYS_INLINE int place_in_way(const omniroll_run_t *run, int way)
+{
+    if (WAYS == 1)
+        return way;
+    return way%WAYS ? (SET_AXLES_STICK ? way/WAYS : -1) : (SET_AXLES_STICK ? run->wheels : 0) + way/WAYS;
+}
+
+/* What a unit force on each wheel in each way does to nu, or its like. */
+static void rows_in_ways(const omniroll_run_t *run, const work_t *work, vector3_t *rows)
+{
+#if SET_STANDS_BOTH_WAYS
+    vector3_t of_wheels[MOST_WHEELS];
+    rows_of_wheels(run, work, of_wheels);
+    for (int i = 0; i < run->wheels; i++)
+        for (int k = 0; k < 3; k++) {
+            rows[2*i][k] = run->ground.reach*own_bearings(run)[place_in_way(run, 2*i)].row[k];
+            rows[2*i + 1][k] = -run->ground.arms[2]*of_wheels[i][k];
+        }
+#else
+    rows_of_wheels(run, work, rows);
+#endif
 }
 
 /* What the rates of wheels that stand, which are zero, leave of nu. */
@@ -41,17 +70,19 @@ static int forbid_rates(omniroll_run_t *run, const bearings_t *rows)
 }
 
 #if SET_LOADS
-/* One lane of an instant in which these contacts stick, and axles whose modes are 0. */
+/* One lane of an instant in which these contacts stick, and bearings on the ground whose modes are 0. */
 static void stand_in_lane(const omniroll_run_t *run, const work_t *work, const vector3_t *rows, const int *sticks,
-                          const int *axle_mode, int lane, instant_t *now)
+                          const int *mode, int lane, instant_t *now)
 {
     static const vector3_t unit[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     bearings_t standing = {.count = 0};
     double directions[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, absent[3] = {0, 0, 0};
-    for (int i = 0; i < run->wheels; i++) {
-        work->own.sticks[i][lane] = axle_mode[i] == 0;
-        if (sticks[i] && axle_mode[i] == 0)
-            memcpy(standing.rows[standing.count++], rows[i], sizeof rows[i]);
+    for (int k = 0; k < ON_GROUND*run->wheels; k++)
+        work->own.sticks[k][lane] = mode[k] == 0;
+    for (int k = 0; k < WAYS*run->wheels; k++) {
+        const int place = place_in_way(run, k);
+        if (place >= 0 && mode[place] == 0 && sticks[k/WAYS])
+            memcpy(standing.rows[standing.count++], rows[k], sizeof rows[k]);
     }
     if (standing.count)
         directions_allowed(&standing, unit, directions, absent);

@@ -32,6 +32,9 @@ static int new_part(uses_t *uses)
 {
     memset(uses->per_force[uses->parts], 0, sizeof uses->per_force[uses->parts]);
     memset(uses->given[uses->parts], 0, sizeof uses->given[uses->parts]);
+#if SET_LOADS
+    uses->lacking[uses->parts] = 0;
+#endif
     return uses->parts++;
 }
 
@@ -44,6 +47,9 @@ static void find_uses(const standing_t *standing, const asked_t *now, uses_t *us
         const double *const reach = standing->of_ground + 2*i;
         for (int k = 0; k < 2 && i != last; k++)
             uses->given[part][k] = standing->stands[2*i + k] ? 0 : now->along[2*i + k]/reach[k];
+#if SET_LOADS
+        uses->lacking[part] = 1 - now->load[i]/standing->heaviest;
+#endif
         uses->per_force[part][standing->way[d]][d] = 1/reach[standing->way[d]];
         last = i;
     }
@@ -98,6 +104,10 @@ static void asked_at_end(const step_t *s, const int wheels, asked_t *now, asked_
     find_arms(wheels, s->vehicle, s->standing, s->joint, s->end_chi, now->arm, per_chi);
     for (int i = 0; i < wheels; i++)
         change->arm[i] = per_chi[i]*s->end_rate[i];
+#if SET_LOADS
+    for (int i = 0; i < wheels; i++)
+        load_asked_at_end(s, i, now, change);
+#endif
     for (int k = 0; k < 2*wheels; k++) {
         now->along[k] = weighted(&s->along[k], &gauss_end) + s->asked_late.along[k];
         change->along[k] = weighted(&s->along[k], &gauss_end_slope)/s->h;
@@ -120,6 +130,10 @@ static void ask_later(const asked_t *now, const asked_t *change, const int wheel
     }
     for (int i = 0; i < wheels; i++)
         later->arm[i] = now->arm[i] + dt*change->arm[i];
+#if SET_LOADS
+    for (int i = 0; i < wheels; i++)
+        later->load[i] = now->load[i] + dt*change->load[i];
+#endif
 }
 
 /* The length at which the least use comes to 1, if that is before `length`. */
@@ -172,6 +186,10 @@ static double turn_of_use(const step_t *s, const int wheels)
             now.along[k] = s->along[k].node[m];
         for (int i = 0; i < wheels; i++)
             chi[i] = s->at_chi[i].node[m];
+#if SET_LOADS
+        for (int i = 0; i < wheels; i++)
+            now.load[i] = s->weight_carried*s->compressed[i].node[m];
+#endif
         find_arms(wheels, s->vehicle, s->standing, s->joint, chi, now.arm, per_chi);
         for (int d = 0; d < s->standing->count; d++)
             now.asked[2*s->standing->wheel[d] + s->standing->way[d]] = s->own->held[s->standing->bearing[d]].node[m];

@@ -35,9 +35,17 @@ typedef struct {
     lanes_t *held_force;
     standing_t *standing;
 #endif
+#if SET_LOADED_BEARINGS
+    int *modes_of_sets;             /* of bearings in sets of contacts that may carry: give_bearings()       */
+    double *rates_of_sets;
+#endif
 #if SET_STANDS_BOTH_WAYS
     parts_at_rest_t *at_rest;       /* contacts and bearings, at an instant, and the problem of which stick  */
     cones_t *problem;
+    double *shared_system;          /* of the turns of slips at the nodes that are found together             */
+#if SET_LOADS
+    int *let_go;                    /* contacts and bearings                                                */
+#endif
 #endif
 #if SET_OWN_BEARINGS
     own_bearings_t own;
@@ -56,6 +64,9 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
     int *const has_part = numbers_part(parts, bearings);
     work->at_rest = numbers_part(parts, (long long)(sizeof(parts_at_rest_t)/sizeof(double)) + 1);
     work->problem = numbers_part(parts, (long long)(sizeof(cones_t)/sizeof(double)) + 1);
+#if SET_LOADS
+    work->let_go = numbers_part(parts, count);
+#endif
     int *const which[5] = {numbers_part(parts, count), numbers_part(parts, count), numbers_part(parts, count),
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
@@ -74,6 +85,20 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
         .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
                   .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
                              .slipping = which[4]}}};
+}
+#endif
+
+#if SET_LOADS && SET_DISKS_STICK
+/* Room for the rates that respond to the loads, beside those of each rate of the core what holds and how it turns. */
+static void lay_out_responses(loads_t *loads, parts_t *parts, int wheels, int rollers)
+{
+    const long long most = 3 + core_size(wheels, rollers) + 2*most_own_bearings(wheels, rollers)
+        + (SET_GRIPS ? 4*wheels : 0) + (SET_STANDS ? 3 : 0);
+    for (int k = 0; k < LOADS_KEPT; k++) {
+        lanes_t *const rates[3] = {lanes_part(parts, most), lanes_part(parts, most), lanes_part(parts, most)};
+        if (loads)
+            loads[k].response[0] = rates[0], loads[k].response[1] = rates[1], loads[k].rates = rates[2];
+    }
 }
 #endif
 
@@ -104,6 +129,9 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
 #if SET_LOADS
     work->balance_numbers = lanes_part(&parts, 2 + wheels);
     work->loads = lanes_part(&parts, LOADS_KEPT*(long long)(sizeof(loads_t)/sizeof(lanes_t)));
+#if SET_DISKS_STICK
+    lay_out_responses(work->loads, &parts, wheels, rollers);
+#endif
 #endif
 #if SET_GRIPS
     work->load = lanes_part(&parts, wheels);
@@ -152,8 +180,13 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.per_yaw = numbers_part(&parts, own);
     work->own.bounds = numbers_part(&parts, own);
 #endif
+#if SET_LOADED_BEARINGS
+    work->modes_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
+    work->rates_of_sets = numbers_part(&parts, (LANES + 1)*2*own);
+#endif
 #if SET_STANDS_BOTH_WAYS
     lay_out_standing(work, &parts, wheels, own);
+    work->shared_system = numbers_part(&parts, (long long)NODES*wheels*(NODES*wheels + 1));
 #endif
 #if SET_SPINS_STICK
     work->per_yaw = numbers_part(&parts, axial);

@@ -10,7 +10,7 @@
 #define SLOPE_DIFFERENCE 1e-10      /* of the size of a speed, for slopes                                   */
 #define SPEED_ROUNDING 16           /* roundings of the largest speed that further sweeps do not take away  */
 #define MOST_RENEWALS 2             /* of the slopes in a try                                               */
-#define MOVES 7                     /* moved states that count as an evaluation at all nodes                */
+#define MOVES_AT_ONCE 7             /* moved states that count as an evaluation at all nodes                */
 #define WAY_BLOCKS (WAYS/LANES)
 #define MIDDLE (NODES/2 - 1)        /* the node at which they are renewed                                   */
 
@@ -144,7 +144,7 @@ static void find_slopes(step_t *s, const int wheels, int node)
             }
         }
     }
-    const int evaluations = (moves + MOVES - 1)/MOVES;
+    const int evaluations = (moves + MOVES_AT_ONCE - 1)/MOVES_AT_ONCE;
 #if SET_LOADS
     s->sweeps += SET_FRICTION ? LOADS_RESPOND*evaluations : evaluations;
 #else

@@ -82,6 +82,9 @@ typedef struct {
     bearings_t rows;                            /* what a unit force in each does to nu                    */
     double of_ground[2*MOST_WHEELS];            /* what the ground takes at most of any wheel, in N        */
     double holding[MOST_BEARINGS], most_holding;    /* what these bearings take at most; the largest of all, in N m */
+#if SET_LOADS
+    double heaviest;                            /* the load for which that is, in N                        */
+#endif
     double radius, arm;                         /* of a wheel; of its roller in contact where chi is 0     */
     double size[3], per_force;                  /* what a force on nu is rounded against; nu' that it gives */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found           */
@@ -89,9 +92,12 @@ typedef struct {
 } standing_t;
 
 /* What they ask for: the force that holds nu, the torques of bearings where the ground took nothing in the ways in
- * which they stand, the ground's forces, and the arms of the rollers in contact. */
+ * which they stand, the ground's forces, the arms of the rollers in contact, and the loads that follow the motion. */
 typedef struct {
     double force[3], asked[2*MOST_WHEELS], along[2*MOST_WHEELS], arm[MOST_WHEELS];
+#if SET_LOADS
+    double load[MOST_WHEELS];                   /* in N                                                    */
+#endif
 } asked_t;
 #elif SET_STANDS
 /* Wheels that stand: their contacts and their axles stick. */
@@ -231,6 +237,8 @@ typedef struct {
     asked_t asked_start, asked_late;            /* at the start; what the polynomials lack at the end */
 #endif
 #if SET_STANDS_BOTH_WAYS
+    double *shared_system;                      /* scratch of shared_directions.c                            */
+    int turned_together[MOST_WHEELS];           /* whose directions the last sweep has found together        */
     int nearly_used;                            /* whether in this try all has been used, or nearly so       */
     double used_by[MOST_BEARINGS];              /* forces of least use, the last that were found             */
 #endif
@@ -251,6 +259,19 @@ typedef struct {
     double guard_weights[3*MOST_GUARDS];        /* of nu                                         */
 #endif
 } step_t;
+
+#if SET_GRIPS
+/* Whether the directions of a contact have been found together with others in the last sweep. */
+ALWAYS_INLINE int turned_together(const step_t *s, int i)
+{
+#if SET_STANDS_BOTH_WAYS
+    return s->turned_together[i];
+#else
+    (void)s, (void)i;
+    return 0;
+#endif
+}
+#endif
 
 #if SET_CORE_PARTS
 /* The rest of the core in vector b of the nodes, as the kernel reads it. */

@@ -12,7 +12,7 @@ from shtab import DIRECTORY, FILE
 from omniroll import extras
 from omniroll.durable import whole_file
 from omniroll.errors import InvalidValueError
-from omniroll.exchange.run_in_mujoco import PURPOSE
+from omniroll.exchange.run_in_mujoco import FINE_SPHERES, FRICTION, PURPOSE, STEP
 from omniroll.scenes import load_scene
 
 SUMMARY = "run a scene beside MuJoCo, with a body for each roller: distances and a picture"
@@ -29,13 +29,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--with", dest="peer", choices=("mujoco",), required=True, help="the other simulator")
     parser.add_argument("--duration", type=float, metavar="S", help="seconds to simulate; default: the scene's")
     parser.add_argument(
-        "--step", type=float, metavar="S", default=1e-3, help="the peer's time step, and half of it; default: 0.001"
+        "--step", type=float, metavar="S", default=STEP, help=f"the peer's time step, and half of it; default: {STEP}"
     )
     parser.add_argument(
-        "--friction", type=float, metavar="X", default=1.0, help="coefficient between rollers and ground; default: 1"
+        "--friction",
+        type=float,
+        metavar="X",
+        default=FRICTION,
+        help=f"friction between rollers and ground; default: {FRICTION}",
     )
     parser.add_argument(
-        "--spheres", type=int, metavar="N", default=101, help="spheres that stand for a roller; default: 101"
+        "--spheres", type=int, metavar="N", default=FINE_SPHERES, help=f"spheres for a roller; default: {FINE_SPHERES}"
     )
     parser.add_argument(
         "--output",

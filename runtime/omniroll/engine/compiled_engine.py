@@ -52,8 +52,6 @@ REASONS = {
 # A step's error is that inside it; at its end, collocation is far better. What the iterations of all steps leave adds
 # up to at most this part of the tolerance, if the vehicle goes on as it starts.
 SWEEP = 0.1
-# Generated functions of sets that run on the Python engine alone, and what these have.
-NOT_COMPILED = {"disk_momenta": "rollers that stick where loads follow the motion"}
 FINEST_STEP, FINEST_SWEEP = 1e-15, 1e-16
 
 
@@ -61,7 +59,7 @@ def lacking(kernel: Kernel) -> str:
     """What such a run needs and the compiled engine does not have, so that the Python engine runs; or nothing."""
     if kernel.wheels > MOST_WHEELS:
         return f"room for more than {MOST_WHEELS} wheels"
-    return next((lack for name, lack in NOT_COMPILED.items() if name in kernel.signatures), "")
+    return ""
 
 
 def can_run(task: Task) -> bool:

@@ -27,13 +27,14 @@ ALIGNMENT = 128  # bytes
 # faster than the run: the last of Legendre's polynomials makes at most this part of them in a step.
 FEWER, FINE, MOST_LAST = 12, 1e-8, 1e-5
 MANY = 16  # steps that ask for more
+OF_BALANCE = ("normal_gravity", "height", "wheel_mass", "platform_products", "spin_inertia")  # as C takes them
 NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own size
 
 
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.loaded or deviations.axles_stick:
+    if deviations.axles_stick:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -199,16 +200,55 @@ class CompiledVariations:
         return self.module.ffi.from_buffer(names[kind], array)
 
     def _grip(self, contacts: ContactModes) -> np.ndarray:
-        """(1 + Q, 3 N) the loads of contacts and their friction, and how the numbers move these."""
+        """(1 + Q, 3 N) the loads of contacts, 1 where they follow the motion, and their friction, and how the numbers
+        move these."""
         grip, moved, numbered = contacts.grip, self.columns.constants, self.columns.numbered
         found = np.zeros((1 + len(numbered), 3 * self.motion.plain.wheels))
         loads, friction = np.split(found, [len(grip.loads)], axis=1)
-        for name, part, own in (("contact_load", loads, grip.loads), ("ground_friction", friction, grip.sliding)):
+        given = contacts.given_loads
+        for name, part, own in (("contact_load", loads, given), ("ground_friction", friction, grip.sliding)):
             part[0] = own.ravel()
             if name in moved:
                 part[1:] = moved[name][numbered].reshape(len(numbered), -1)
-        loads[:, grip.loads == 0] = 0.0
+        loads[:, given == 0] = 0.0
         return found
+
+    def _balance(self, contacts: ContactModes) -> np.ndarray:
+        """(1 + Q, 5 + N) the numbers of the loads' balance, and how the numbers move these."""
+        moved, numbered, found = self.columns.constants, self.columns.numbered, []
+        for name in OF_BALANCE:
+            own = np.ravel(contacts.grip.balance[name])
+            of_numbers = np.zeros((len(numbered), len(own)))
+            if name in moved:
+                of_numbers[:] = moved[name][numbered].reshape(of_numbers.shape)
+            found.append(np.concatenate([own[None], of_numbers]))
+        return np.concatenate(found, axis=1)
+
+    def _per_reach(self, contacts: ContactModes) -> np.ndarray:
+        """(1 + Q, N, 2) one over the squares of what static friction can hold, and how the numbers move these."""
+        own, moved = contacts.per_reach(), self.columns.constants
+        found = np.zeros((1 + len(self.columns.numbered), *own.shape))
+        found[0] = own
+        parts = {"ground_static_friction": contacts.grip.static, "contact_load": contacts.given_loads[:, None]}
+        for name, part in parts.items():
+            if name in moved:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    rises = moved[name][self.columns.numbered].reshape(len(found) - 1, *part.shape) / part
+                found[1:] -= np.where(own > 0, 2 * own * rises, 0.0)
+        return found
+
+    def _of_contacts(self, contacts: ContactModes) -> dict[str, np.ndarray]:
+        """What C takes of contacts that have modes, by name."""
+        run, motion = self.struct[0], self.motion
+        found = {"balance": self._balance(contacts)} if contacts.loaded else {}
+        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
+        run.all_loads = float(contacts.grip.loads.sum())
+        if not contacts.grips:
+            return found
+        ends = np.minimum(np.arange(len(motion.y)) + 1, len(motion.y) - 1)
+        run.grazes = GRAZES * contacts.friction_rate()
+        noises = contacts.noises(motion.y, ends)
+        return found | {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
     def _fill(self, holds: HoldDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
@@ -242,11 +282,7 @@ class CompiledVariations:
             "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
-            ends = np.minimum(np.arange(len(trajectory)) + 1, len(trajectory) - 1)
-            noises = motion.contacts.noises(motion.y, ends)
-            numbers |= {"grip": self._grip(motion.contacts), "slip_rounding": noises}
-            numbers["per_reach"] = motion.contacts.per_reach()
-            run.jumps, run.reached, run.grazes = JUMPS, REACHED, GRAZES * motion.contacts.friction_rate()
+            numbers |= self._of_contacts(motion.contacts)
         if holds is not None and holds.holds.spins is not None:
             numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
             numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}

@@ -96,6 +96,11 @@ class ContactModes:
         self.turns = plain.has_spins and self.grips
         self.first = 0 if self.turns else 1  # of the components of slips
 
+    @property
+    def given_loads(self) -> np.ndarray:
+        """(N,) in N, the loads; 1 where they follow the motion."""
+        return np.ones(self.plain.wheels) if self.loaded else self.grip.loads
+
     def at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of the contacts in rows (...), by name."""
         return self.where(self.slides[rows])
@@ -105,7 +110,7 @@ class ContactModes:
         found = {name: np.asarray(value, float) for name, value in (self.grip.balance or {}).items()}
         if not self.grips:
             return found
-        load = np.where(slides, 1.0 if self.loaded else self.grip.loads, 0.0)
+        load = np.where(slides, self.given_loads, 0.0)
         return found | {"load": load, "friction": self.grip.sliding, "pushed": np.zeros((self.plain.wheels, 2))}
 
     def moved(self, found: Mapping[str, np.ndarray], tangents: Mapping[str, np.ndarray], axes: int) -> dict:
@@ -125,8 +130,9 @@ class ContactModes:
         return dict(found) | moving
 
     def per_reach(self) -> np.ndarray:
-        """(N, 2) in 1/N^2, one over the squares of what static friction can hold under loads that are given."""
-        reach = self.grip.loads[:, None] * np.broadcast_to(self.grip.static, (self.plain.wheels, 2))
+        """(N, 2) one over the squares of what static friction can hold: in 1/N^2, or where loads follow the motion of
+        each N of load."""
+        reach = self.given_loads[:, None] * np.broadcast_to(self.grip.static, (self.plain.wheels, 2))
         with np.errstate(divide="ignore"):
             found = np.where(reach > 0, reach**-2.0, 0.0)
         found[:, : self.first] = 0.0

@@ -118,6 +118,7 @@ class WhatActs:
         plain = {name: float(grip.balance[name]) for name in ("normal_gravity", "height", "wheel_mass")}
         return plain | {
             "weight": float(grip.loads.sum()),
+            "heaviest": float(grip.loads.max()),
             "wheel_inertia": self.plan.acting.kernel.vehicle.wheel_inertia,
             "platform_products": grip.balance["platform_products"].tolist(),
             "spin_inertia": self._pointer(np.broadcast_to(grip.balance["spin_inertia"], self.wheels)),

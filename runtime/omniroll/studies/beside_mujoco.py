@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 
 from omniroll import extras
-from omniroll.exchange.run_in_mujoco import MujocoRun, left_out, run_in_mujoco
+from omniroll.exchange.run_in_mujoco import FINE_SPHERES, FRICTION, STEP, MujocoRun, left_out, run_in_mujoco
 from omniroll.results import pictures
 from omniroll.results.trajectory import Trajectory
 from omniroll.scenes.loading import Scene, run
 
 ROWS = 401  # times at which the motions are compared
 SHOWN = 6  # of them in the table
-STEP, FINER = 1e-3, 2  # s; the second run's step is smaller by this factor, and shows what the step does
-SPHERES = 101  # of a roller: of 31 the motion is two to four times as far apart
+FINER = 2  # the second run's step is smaller by this factor, and shows what the step does
 COLUMNS = ("t", "place", "heading", "speed")
 
 
@@ -91,7 +90,12 @@ class Beside:
 
 
 def beside_mujoco(
-    scene: Scene, *, step: float = STEP, friction: float = 1.0, spheres: int = SPHERES, duration: float | None = None
+    scene: Scene,
+    *,
+    step: float = STEP,
+    friction: float = FRICTION,
+    spheres: int = FINE_SPHERES,
+    duration: float | None = None,
 ) -> Beside:
     """A scene's run, and MuJoCo's with two steps.
 

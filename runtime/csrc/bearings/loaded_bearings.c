@@ -1,0 +1,179 @@
+/* Bearings that stick on a ground under a smooth law whose loads follow the motion: which of those at rest stick, with the
+ * loads of each set of contacts that may carry. The numbered rules are in runtime/omniroll/effects/loaded_axles.py; those
+ * of axles hold for rollers, too (loaded_bearings.py). */
+#if SET_LOADED_BEARINGS
+#define ALL_AT_ONCE 20              /* turns in which all wrong bearings change                             */
+#define BEARING_TURNS 2000          /* all turns                                                            */
+#define TOGETHER 256                /* roundings: so near to its bound a bearing is at it where another one is, too */
+
+/* The bearings with a set of contacts. */
+typedef struct {
+    int *mode, *broken, turns, unsettled;
+    double *asked, *rate;
+} bearings_of_set_t;
+
+/* The bearings of set `place` have their numbers here: each lane has a set, and the nearest one comes behind these. */
+static void give_bearings(const omniroll_run_t *run, const work_t *work, int place, bearings_of_set_t *bearings)
+{
+    const long long count = most_own_bearings(run->wheels, run->rollers_per_wheel);
+    bearings->mode = work->modes_of_sets + 2*count*place, bearings->broken = bearings->mode + count;
+    bearings->asked = work->rates_of_sets + 2*count*place, bearings->rate = bearings->asked + count;
+}
+
+static void copy_bearings(const omniroll_run_t *run, const bearings_of_set_t *from, bearings_of_set_t *to)
+{
+    to->turns = from->turns, to->unsettled = from->unsettled;
+    for (int k = 0; k < run->own_count; k++) {
+        to->mode[k] = from->mode[k], to->broken[k] = from->broken[k];
+        to->asked[k] = from->asked[k], to->rate[k] = from->rate[k];
+    }
+}
+
+static void begin_bearings_of_set(const omniroll_run_t *run, bearings_of_set_t *bearings)
+{
+    bearings->turns = bearings->unsettled = 0;
+    for (int k = 0; k < run->own_count; k++) {
+        const omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        bearings->mode[k] = bearing->resting ? 0 : bearing->mode, bearings->broken[k] = bearing->released != 0;
+    }
+}
+
+/* What a bearing at rest takes at most. */
+ALWAYS_INLINE double bound_in_set(const omniroll_run_t *run, const bearings_of_set_t *bearings, int k)
+{
+    const omniroll_bearing_t *const bearing = own_bearings(run) + k;
+    return bearings->broken[k] || !bearing->resting ? bearing->sliding : bearing->holding;
+}
+
+/* The modes of the bearings in one lane of an evaluation at this instant. */
+ALWAYS_INLINE void put_bearings_of_set(const omniroll_run_t *run, const work_t *work,
+                                       const bearings_of_set_t *bearings, int lane, lanes_t *input)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        const double torque = -bearings->mode[k]*bound_in_set(run, bearings, k);
+        work->own.sticks[k][lane] = bearings->mode[k] == 0;
+        if (own_input(run, k) >= 0)
+            input[own_input(run, k)][lane] = torque;
+#if SET_DISKS_STICK
+        work->own.torque[k][lane] = torque;
+#endif
+    }
+}
+
+ALWAYS_INLINE void get_bearings_of_set(const omniroll_run_t *run, const work_t *work, bearings_of_set_t *bearings,
+                                       int lane)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        bearings->asked[k] = work->own.holding[k][lane];
+        bearings->rate[k] = own_acceleration_in_lane(run, work, k, lane);
+    }
+}
+
+/* Whether the mode of a bearing at rest is not its own. */
+static int is_wrong_bearing(const omniroll_run_t *run, const bearings_of_set_t *bearings, int k)
+{
+    const double bound = bound_in_set(run, bearings, k), asked = fabs(bearings->asked[k]);
+    const double inertia = SET_DISKS_STICK && k >= run->axle_count ? run->roller_inertia : run->ground.wheel_inertia;
+    const double gains = bearings->mode[k]*bearings->rate[k]*inertia;
+    if (!own_bearings(run)[k].resting)
+        return 0;
+    return bearings->mode[k] == 0 ? asked - bound > PASSED*rounding_of_holding(asked, bound)
+        : gains < -MOVES*(fabs(gains) + bound);
+}
+
+/* Rule 4: with bearings that have come to their bounds all others break away that have, too. Whether there are such. */
+static int break_together(const omniroll_run_t *run, bearings_of_set_t *bearings)
+{
+    int broken = 0;
+    for (int k = 0; k < run->own_count; k++)
+        broken |= bearings->broken[k];
+    for (int k = 0; k < run->own_count && broken; k++) {
+        const double asked = fabs(bearings->asked[k]), bound = bound_in_set(run, bearings, k);
+        bearings->broken[k] |= own_bearings(run)[k].resting
+            && asked - bound > -TOGETHER*rounding_of_holding(asked, bound);
+    }
+    return broken;
+}
+
+/* Rule 2: bearings whose mode is not their own change. Returns whether there are such. */
+static int change_wrong_bearings(const omniroll_run_t *run, bearings_of_set_t *bearings)
+{
+    int changed = 0;
+    for (int k = 0; k < run->own_count; k++) {
+        if (!is_wrong_bearing(run, bearings, k) || (changed && bearings->turns >= ALL_AT_ONCE))
+            continue;
+        bearings->mode[k] = bearings->mode[k] ? 0 : bearings->asked[k] > 0 ? -1 : 1;
+        changed = 1;
+    }
+    return changed;
+}
+
+/* Rule 4: bearings at rest that turn have broken away. Returns whether some had not yet. */
+static int break_turning(const omniroll_run_t *run, bearings_of_set_t *bearings)
+{
+    int changed = 0;
+    for (int k = 0; k < run->own_count; k++) {
+        const int breaks = own_bearings(run)[k].resting && bearings->mode[k] && !bearings->broken[k];
+        bearings->broken[k] |= breaks, changed |= breaks;
+    }
+    return changed;
+}
+
+/* Whether some bearing of a set has changed, so that it must be evaluated again. */
+static int turn_bearings_of_set(const omniroll_run_t *run, bearings_of_set_t *bearings)
+{
+    const int changed = (bearings->turns == 0 && break_together(run, bearings)) || change_wrong_bearings(run, bearings)
+        || break_turning(run, bearings);
+    bearings->unsettled = changed && ++bearings->turns >= BEARING_TURNS;
+    return changed && !bearings->unsettled;
+}
+
+/* The modes of the bearings at rest are those of the set that carries; one that has come to its bound goes where it has
+ * been let go. */
+static void take_bearings_of_set(const omniroll_run_t *run, const bearings_of_set_t *bearings)
+{
+    for (int k = 0; k < run->own_count; k++) {
+        omniroll_bearing_t *const bearing = own_bearings(run) + k;
+        if (!bearing->resting)
+            continue;
+        bearing->mode = bearings->mode[k];
+        if (!bearing->mode && -bearing->released*bearings->asked[k] >= NEAR_BOUND*bearing->sliding)
+            bearing->mode = bearing->released;
+        else if (bearings->broken[k] && !bearing->released)
+            bearing->released = bearing->mode;
+    }
+}
+
+/* Those at rest that touch the ground, axles and rollers in contact, in `which`; returns how many there are. */
+static int resting_on_ground(const omniroll_run_t *run, int *which)
+{
+    const int touching = SET_DISKS_STICK ? run->axle_count + run->wheels : run->own_count;
+    int count = 0;
+    for (int k = 0; k < touching; k++)
+        if (own_bearings(run)[k].resting)
+            which[count++] = k;
+    return count;
+}
+
+/* A run's bearings as an instant begins: what is zero within rounding rests. */
+static void rest_loaded_bearings(omniroll_run_t *run, const work_t *work)
+{
+#if SET_DISKS_STICK
+    find_own_rates(run, work);
+#endif
+    find_resting_own(run, work, length3(run->nu));
+    put_own_to_rest(run, work);
+}
+
+/* The phase begins: its torques, from an evaluation with its loads. */
+static void begin_loaded_bearings(omniroll_run_t *run, const work_t *work)
+{
+    turn_own(run, work, 1);
+    hold_axles(run, work);
+    run->hold.count = 0;
+    for (int k = 0; k < run->own_count; k++)
+        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
+    size_own(run, work);
+    run->hold.undecided = 0;
+}
+#endif

@@ -1,0 +1,207 @@
+/* How deviations pass where rates jump at a time that deviates: a contact lets go under more static friction, or a load
+ * vanishes or comes back on which a force depends that is not zero there. With what is beyond its bound then,
+ *
+ *     d+ = d- + (f- - f+) dt,   dt = -d beyond/beyond'
+ *
+ * (runtime/omniroll/engine/contact_deviations.py): of the force of a contact that sticks how much of its static
+ * friction it takes, squared, less 1; of a load, by what part of the weight it is below zero, or the spring of a
+ * contact that is off above it. Where one is at its bound only just, or several are apart beside the run, the caller
+ * decides. */
+
+#if SET_GRIPS || SET_LOADS
+#define LETS_GO_TOGETHER 1e-9       /* of the larger one: times that differ by less are the same */
+#define TIMES_ALONE (-1)            /* in the place of a column: the way of time */
+
+/* What is beyond its bound: of each contact the force, then the load; not of all of them both are asked for. */
+typedef struct {
+    int count, of[2*MOST_WHEELS];
+    double beyond[2*MOST_WHEELS];
+} bounds_t;
+
+/* How contacts have changed between a row and the next. */
+static bounds_t list_bounds(const variations_t *w, long long row)
+{
+    bounds_t found = {0};
+#if SET_GRIPS
+    for (int i = 0; i < w->wheels; i++)
+        if (sticks_in(w, row, i) && !sticks_in(w, row + 1, i))
+            found.of[found.count++] = i;
+#endif
+    for (int i = 0; i < w->wheels; i++)
+        if (carries_in(w, row, i) != carries_in(w, row + 1, i))
+            found.of[found.count++] = w->wheels + i;
+    return found;
+}
+
+/* What is beyond at the point, and how it moves; with a number of the vehicle, or none. */
+static double beyond_along(const variations_t *w, long long row, int model, int which, const point_t *at,
+                           const point_t *along, double *moved)
+{
+    const int wheels = w->wheels, i = which%wheels;
+    double load = 1, load_moved = 0;
+#if SET_LOADS
+    load = at->loads->compression[i][0], load_moved = along->loads->compression[i][0];
+    if (which >= wheels) {
+        const double by = (carries_in(w, row, i) ? -1 : 1)/w->run->all_loads;
+        *moved = by*load_moved;
+        return by*load;
+    }
+#endif
+#if SET_GRIPS
+    const double *const per_reach = w->run->per_reach, *const grown = per_reach + 2*wheels*model;
+    double taken = 0, turned = 0;
+    for (int c = 2*i; c < 2*i + 2; c++) {
+        const double force = at->ground_force[c][0];
+        taken += force*force*per_reach[c];
+        turned += 2*force*along->ground_force[c][0]*per_reach[c] + (model ? force*force*grown[c] : 0);
+    }
+    *moved = (turned - 2*taken*load_moved/load)/(load*load);
+    return taken/(load*load) - 1;
+#else
+    (void)model, (void)at, (void)along;
+    return 0;
+#endif
+}
+
+/* The step that ends last in a row or before it, or -1. */
+static long long step_before(const variations_t *w, long long row)
+{
+    while (row > 0 && w->run->step_of[row - 1] < 0)
+        row--;
+    return row > 0 ? w->run->step_of[row - 1] : -1;
+}
+
+/* How inputs move along a column at the end of the last step, or with time. */
+static void put_inputs_along(const variations_t *w, long long row, int column)
+{
+    const omniroll_variations_t *const run = w->run;
+    const long long step = step_before(w, row), columns = run->columns;
+    const int moving = SET_MOVING*w->wheels, all = SET_INPUTS*w->wheels;
+    lanes_t *const to = w->along + point_inputs(w);
+    if (step >= 0) {
+        const long long first = run->step_rows[step];
+        const double h = run->elapsed[first + 1] - run->elapsed[first];
+        const double *const own = run->given + step*run->given_size*columns + column;
+        const double *const rises = own + (all + HELD_MOMENTA(w->wheels))*columns;
+        const double *const drive = run->drive + first*all;
+        for (int k = 0; k < moving; k++)
+            to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
+    }
+    for (int k = 0; k < HELD_MOMENTA(w->wheels) && column >= 0; k++)
+        w->along[point_momenta(w) + k] = lanes_of(w->given[(moving + k)*w->groups + column/LANES][column%LANES]);
+}
+
+/* Let a point move as a column's deviations do, or with time at these rates. */
+static void put_way(const variations_t *w, long long row, int column, const lanes_t *rate)
+{
+    for (int k = 0; k < w->size; k++) {
+        const int place = point_of_place(w, k);
+        if (place >= 0)
+            w->along[place] = column < 0 ? rate[k] : lanes_of(w->moved[k*w->groups + column/LANES][column%LANES]);
+    }
+    put_inputs_along(w, row, column);
+}
+
+#if SET_GRIPS
+/* The forces on contacts that slip turn with their slips. */
+static void turn_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
+{
+    const int wheels = OWN_WHEELS(w->wheels);
+    lanes_t slip[2*MOST_WHEELS], moved[2*MOST_WHEELS];
+    put_pushes(w, row, model, at, along);
+    slips_along(wheels, at, along, slip, moved);
+    for (int i = 0; i < wheels && SET_TURNS; i++) {
+        const lanes_t *const own = slip + 2*i, *const way = moved + 2*i;
+        const double squared = own[0][0]*own[0][0] + own[1][0]*own[1][0], noise = w->run->slip_rounding[row*wheels + i];
+        if (!slides_in(w, row, i) || squared <= noise*noise)
+            continue;
+        const lanes_t turn = (own[0]*way[1] - own[1]*way[0])*(1/squared);
+        for (int c = 2*i; c < 2*i + 2; c++)
+            along->ground_push[c] += w->turned[c]*turn;
+    }
+}
+#endif
+
+/* What is beyond, and how that moves along a column, or with time: in a row, whose rates have been computed last. */
+static void put_beyond(const variations_t *w, long long row, int column, const lanes_t *rate, bounds_t *bounds,
+                       double *moved)
+{
+    const int wheels = OWN_WHEELS(w->wheels), model = column < 0 ? 0 : w->run->number[column];
+    const point_t at = point_of(w, &w->vehicle[model], w->point);
+    lanes_t nu_dot[3], nu_dot_along[3];
+    put_way(w, row, column, rate);
+    const point_t along = point_of(w, at.vehicle, w->along);
+#if SET_GRIPS
+    turn_pushes(w, row, model, &at, &along);
+#endif
+#if SET_LOADS
+    put_balance(w, model, 1);
+    rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+    loads_of_sums_along(wheels, &at, &along, at.loads->sums, along.loads->sums, at.loads->compression,
+                        along.loads->compression);
+    put_balance(w, 0, 1);
+#else
+    rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
+#endif
+    for (int k = 0; k < bounds->count; k++)
+        bounds->beyond[k] = beyond_along(w, row, model, bounds->of[k], &at, &along, &moved[k]);
+    memset(w->along, 0, point_size(w)*sizeof *w->along);
+#if SET_GRIPS
+    memset(along.ground_push, 0, 2*wheels*sizeof *along.ground_push);
+#endif
+}
+
+/* For how long contacts have had the modes of a row; where they never had others, how long the run is. */
+static double time_of_modes(const variations_t *w, long long row)
+{
+    const omniroll_variations_t *const run = w->run;
+    long long first = row;
+    int same = 1;
+    while (same && first > 0) {
+        for (int i = 0; i < w->wheels; i++) {
+            same &= carries_in(w, first - 1, i) == carries_in(w, row, i);
+#if SET_GRIPS
+            same &= sticks_in(w, first - 1, i) == sticks_in(w, row, i);
+#endif
+        }
+        first -= same;
+    }
+    return first > 0 ? run->elapsed[row] - run->elapsed[first] : run->elapsed[run->rows - 1];
+}
+
+/* Pass such a jump from the rates `before` to those `after`, which have been computed first. Returns whether that was
+ * determinate; else nothing has been done. */
+static int pass_jump(variations_t *w, long long row, const lanes_t *before, const lanes_t *after)
+{
+    bounds_t bounds = list_bounds(w, row);
+    const int count = bounds.count, columns = w->columns;
+    double rises[2*MOST_WHEELS], moved[2*MOST_WHEELS], time[columns];
+    int first = -1;
+    put_beyond(w, row, TIMES_ALONE, before, &bounds, rises);
+    for (int k = 0; k < count; k++) {
+        if (bounds.beyond[k] < -w->run->reached)
+            continue;
+        if (!(rises[k]*time_of_modes(w, row) > w->run->only_just))
+            return 0;
+        first = first < 0 ? k : first;
+    }
+    if (first < 0)
+        return 0;
+    for (int p = 0; p < columns; p++) {
+        put_beyond(w, row, p, before, &bounds, moved);
+        double least = INFINITY, most = -INFINITY;
+        for (int k = first; k < count; k++)
+            if (bounds.beyond[k] >= -w->run->reached) {
+                const double own = -moved[k]/rises[k];
+                least = fmin(least, own), most = fmax(most, own);
+            }
+        if (most - least > LETS_GO_TOGETHER*fmax(fabs(least), fabs(most)))
+            return 0;
+        time[p] = -moved[first]/rises[first];
+    }
+    for (int p = 0; p < columns; p++)
+        for (int k = 0; k < w->size; k++)
+            w->moved[k*w->groups + p/LANES][p%LANES] += (before[k][0] - after[k][0])*time[p];
+    return 1;
+}
+#endif

@@ -1,0 +1,155 @@
+/* Loads that follow the motion, in the slopes of the rates: solved together with how these move.
+ *
+ * At a point the ground's forces are linear in the sums of the loads, the rates in the forces, and the sums that the
+ * motion asks for in the rates (ground/loads.c):
+ *
+ *     r = r_0 + R s,   s = s_0 + C s.
+ *
+ * R and C are slopes of the generated functions by the sums. In a direction in which the point moves these functions
+ * give r' and s' of sums that stay, and
+ *
+ *     ds = s' + C ds,   dr = r' + R ds.
+ *
+ * The first sum is the whole load, which no force moves: so two equations are left. Where no contact slips under
+ * friction no rate goes with the loads. */
+
+#if SET_LOADS
+#define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
+#define RESPONDING_PARTS (2 + 2*SET_GRIPS)
+
+/* What goes with the loads: how the rates move, and the forces on contacts and the rates of the slips. */
+typedef struct {
+    lanes_t *of[RESPONDING_PARTS];
+    int count[RESPONDING_PARTS];
+} responding_t;
+
+ALWAYS_INLINE responding_t responding(const int wheels, const point_t *along, lanes_t *nu_dot_along)
+{
+    responding_t found = {{nu_dot_along, along->core_dot}, {3, core_size(wheels, along->vehicle->rollers_per_wheel)}};
+#if SET_GRIPS
+    found.of[2] = along->ground_force, found.of[3] = along->slip_dot, found.count[2] = found.count[3] = 2*wheels;
+#endif
+    return found;
+}
+
+ALWAYS_INLINE int responding_size(const int wheels, int core) { return core + 4*SET_GRIPS*wheels; }
+
+/* The numbers of the balance, or how one of the numbers moves them; without one they stay. */
+static void put_balance(const variations_t *w, int model, int moves)
+{
+    const int wheels = w->wheels, size = BALANCE_SIZE(wheels);
+    balance_t *const balance = w->balance + moves;
+    lanes_t *const arrays = w->balance_numbers + moves*(2 + wheels);
+    const double *const own = w->run->balance + model*size;
+    const double by = model > 0 || !moves;
+    balance->normal_gravity = lanes_of(by*own[0]), balance->height = lanes_of(by*own[1]);
+    balance->wheel_mass = lanes_of(by*own[2]);
+    balance->platform_products = arrays, balance->spin_inertia = arrays + 2;
+    for (int k = 0; k < 2 + wheels; k++)
+        arrays[k] = lanes_of(by*own[3 + k]);
+}
+
+/* The rates, and the sums of the loads that they ask for, under loads with the sums of the point. */
+NEVER_INLINE void rates_and_sums_along(const int wheels, const point_t *at, const point_t *along, lanes_t *nu_dot,
+                                       lanes_t *nu_dot_along, lanes_t *sums, lanes_t *sums_along)
+{
+    const lanes_t *const carries = at->inputs + SET_CARRIES_INPUT*wheels;
+    loads_t *const own = at->loads, *const moved = along->loads;
+    loads_of_sums_along(wheels, at, along, own->sums, moved->sums, own->compression, moved->compression);
+    for (int i = 0; i < wheels; i++) {
+        own->factor[i] = SET_FRICTION ? carries[i]*own->compression[i] : carries[i];
+        moved->factor[i] = SET_FRICTION ? carries[i]*moved->compression[i] : lanes_of(0);
+    }
+    rates_under_loads_along(wheels, at, along, nu_dot, nu_dot_along);
+    load_sums_along(wheels, at, along, nu_dot, nu_dot_along, sums, sums_along);
+}
+
+/* How the sums move: from what they would move by if they stayed. */
+ALWAYS_INLINE void solve_for_sums(const loads_t *loads, const lanes_t *own, lanes_t *sums)
+{
+    const lanes_t *const m = loads->matrix;
+    const lanes_t one = own[1] + loads->by_whole[0]*own[0], other = own[2] + loads->by_whole[1]*own[0];
+    const lanes_t over = 1/(m[0]*m[3] - m[1]*m[2]);
+    sums[0] = own[0];
+    sums[1] = (m[3]*one - m[1]*other)*over, sums[2] = (m[0]*other - m[2]*one)*over;
+}
+
+/* What the sums do at a point, and the sums themselves. */
+static void find_response(const int wheels, const point_t *at, const point_t *along)
+{
+    loads_t *const loads = at->loads;
+    const int size = responding_size(wheels, 3 + core_size(wheels, at->vehicle->rollers_per_wheel));
+    lanes_t nu_dot[3], nu_dot_along[3], sums[3], sums_along[3];
+    for (int k = 0; k < 3; k++) {
+        along->loads->sums[k] = lanes_of(1);
+        rates_and_sums_along(wheels, at, along, nu_dot, nu_dot_along, sums, sums_along);
+        along->loads->sums[k] = lanes_of(0);
+        for (int j = 0; j < 2; j++)
+            if (k == 0)
+                loads->by_whole[j] = sums_along[1 + j];
+            else
+                loads->matrix[2*j + k - 1] = (j == k - 1) - sums_along[1 + j];
+        const responding_t all = responding(wheels, along, nu_dot_along);
+        lanes_t *to = loads->response + k*size;
+        for (int p = 0; p < RESPONDING_PARTS; p++)
+            for (int n = 0; n < all.count[p]; n++)
+                *to++ = all.of[p][n];
+    }
+    solve_for_sums(loads, sums, loads->sums);
+}
+
+/* The loads at a point, which all directions share. seeks: also where no rate goes with them. Nothing moves in `along`.
+ */
+static void find_loads(const int wheels, const point_t *at, const point_t *along, int seeks)
+{
+    loads_t *const loads = at->loads;
+    memset(loads->sums, 0, sizeof loads->sums);
+    memset(along->loads->sums, 0, sizeof loads->sums);
+    loads->responds = SET_FRICTION;
+#if SET_GRIPS
+    loads->responds = !are_zero(at->ground_push, 2*wheels);
+#endif
+    loads->seeks = seeks;
+    lanes_t nu_dot[3], nu_dot_along[3], sums[3];
+    if (loads->responds)
+        find_response(wheels, at, along);
+    else if (seeks)
+        rates_and_sums_along(wheels, at, along, nu_dot, nu_dot_along, loads->sums, sums);
+}
+
+/* The same where the point of a step or a row is. */
+static void put_loads(const variations_t *w, int seeks)
+{
+    const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
+    put_balance(w, 0, 1);
+    find_loads(OWN_WHEELS(w->wheels), &at, &along, seeks);
+}
+
+/* Rates of nu, and into core_dot those of the rest of the core, with the loads that they ask for; and how they move.
+ * The loads at the point are known (find_loads); how they move is left in along->loads, as sums. */
+NEVER_INLINE void rates_along(const int wheels, const point_t *at, const point_t *along, lanes_t *nu_dot,
+                              lanes_t *nu_dot_along)
+{
+    loads_t *const loads = at->loads, *const moved = along->loads;
+    lanes_t sums[3], own[3];
+    memset(moved->sums, 0, sizeof moved->sums);
+    if (!loads->responds && !loads->seeks) {
+        memcpy(loads->factor, at->inputs + SET_CARRIES_INPUT*wheels, wheels*sizeof *loads->factor);
+        memset(moved->factor, 0, wheels*sizeof *moved->factor);
+        rates_under_loads_along(wheels, at, along, nu_dot, nu_dot_along);
+        return;
+    }
+    rates_and_sums_along(wheels, at, along, nu_dot, nu_dot_along, sums, own);
+    if (!loads->responds) {
+        memcpy(moved->sums, own, sizeof own);
+        return;
+    }
+    solve_for_sums(loads, own, moved->sums);
+    const responding_t all = responding(wheels, along, nu_dot_along);
+    const int size = responding_size(wheels, 3 + core_size(wheels, at->vehicle->rollers_per_wheel));
+    const lanes_t *by = loads->response;
+    for (int p = 0; p < RESPONDING_PARTS; p++)
+        for (int n = 0; n < all.count[p]; n++, by++)
+            all.of[p][n] += by[0]*moved->sums[0] + by[size]*moved->sums[1] + by[2*size]*moved->sums[2];
+}
+#endif
