@@ -26,13 +26,14 @@ from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
 from omniroll.studies.linear_rates import RatesNear, rolling_near
 from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
+from omniroll.studies.linear_slipping import slipping_near
 from omniroll.validation import choice, positive, trailing
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
 
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
-OF_MOTION = ("nu", "chi", "pose")  # what readings are made from
+OF_MOTION = ("nu", "chi", "pose", "rates")  # what readings are made from
 MOST_WHEELS = 100  # matrices are dense
 
 
@@ -124,12 +125,18 @@ def linearise(
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
 
+    Where wheels may slip, under the laws `viscous` and `regularised`, the wheels' rates are states behind the pose, and
+    of free rollers `contact_omega`, the axial speeds of those in contact; with Coulomb friction of free rollers that
+    fades at a speed `axial`, those of all others, in the place of the momenta. Rates and spins are those that the
+    Contact gives; without them the state rolls. Loads that follow the motion do so in A and B as well.
+
     Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the generated
     derivatives are those of the form of forward_dynamics for such tips.
 
     Returns a LinearModel. Raises InvalidValueError for axles and rollers that stick (Coulomb friction without a
-    named speed), for Coulomb friction of free rollers, which makes each roller a state, for wheels that may slip, for
-    more than 100 wheels, and for values that do not fit.
+    named speed), for Coulomb friction of free rollers that roll, which makes each roller a state, for contacts that may
+    stick (the law `coulomb`), for more than 100 wheels, and for values that do not fit; SimulationStopped where loads
+    follow the motion and no set of contacts carries them.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
@@ -151,11 +158,16 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    bound = acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+    if acting.slips:
+        near_of, bound = slipping_near, acting.kernel(vehicle, roller_model, "python")
+    else:
+        near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+    if "odometry" in outputs and acting.slips:
+        raise InvalidValueError("outputs", "odometry", "asks for wheels that roll: where they slip it is not the pose")
     if "odometry" in outputs and not axles_tell_all(bound):
         raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
     points = _points(bound, given)
-    near = (rolling_near(bound, acting, given.get("start_time", 0), *point) for point in points.flat)
+    near = (near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat)
     models = [_model(rates, bound, acting, instruments, tuple(outputs)) for rates in near]
     return _together(models, points.shape)
 
@@ -170,16 +182,16 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
 
 def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None:
     by_name = {name: effect for effect in acting.effects for name in effect.kernel_effects()}
-    if acting.slips:
-        bound = "the linear model knows wheels that roll; leave the ground out"
-        raise InvalidValueError("effects", [type(effect).__name__ for effect in acting.effects], bound)
+    if "contact_coulomb" in by_name:
+        bound = "contacts that stick have no derivative where they begin to slip; viscous and regularised are smooth"
+        raise InvalidValueError("law", by_name["contact_coulomb"].law, bound)
     if "axle_sticking" in by_name:
         bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
         raise InvalidValueError("wheel_coulomb", by_name["axle_sticking"].wheel_coulomb, bound)
     if "roller_sticking" in by_name:
         bound = "rollers that stick have no derivative at rest; roller_speed gives the regularised law, which has one"
         raise InvalidValueError("roller_coulomb", by_name["roller_sticking"].roller_coulomb, bound)
-    if roller_model == "free" and "roller_coulomb" in by_name:
+    if roller_model == "free" and "roller_coulomb" in by_name and not acting.slips:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
 
