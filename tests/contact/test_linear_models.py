@@ -19,7 +19,17 @@ from contact.test_newton_euler import (
     slipping_case,
     viscous,
 )
-from omniroll import Bearings, Contact, InvalidValueError, Motor, Slope, Torque, Vehicle, linearise, simulate
+from omniroll import (
+    Bearings,
+    Contact,
+    InvalidValueError,
+    Motor,
+    Slope,
+    Torque,
+    Vehicle,
+    linearise,
+    simulate,
+)
 from omniroll.effects.effect_set import EffectRun, EffectSet
 from omniroll.kernels.kernel import kernel
 
@@ -197,6 +207,24 @@ def test_names_inputs_and_readings_are_there():
     assert (linear.C[:3] == np.eye(3, 21, 9)).all() and (linear.C[3:6] == linear.C[:3]).all()
     current = linear.C[7:10, 9:12]  # falls with the wheel's own rate
     assert current == pytest.approx(-np.eye(3) * 0.02 * 4 / 1.5) and linear.D[7:10] == pytest.approx(np.eye(3) / 1.5)
+
+
+def test_a_motor_whose_slipping_wheel_takes_it_to_its_limit_does_not_answer():
+    """It is the wheel's own rate that counts: where the wheels rolled, no current would be at its limit."""
+    motor = Motor(voltage=1, torque_constant=0.02, resistance=1.0, gear_ratio=4, current_limit=2)
+    given = {"nu": (0, 0, 0), "outputs": ("motor_current",), "roller_model": "massless"}
+    rolls, slips = (linearise(VEHICLE, effects=[Contact(30, wheel_rates=rates), motor], **given)
+                    for rates in (None, (0, -50, 0)))  # fmt: skip
+    assert (np.abs(rolls.B).max(axis=0) > 0).all()
+    assert (np.abs(slips.B).max(axis=0) > 0).tolist() == [True, False, True]
+    assert slips.outputs_at == pytest.approx([1, 2, 1]) and not slips.D[1].any() and not slips.C[1].any()
+
+
+def test_a_vehicle_that_tips_has_no_linear_model():
+    for height, words in ((0.3, "tips"), (0.8, "have no solution")):
+        ground = Contact(law="regularised", friction=0.6, speed=0.01, loads="dynamic", height=height, wheel_rates=0)
+        with pytest.raises(InvalidValueError, match=words):
+            linearise(VEHICLE, nu=(-9, 0, 0), effects=[ground])
 
 
 def test_the_accelerometer_of_a_slipping_vehicle_reads_its_accelerations():

@@ -7,8 +7,10 @@ tangents, as they do for the sensitivities of runs; where loads follow the motio
 import numpy as np
 
 from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.effects.ground_loads import GroundFailsError
 from omniroll.engine.slopes import Slopes
 from omniroll.engine.variations import Deviations
+from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import Kernel
 from omniroll.studies.linear_rates import Layout, RatesNear, settled, torque_per_signal
 from omniroll.vehicles.state import State
@@ -29,12 +31,15 @@ def slipping_near(
 
     bound  the kernel with Python's functions
 
-    Raises SimulationStopped where loads follow the motion and no set of contacts fits.
+    Raises InvalidValueError where loads follow the motion, and the vehicle tips or no set of contacts carries it.
     """
     run = EffectRun(acting, bound, start_time)
     y = _begun(run, nu, chi, pose, axial)
     modal = settled(run, y)
-    run.phase(0.0, axial, y)  # decides which contacts carry
+    try:
+        run.phase(0.0, axial, y)  # decides which contacts carry
+    except GroundFailsError as fails:
+        raise InvalidValueError("nu", nu.tolist(), str(fails)) from fails
     signals = {name: signal.value for name, signal in run.signals.items()}
     deviations, vector = Deviations(acting, bound), run.state_vector
     given = signals if axial is None else signals | {"momenta": bound.momenta(axial)}

@@ -1,8 +1,9 @@
 """Linear models of a vehicle near a state: for controllers, filters and whoever asks how it answers.
 
 The derivatives are those of generated functions (maxima/effects/derivatives.mac): M* nu' = f differentiated, one
-factorisation of M* for all columns; for sharp tips the steps of their own form differentiated. They hold between two
-events: until a roller changes, a motor reaches or leaves its limit.
+factorisation of M* for all columns; for sharp tips the steps of their own form differentiated; where wheels may slip,
+the functions of the rates on numbers that carry tangents. They hold between two events: until a roller changes, a motor
+reaches or leaves its limit.
 """
 
 from collections.abc import Mapping, Sequence
@@ -135,8 +136,8 @@ def linearise(
 
     Returns a LinearModel. Raises InvalidValueError for axles and rollers that stick (Coulomb friction without a
     named speed), for Coulomb friction of free rollers that roll, which makes each roller a state, for contacts that may
-    stick (the law `coulomb`), for more than 100 wheels, and for values that do not fit; SimulationStopped where loads
-    follow the motion and no set of contacts carries them.
+    stick (the law `coulomb`), where loads follow the motion for a vehicle that tips or that no set of contacts carries,
+    for more than 100 wheels, and for values that do not fit.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
