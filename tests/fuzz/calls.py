@@ -222,7 +222,7 @@ CALLS = (
     Call("Instruments.counts", omniroll.Instruments().counts, {"wheel_angle": 1.0}),
     Call("linearise", omniroll.linearise, {
         "what": VEHICLE, "nu": (1, 0, 1), "chi": 0, "spins": 0, "pose": (0, 0, 0), "roller_model": "massless",
-        "effects": None, "outputs": ("nu", "pose")}),
+        "effects": None, "outputs": ("nu", "pose", "accelerometer"), "place": (0.1, 0.0)}),
     Call("LinearModel.discrete", lambda step: linear_model().discrete(step), {"step": 0.01}),
     Call("Kernel.call", omniroll.kernel(VEHICLE).call, {"name": "wheel_speeds"}),
     Call("Kernel.energy", lambda **state: omniroll.kernel(VEHICLE).energy(*state.values()) is None, {

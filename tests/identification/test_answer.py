@@ -83,6 +83,22 @@ def test_a_prior_is_what_else_is_known(scene, columns, fit):
     assert bounded["wheel_viscous"] == pytest.approx(0.0025)
 
 
+@pytest.mark.parametrize("loss", ["linear", "soft_l1"])
+@pytest.mark.parametrize("bounds", [{"most": 0.0025}, {"start": 0.004, "least": 0.0035}])
+def test_a_number_that_ends_on_a_bound_says_so(scene, columns, loss, bounds):
+    """The logs ask for 0.003, whose interval leaves it inside wide bounds."""
+    given, log = omniroll.load_scene(scene), omniroll.Log({name: columns[name] for name in ("t", "wheel_rate")})
+    free = [omniroll.Number("mass", start=2.5), omniroll.Number("wheel_viscous", **bounds), "wheel_rate_scale"]
+    fit = omniroll.fit(given, log, free, loss=loss)
+    bound = bounds.get("most") or bounds["least"]
+    assert len(fit.on_bounds) == 1 and fit.on_bounds[0].startswith(f"wheel_viscous ends on its bound {bound:g}: ")
+    assert fit.on_bounds[0] in str(fit).splitlines()
+    low, high = fit.interval("wheel_viscous")
+    assert low < bound < high  # so it reaches beyond
+    wide = omniroll.fit(given, log, [omniroll.Number("wheel_viscous", least=0.001, most=0.01), *free[::2]], loss=loss)
+    assert wide.on_bounds == () and "bound" not in str(wide)
+
+
 @pytest.mark.long
 def test_a_number_that_comes_to_nothing(scene):
     """A fit that ends at 0, whose own size is 0 there."""

@@ -34,6 +34,27 @@ def test_the_strafe_factor():
     assert strafe_factor(feedforward(VEHICLE, effects=[MOTOR])) == pytest.approx(ahead / aside)
 
 
+def test_constants_of_a_fit_have_its_deviations():
+    """From a log with noise they hold the truth; they spread as the friction and inertia that they are made of do."""
+    vehicle, friction = omniroll.Vehicle.paper(), omniroll.Bearings(wheel_viscous=1e-3)
+    knots = np.arange(0, 3.5, 0.5)
+    driven = replace(MOTOR, voltage=2 * np.random.default_rng(1).uniform(-1, 1, (len(knots), 3)), times=knots)
+    options = {"nu": (0, 0, 0), "roller_model": "massless"}
+    run = omniroll.simulate(vehicle, **options, duration=3, effects=[driven, friction])
+    times = np.linspace(0.01, 3, 300)
+    read = run.measure(times, omniroll.Instruments(noise={"wheel_rate": 0.1}, seed=1), ["wheel_rate"])
+    guess = [driven, replace(friction, wheel_viscous=2e-3)]
+    log, free = omniroll.Log(read | {"t": times}), ("yaw_inertia", "wheel_viscous")
+    fit = omniroll.fit(vehicle.replace(yaw_inertia=0.035), log, free, effects=guess, **options)
+    found, true = feedforward(fit)["turning"], feedforward(vehicle, effects=[MOTOR, friction])["turning"]
+    for name in ("kV", "kA"):
+        assert 0 < abs(getattr(found, name) - getattr(true, name)) < 4 * found.deviations[name]
+    ratio, per_volt = vehicle.platform_radius / vehicle.wheel_radius, 4 * 0.02 / 1.5
+    of_inertia, of_friction = fit.deviations
+    assert found.deviations["kA"] == pytest.approx(of_inertia / (3 * ratio * per_volt), rel=1e-6)
+    assert found.deviations["kV"] == pytest.approx(of_friction * ratio / per_volt, rel=1e-6)
+
+
 def test_no_motor_no_feedforward():
     with pytest.raises(omniroll.InvalidValueError, match="must have a Motor"):
         feedforward(VEHICLE)

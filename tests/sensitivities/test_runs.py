@@ -235,6 +235,18 @@ def test_a_trajectory_that_was_not_asked_says_so_and_one_that_was_can_be_pickled
     assert rows.nu.shape == run.nu.shape and rows.chi.shape == run.chi.shape and rows.pose.shape == run.pose.shape
 
 
+@pytest.mark.parametrize("ending", ["npz", "csv"])
+def test_a_trajectory_that_was_read_says_that_files_keep_no_derivatives(ending, tmp_path):
+    run = Case().run(sensitivities=("mass",))
+    run.save(tmp_path / f"run.{ending}")
+    read = omniroll.Trajectory.load(tmp_path / f"run.{ending}")
+    for again in (read, pickle.loads(pickle.dumps(read))):
+        with pytest.raises(InvalidValueError, match="files do not keep derivatives"):
+            again.sensitivity("mass")
+    with pytest.raises(InvalidValueError, match="not asked"):
+        pickle.loads(pickle.dumps(Case().run())).sensitivity("mass")
+
+
 def test_a_scaled_motion_over_many_switches():
     """With massless rollers the path is the same at any speed: everything depends on nu through its size alone."""
     case = Case("massless", start={"nu": (1.0, 0.3, 0.8)}, duration=40.0)

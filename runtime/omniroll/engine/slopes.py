@@ -24,18 +24,18 @@ class Slopes:
     """The slopes of the rates of what deviates.
 
     deviations  Deviations of the run
-    trajectory  of the run
+    trajectory  of the run; None where no generated derivatives are taken
     plain       Kernel of the run, with Python's functions
     generated   whether generated derivatives are taken where they are known
     """
 
-    def __init__(self, deviations, trajectory: Trajectory, plain: Kernel, generated: bool = True):
+    def __init__(self, deviations, trajectory: Trajectory | None, plain: Kernel, generated: bool = True):
         self.deviations, self.carrying = deviations, TangentKernel(plain)
         self.places = deviations.places
         self.width = len(deviations.state), len(deviations.state) + deviations.input_size
         known = {"nu", "chi", "pose", "momenta"}
         self.generated = None
-        if generated and not deviations.sticking and set(deviations.rates) <= known:
+        if generated and trajectory is not None and not deviations.sticking and set(deviations.rates) <= known:
             effects = trajectory.effects
             self.generated = effects.kernel(trajectory.vehicle, plain.roller_model, "python", also=(DERIVATIVES,))
         modes = [place for name in ("sticks", "carries") if name in self.places for place in self.places[name]]

@@ -22,6 +22,7 @@ from omniroll.identification.written import scene_text
 from omniroll.scenes.loading import Scene
 from omniroll.vehicles.vehicle import Vehicle
 
+NEAR = 1e-3  # of a number's deviation and size: so near it is on its bound, which a search need not reach exactly
 ODD = 4.0  # deviations from which on a residual's size or correlation is no chance
 
 
@@ -34,6 +35,7 @@ class Fit:
     names       of the numbers
     values      (n,) their values, each in its unit
     sizes       (n,) the sizes in which the Jacobian counts them
+    bounds      (n, 2) the least and the most that each may be
     jacobian    (m, n) derivatives of all readings over their noise, and of the priors, by the numbers in their sizes
     logs        the logs
     residuals   for each log what was read less what the fitted model reads, by name
@@ -47,6 +49,7 @@ class Fit:
     names: tuple[str, ...]
     values: np.ndarray
     sizes: np.ndarray
+    bounds: np.ndarray
     jacobian: np.ndarray
     logs: tuple[Log, ...]
     residuals: tuple[Readings, ...]
@@ -89,6 +92,8 @@ class Fit:
 
         name  of the number
 
+        It knows no bounds: where one is the nearest to what the logs ask for, `on_bounds` says so.
+
         Raises InvalidValueError for a name that was not fitted, and for other levels.
         """
         level = validation.real("level", level)
@@ -103,6 +108,17 @@ class Fit:
     def undetermined(self) -> tuple[str, ...]:
         """What the logs and priors do not determine, in words: "mass and wheel_inertia only as ..."."""
         return undetermined(self.jacobian, self.names, self.sizes)
+
+    @cached_property
+    def on_bounds(self) -> tuple[str, ...]:
+        """Numbers that end on a bound, in words: "mass ends on its bound 2.3: ..."."""
+        near = NEAR * np.minimum(self.deviations, self.sizes)[:, None]
+        rows, sides = np.nonzero(np.abs(self.values[:, None] - self.bounds) <= near)
+        return tuple(
+            f"{self.names[row]} ends on its bound {self.bounds[row, side]:g}: its interval, and those of numbers that "
+            "go with it, are as if there were none"
+            for row, side in zip(rows, sides, strict=True)
+        )
 
     def experiments(
         self,
@@ -152,7 +168,7 @@ class Fit:
             low, high = self.interval(name)
             lines.append(f"{name:<{width}}  {value:.6g}  95 %: {low:.6g} ... {high:.6g}")
         how = [f"{', '.join(self.differenced)}: derivatives by differences of runs"] if self.differenced else []
-        return "\n".join([*lines, *self.undetermined, *self.doubts, *how])
+        return "\n".join([*lines, *self.on_bounds, *self.undetermined, *self.doubts, *how])
 
     def _place(self, name: str) -> int:
         return self.names.index(validation.choice("name", name, self.names))

@@ -90,8 +90,9 @@ def fit(
         {name: log.data[name] - value for name, value in read.items()}
         for log, read in zip(logs, found.readings, strict=True)
     ]
+    bounds = np.array([(number.least, number.most) for number in numbers])
     return Fit(
-        what, found.model, tuple(problem.names), problem.values, problem.sizes, jacobian, logs, tuple(left),
+        what, found.model, tuple(problem.names), problem.values, problem.sizes, bounds, jacobian, logs, tuple(left),
         tuple(map(dict, noise)), tuple(dict.fromkeys(estimated)), problem.differenced,
     )  # fmt: skip
 

@@ -124,6 +124,7 @@ class Trajectory(MadeOnDemand):
     made          how the arrays are computed when they are first read
     in_part       how some rows (or of `dense` steps) of such an array are computed where few are wanted
     followed      the derivatives that were asked for, see `sensitivity`; None where none were
+    is_read       whether `load` has read it: files do not keep derivatives
     """
 
     vehicle: Vehicle
@@ -137,6 +138,7 @@ class Trajectory(MadeOnDemand):
     effects: EffectSet = EffectSet()
     in_part: Mapping[str, Callable[[np.ndarray], np.ndarray]] = field(default_factory=dict)
     followed: Any = None
+    is_read: bool = False
 
     t = OnDemand()
     elapsed = OnDemand()
@@ -213,8 +215,12 @@ class Trajectory(MadeOnDemand):
         name  as it was named
         t     times of any shape within the run, at a switch that after it; None: the rows
 
-        Raises InvalidValueError for another name and for times outside the run.
+        Raises InvalidValueError for another name, for times outside the run, and for a trajectory that `load` has read:
+        files do not keep derivatives.
         """
+        if self.followed is None and self.is_read:
+            bound = "files do not keep derivatives; name it in sensitivities=(...) of simulate, and ask that trajectory"
+            raise InvalidValueError("name", name, bound)
         if self.followed is None:
             raise InvalidValueError("name", name, "simulate was not asked for it; name it in sensitivities=(...)")
         if t is not None:
@@ -618,7 +624,7 @@ class Trajectory(MadeOnDemand):
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Trajectory":
-        """Read what `save` wrote.
+        """Read what `save` wrote: all but derivatives, which files do not keep.
 
         path  str or path
 
@@ -637,4 +643,5 @@ class Trajectory(MadeOnDemand):
                 **{name: described[name] for name in DESCRIPTION if name != "stats"},
                 stats=Stats(described["stats"]),
                 made={name: partial(arrays.pop, name) for name in arrays},
+                is_read=True,
             )

@@ -28,7 +28,7 @@ def readings_near(
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The readings (k,) of these names, and their slopes (k, columns).
 
-    known   values of nu, chi, pose, nu_dot, and of the drives' inputs, by name
+    known   values of nu, chi, pose, nu_dot, of the drives' inputs, and of wheels that may slip rates, by name
     slopes  (k, columns) of all of them but those of the drives' inputs that do not change
     """
     columns = slopes["nu"].shape[1]
@@ -39,7 +39,8 @@ def readings_near(
     no_roller = np.zeros((columns, bound.wheels), int)  # has passed: wheels' angles are those from the middle of theirs
     moments = Moments(
         carried["nu"], carried["chi"], carried["pose"], no_roller, None,
-        {name: carried[name] for name in DRIVES if name in carried}, no_roller, nu_dot=lambda: carried["nu_dot"],
+        {name: carried[name] for name in DRIVES if name in carried}, no_roller, carried.get("rates"),
+        nu_dot=lambda: carried["nu_dot"],
     )  # fmt: skip
     asked = tuple(name for name in names if name != POSE)
     plain = measuring_kernel(bound.vehicle, bound.roller_model, acting, ())

@@ -1,41 +1,41 @@
 """Linear models of a vehicle near a state: for controllers, filters and whoever asks how it answers.
 
 The derivatives are those of generated functions (maxima/effects/derivatives.mac): M* nu' = f differentiated, one
-factorisation of M* for all columns; for sharp tips the steps of their own form differentiated. They hold between two
-events: until a roller changes, a motor reaches or leaves its limit.
+factorisation of M* for all columns; for sharp tips the steps of their own form differentiated; where wheels may slip,
+the functions of the rates on numbers that carry tangents. They hold between two events: until a roller changes, a motor
+reaches or leaves its limit.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, chain
+from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omniroll import extras
 from omniroll.effects.controller import Controller
-from omniroll.effects.effect import Effect, Modal
-from omniroll.effects.effect_set import DRIVES, EffectRun, EffectSet
+from omniroll.effects.effect import Effect
+from omniroll.effects.effect_set import DRIVES, EffectSet
 from omniroll.effects.function_controller import FunctionController
-from omniroll.effects.guards import Guards
 from omniroll.effects.linear_loop import held
 from omniroll.effects.path_follower import PathFollower
 from omniroll.effects.torque import Drive, with_torque
 from omniroll.errors import InvalidValueError
 from omniroll.kernels.kernel import DERIVATIVES, Kernel, best_backend
-from omniroll.results.accelerations import call_named
 from omniroll.results.measurements import Instruments, axles_tell_all
 from omniroll.scenes.loading import Scene
+from omniroll.studies.linear_rates import RatesNear, rolling_near
 from omniroll.studies.linear_readings import READINGS, WHOLE, readings_near
+from omniroll.studies.linear_slipping import slipping_near
 from omniroll.validation import choice, positive, trailing
 from omniroll.vehicles import checks
 from omniroll.vehicles.vehicle import Vehicle
 from omniroll.vocabulary import ROLLER_MODEL
 
 OUTPUTS = ("nu", "chi", "pose", "wheel_rates", "yaw_rate")
-HEADING = (0, 0, 1)  # the heading's place in the pose
+OF_MOTION = ("nu", "chi", "pose", "rates")  # what readings are made from
 MOST_WHEELS = 100  # matrices are dense
-MOST_CHANGES = 4  # of one motor's mode, until it fits the speeds
 
 
 @dataclass(frozen=True)
@@ -126,12 +126,18 @@ def linearise(
     Leading axes broadcast. The states are nu, chi, the pose, and with free rollers the two momenta of each wheel, which
     are all that the vehicle feels of them. Between two events (3.4), (2.2) and (2.3) have these derivatives.
 
+    Where wheels may slip, under the laws `viscous` and `regularised`, the wheels' rates are states behind the pose, and
+    of free rollers `contact_omega`, the axial speeds of those in contact; with Coulomb friction of free rollers that
+    fades at a speed `axial`, those of all others, in the place of the momenta. Rates and spins are those that the
+    Contact gives; without them the state rolls. Loads that follow the motion do so in A and B as well.
+
     Where the rollers end in sharp tips, elimination in M* would lose digits of the derivatives: there the generated
     derivatives are those of the form of forward_dynamics for such tips.
 
     Returns a LinearModel. Raises InvalidValueError for axles and rollers that stick (Coulomb friction without a
-    named speed), for Coulomb friction of free rollers, which makes each roller a state, for wheels that may slip, for
-    more than 100 wheels, and for values that do not fit.
+    named speed), for Coulomb friction of free rollers that roll, which makes each roller a state, for contacts that may
+    stick (the law `coulomb`), where loads follow the motion for a vehicle that tips or that no set of contacts carries,
+    for more than 100 wheels, and for values that do not fit.
     """
     given = dict(what.options) if isinstance(what, Scene) else {}
     vehicle = what.vehicle if isinstance(what, Scene) else what
@@ -153,12 +159,17 @@ def linearise(
     roller_model = ROLLER_MODEL.checked(given.get("roller_model", "free"))
     acting = EffectSet.checked(_plant(given.get("effects", ())), vehicle)
     _refuse_what_has_no_derivative(acting, roller_model)
-    bound = acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+    if acting.slips:
+        near_of, bound = slipping_near, acting.kernel(vehicle, roller_model, "python")
+    else:
+        near_of, bound = rolling_near, acting.kernel(vehicle, roller_model, best_backend(), also=(DERIVATIVES,))
+    if "odometry" in outputs and acting.slips:
+        raise InvalidValueError("outputs", "odometry", "asks for wheels that roll: where they slip it is not the pose")
     if "odometry" in outputs and not axles_tell_all(bound):
         raise InvalidValueError("outputs", "odometry", "asks for axles whose rates tell all of the motion")
     points = _points(bound, given)
-    asked_of = (instruments, tuple(outputs))
-    models = [_near(bound, acting, given.get("start_time", 0), *point, *asked_of) for point in points.flat]
+    near = (near_of(bound, acting, given.get("start_time", 0), *point) for point in points.flat)
+    models = [_model(rates, bound, acting, instruments, tuple(outputs)) for rates in near]
     return _together(models, points.shape)
 
 
@@ -172,28 +183,29 @@ def _plant(effects: Sequence[Effect]) -> Sequence[Effect]:
 
 def _refuse_what_has_no_derivative(acting: EffectSet, roller_model: str) -> None:
     by_name = {name: effect for effect in acting.effects for name in effect.kernel_effects()}
-    if acting.slips:
-        bound = "the linear model knows wheels that roll; leave the ground out"
-        raise InvalidValueError("effects", [type(effect).__name__ for effect in acting.effects], bound)
+    if "contact_coulomb" in by_name:
+        bound = "contacts that stick have no derivative where they begin to slip; viscous and regularised are smooth"
+        raise InvalidValueError("law", by_name["contact_coulomb"].law, bound)
     if "axle_sticking" in by_name:
         bound = "axles that stick have no derivative at rest; wheel_speed gives the regularised law, which has one"
         raise InvalidValueError("wheel_coulomb", by_name["axle_sticking"].wheel_coulomb, bound)
     if "roller_sticking" in by_name:
         bound = "rollers that stick have no derivative at rest; roller_speed gives the regularised law, which has one"
         raise InvalidValueError("roller_coulomb", by_name["roller_sticking"].roller_coulomb, bound)
-    if roller_model == "free" and "roller_coulomb" in by_name:
+    if roller_model == "free" and "roller_coulomb" in by_name and not acting.slips:
         bound = "Coulomb friction of free rollers makes each roller a state; the linear model knows viscous friction"
         raise InvalidValueError("roller_coulomb", by_name["roller_coulomb"].roller_coulomb, bound)
 
 
 def _points(bound: Kernel, given: Mapping) -> np.ndarray:
-    """An array of the states' leading shape; each entry is nu (3,), chi (N,), pose (3,) and momenta (N, 2) or None."""
+    """An array of the states' leading shape; each entry is nu (3,), chi (N,), pose (3,) and the free rollers' axial
+    speeds (N, n-1) or None."""
     nu = checks.speeds(given.get("nu", (0, 0, 0)))
     chi = checks.wheel_angles_in_contact(given.get("chi", 0), bound.vehicle)
     pose = trailing("pose", given.get("pose", (0, 0, 0)), (3,))
     spins = checks.free_spins(given.get("spins", 0), bound.vehicle, bound.roller_model)
-    momenta = None if spins is None else bound.momenta(bound.axial_speeds(nu, chi, spins))
-    leads = [nu.shape[:-1], chi.shape[:-1], pose.shape[:-1], *([] if momenta is None else [momenta.shape[:-2]])]
+    axial = None if spins is None else bound.axial_speeds(nu, chi, spins)
+    leads = [nu.shape[:-1], chi.shape[:-1], pose.shape[:-1], *([] if axial is None else [axial.shape[:-2]])]
     try:
         points = np.empty(np.broadcast_shapes(*leads), object)
     except ValueError:
@@ -201,134 +213,47 @@ def _points(bound: Kernel, given: Mapping) -> np.ndarray:
     if not points.size:
         raise InvalidValueError("nu", points.shape, "must hold at least one state")
     nu, chi, pose = (np.broadcast_to(a, (*points.shape, a.shape[-1])) for a in (nu, chi, pose))
-    if momenta is not None:
-        momenta = np.broadcast_to(momenta, (*points.shape, *momenta.shape[-2:]))
+    if axial is not None:
+        axial = np.broadcast_to(axial, (*points.shape, *axial.shape[-2:]))
     for place in np.ndindex(points.shape):
-        points[place] = nu[place], chi[place], pose[place], None if momenta is None else momenta[place]
+        points[place] = nu[place], chi[place], pose[place], None if axial is None else axial[place]
     return points
 
 
-def _near(
-    bound: Kernel,
-    acting: EffectSet,
-    start_time: float,
-    nu: np.ndarray,
-    chi: np.ndarray,
-    pose: np.ndarray,
-    momenta: np.ndarray | None,
-    instruments: Instruments,
-    wanted: tuple[str, ...],
+def _model(
+    near: RatesNear, bound: Kernel, acting: EffectSet, instruments: Instruments, wanted: tuple[str, ...]
 ) -> LinearModel:
     """The model of one state."""
-    signals, modal = _settled(EffectRun(acting, bound, start_time), nu)
-    known = signals | {"nu": nu, "chi": chi, "theta": pose[2], "heading": pose[2], "momenta": momenta}
-    found = _evaluated(bound, "forward_dynamics_derivatives", known) | _evaluated(bound, "rate_derivatives", known)
-    parts = {"nu": nu, "chi": chi, "pose": pose} | ({} if momenta is None else {"momenta": momenta})
-    rates = {"nu": found["nu_dot"], "chi": bound.wheel_speeds(nu), "pose": bound.pose_rates(nu, pose[2])}
-    blocks = {
-        ("nu", "nu"): found["nu_dot_by_nu"],
-        ("nu", "chi"): found["nu_dot_by_chi"].T,
-        ("chi", "nu"): found["chi_dot_by_nu"],
-        ("pose", "nu"): found["pose_dot_by_nu"],
-        ("pose", "pose"): np.outer(found["pose_dot_by_heading"], HEADING),
-    }
-    if "nu_dot_by_heading" in found:
-        blocks["nu", "pose"] = np.outer(found["nu_dot_by_heading"], HEADING)
-    if momenta is not None:
-        by_cos, by_sin = found["nu_dot_by_momentum_cos"], found["nu_dot_by_momentum_sin"]
-        blocks["nu", "momenta"] = np.stack([by_cos, by_sin], axis=1).reshape(-1, 3).T
-        rates["momenta"] = _momenta(bound, known, blocks)
-    layout = _Layout(parts)
-    A = layout.matrix(blocks)
-    slope = 1.0 if modal is None else _torque_per_signal(modal)
-    B = np.zeros((len(A), bound.wheels))
-    B[layout["nu"]] = found["nu_dot_by_torque"].T * slope
-    by_state_and_input = np.hstack([A, B])  # of the rates
-    slopes = {name: np.eye(len(A), len(A) + bound.wheels)[layout[name]] for name in ("nu", "chi", "pose")}
+    parts, rates, layout, wheels = near.parts, near.rates, near.layout, bound.wheels
+    by_state_and_input = np.hstack([near.A, near.B])  # of the rates
+    own = [name for name in OF_MOTION if name in parts]
+    slopes = {name: np.eye(*by_state_and_input.shape)[layout[name]] for name in own}
     values = parts | {"wheel_rates": rates["chi"], "yaw_rate": rates["pose"][2:]}
     rows = slopes | {
         "wheel_rates": by_state_and_input[layout["chi"]], "yaw_rate": by_state_and_input[layout["pose"]][2:],
     }  # fmt: skip
     if readings := [name for name in wanted if name in READINGS]:
-        known = {name: parts[name] for name in slopes} | {"nu_dot": rates["nu"]}
-        known |= {name: signals[name] for name in DRIVES if name in signals}
+        known = {name: parts[name] for name in own} | {"nu_dot": rates["nu"]}
+        known |= {name: near.signals[name] for name in DRIVES if name in near.signals}
         slopes["nu_dot"] = by_state_and_input[layout["nu"]]
-        slopes["torque"] = np.hstack([np.zeros((bound.wheels, len(A))), np.eye(bound.wheels) * slope])
+        slopes["torque"] = np.hstack([np.zeros((wheels, len(near.A))), np.diag(near.torque_per_signal)])
         read, by = readings_near(bound, acting, known, slopes, instruments, readings)
         values, rows = values | read, rows | by
     if lacking := [name for name in wanted if name not in rows]:
         raise InvalidValueError("outputs", lacking[0], "asks for a Motor as the only drive")
-    C, D = np.split(np.concatenate([np.zeros((0, B.shape[1] + len(A))), *(rows[name] for name in wanted)]), [len(A)], 1)
-    signal = "torque" if modal is None else modal.signal
+    of_outputs = [np.zeros((0, by_state_and_input.shape[1])), *(rows[name] for name in wanted)]
+    C, D = np.split(np.concatenate(of_outputs), [len(near.A)], 1)
+    signal = "torque" if near.modal is None else near.modal.signal
     return LinearModel(
-        A, B, C, D,
+        near.A, near.B, C, D,
         rates=layout.joined(rates),
         outputs_at=np.concatenate([values[name] for name in wanted] or [np.zeros(0)]),
         state=layout.joined(parts),
-        input=signals[signal],
+        input=near.signals[signal],
         states=tuple(chain.from_iterable(_names(name, part.shape) for name, part in parts.items())),
-        inputs=tuple(_names(signal, (bound.wheels,))),
+        inputs=tuple(_names(signal, (wheels,))),
         outputs=tuple(chain.from_iterable(_names(name, values[name].shape) for name in wanted)),
     )  # fmt: skip
-
-
-class _Layout(dict):
-    """Where each part of the state stands, {name: slice}."""
-
-    def __init__(self, parts: Mapping[str, np.ndarray]):
-        ends = accumulate(part.size for part in parts.values())
-        places = zip(parts.items(), ends, strict=True)
-        super().__init__((name, slice(end - part.size, end)) for (name, part), end in places)
-        self.size = sum(part.size for part in parts.values())
-
-    def joined(self, parts: Mapping[str, np.ndarray]) -> np.ndarray:
-        return np.concatenate([parts[name].ravel() for name in self])
-
-    def matrix(self, blocks: Mapping[tuple[str, str], np.ndarray]) -> np.ndarray:
-        """The matrix of these blocks, zero elsewhere."""
-        whole = np.zeros((self.size, self.size))
-        for (row, column), block in blocks.items():
-            whole[self[row], self[column]] = block
-        return whole
-
-
-def _evaluated(bound: Kernel, name: str, known: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The outputs of a generated function by name."""
-    outputs = (argument.name for argument in bound.signatures[name].outputs)
-    return dict(zip(outputs, call_named(bound, name, known), strict=True))
-
-
-def _momenta(bound: Kernel, known: Mapping[str, np.ndarray], blocks: dict) -> np.ndarray:
-    """The rates of the momenta; their blocks are put beside the others. Without friction they are constant."""
-    momenta, wheels = known["momenta"], bound.wheels
-    if "momenta_derivatives" not in bound.signatures:
-        return np.zeros_like(momenta)
-    slopes = _evaluated(bound, "momenta_derivatives", known)
-    blocks["momenta", "nu"] = np.outer(slopes["momenta_dot_by_nu_3"].ravel(), (0, 0, 1))
-    of_wheel = np.eye(wheels).repeat(2, axis=0)  # a wheel's two momenta depend on its own angle
-    blocks["momenta", "chi"] = of_wheel * slopes["momenta_dot_by_chi"].reshape(-1, 1)
-    blocks["momenta", "momenta"] = np.diag(slopes["momenta_dot_by_momenta"].ravel())
-    return bound.momenta_rates(known["nu"], known["chi"], momenta, np.zeros(wheels))[0]
-
-
-def _settled(run: EffectRun, nu: np.ndarray) -> tuple[dict[str, np.ndarray], Modal | None]:
-    """The inputs (N,) by name at the start, once every motor is in the mode that these speeds ask for."""
-    y = np.zeros(run.state_vector.size)
-    y[:3] = nu
-    for _ in range(MOST_CHANGES * run.kernel.wheels):
-        guards = Guards(run.begin_phase(0.0), len(y))
-        passed = guards.beyond(0.0, y)
-        if not passed.any():
-            break
-        run.pass_guards(passed)
-    forms = (form for process in run.processes for form in process.compiled() or ())
-    modal = next((form for form in forms if isinstance(form, Modal)), None)
-    return {name: signal.value for name, signal in run.signals.items()}, modal
-
-
-def _torque_per_signal(modal: Modal) -> np.ndarray:
-    """(N,) how much each wheel's torque changes with its signal, in its mode."""
-    return modal.laws[modal.modes, np.arange(len(modal.modes)), 0, 1]
 
 
 def _names(name: str, shape: tuple[int, ...]) -> list[str]:

@@ -1,0 +1,69 @@
+"""The rates of a vehicle whose wheels may slip, near a state, under laws of the ground that are smooth.
+
+The wheels' rates and the axial speeds of the rollers in contact are states beside nu. The functions of the rates carry
+tangents, as they do for the sensitivities of runs; where loads follow the motion, so does what solves for these.
+"""
+
+import numpy as np
+
+from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.effects.ground_loads import GroundFailsError
+from omniroll.engine.slopes import Slopes
+from omniroll.engine.variations import Deviations
+from omniroll.errors import InvalidValueError
+from omniroll.kernels.kernel import Kernel
+from omniroll.studies.linear_rates import Layout, RatesNear, settled, torque_per_signal
+from omniroll.vehicles.state import State
+
+CONSTANT = ("momenta",)  # states that a run between two switches need not integrate
+
+
+def slipping_near(
+    bound: Kernel,
+    acting: EffectSet,
+    start_time: float,
+    nu: np.ndarray,
+    chi: np.ndarray,
+    pose: np.ndarray,
+    axial: np.ndarray | None,
+) -> RatesNear:
+    """Of wheels that may slip; axial (N, n-1), the axial speeds of free rollers that do not touch the ground, or None.
+
+    bound  the kernel with Python's functions
+
+    Raises InvalidValueError where loads follow the motion, and the vehicle tips or no set of contacts carries it.
+    """
+    run = EffectRun(acting, bound, start_time)
+    y = _begun(run, nu, chi, pose, axial)
+    modal = settled(run, y)
+    try:
+        run.phase(0.0, axial, y)  # decides which contacts carry
+    except GroundFailsError as fails:
+        raise InvalidValueError("nu", nu.tolist(), str(fails)) from fails
+    signals = {name: signal.value for name, signal in run.signals.items()}
+    deviations, vector = Deviations(acting, bound), run.state_vector
+    given = signals if axial is None else signals | {"momenta": bound.momenta(axial)}
+    inputs, grip = deviations.joined(given), acting.grip(bound.vehicle)
+    balance = (None if grip is None else grip.balance) or {}
+    held = {name: np.asarray(value, float) for name, value in balance.items()}
+    rates = deviations.rates_of(bound, y, inputs, held)
+    slopes = Slopes(deviations, None, bound).at(y[None], inputs[None], held)[0]
+    parts = {name: vector.view(y, name).copy() for name in deviations.rates}
+    parts |= {name: given[name] for name in CONSTANT if name in deviations.inputs}
+    layout, places = Layout(parts), deviations.places
+    of_states = np.concatenate([places[name].ravel() for name in parts])
+    A, B = np.zeros((layout.size, layout.size)), np.zeros((layout.size, bound.wheels))
+    A[: len(rates)] = slopes[:, of_states]
+    B[: len(rates)] = slopes[:, places["torque"]] * torque_per_signal(modal, bound.wheels)
+    of_parts = np.append(rates, np.zeros(layout.size - len(rates)))
+    found = {name: of_parts[place].reshape(parts[name].shape) for name, place in layout.items()}
+    return RatesNear(parts, found, A, B, signals, modal)
+
+
+def _begun(run: EffectRun, nu: np.ndarray, chi: np.ndarray, pose: np.ndarray, axial: np.ndarray | None) -> np.ndarray:
+    """(size,) the state of a run that starts here: with the wheels' rates that its effects give, or with rolling."""
+    bound, found = run.kernel, np.zeros(run.state_vector.size)
+    of_rollers = None if axial is None else np.concatenate([np.zeros((bound.wheels, 1)), axial], axis=1)
+    state = run.effects.begin(bound, State(nu, chi, pose, np.zeros(bound.wheels, int), of_rollers))
+    run.state_vector.put(found, {"nu": nu, "chi": chi, "pose": pose} | run.effects.initial(bound, state))
+    return found

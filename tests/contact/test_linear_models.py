@@ -1,0 +1,266 @@
+"""Linear models of wheels that may slip: against Newton's and Euler's equations of every body, against the rates and
+the sensitivities of runs, and against wheels that roll."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from oracle.balls import exact, working_precision
+from reactions.newton_euler import Acting
+
+from contact.test_newton_euler import (
+    DAMPING,
+    FADE_SPEED,
+    FRICTION,
+    LOAD,
+    MODELS,
+    by_bodies,
+    regularised,
+    slipping_case,
+    viscous,
+)
+from omniroll import (
+    Bearings,
+    Contact,
+    InvalidValueError,
+    Motor,
+    Slope,
+    Torque,
+    Vehicle,
+    linearise,
+    simulate,
+)
+from omniroll.effects.effect_set import EffectRun, EffectSet
+from omniroll.kernels.kernel import kernel
+
+VEHICLE = Vehicle.paper()
+STEP = 1e-3  # of differences
+WEIGHTS = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}  # of a difference whose error is of the fourth order
+GROUNDS = {"viscous": Contact(DAMPING), "regularised": Contact(law="regularised", friction=FRICTION, speed=FADE_SPEED,
+           load=LOAD)}  # fmt: skip
+LOADED = {
+    "viscous": Contact(30, loads="dynamic", height=0.1),
+    "regularised": Contact(law="regularised", friction=(0.6, 0.4), speed=0.05, loads="dynamic", height=0.1),
+}
+BEARINGS = Bearings(wheel_viscous=1e-3, wheel_coulomb=2e-3, wheel_speed=0.5, roller_coulomb=1e-4, roller_speed=2.0)
+
+
+def differences(function):
+    """The derivative at 0 of function(step)."""
+    return sum(weight * function(k * STEP) for k, weight in WEIGHTS.items()) / STEP
+
+
+def rounding_of_differences(values):
+    return 4 * np.finfo(float).eps * np.abs(values).max() / STEP
+
+
+def places(names, part):
+    return [k for k, name in enumerate(names) if name.split("[")[0] == part]
+
+
+@pytest.mark.parametrize("columns", ["one of each state", pytest.param("all", marks=pytest.mark.long)])
+@pytest.mark.parametrize("law", GROUNDS)
+@pytest.mark.parametrize("model", MODELS)
+def test_slopes_are_those_of_every_body(model, law, columns):
+    """By each state and torque; the axial speeds of free rollers that do not touch the ground stay, or change alone."""
+    case = slipping_case(np.random.default_rng([11, MODELS.index(model)]), 3, 5, model, has_layout=True)
+    vehicle, free = case.vehicle, model == "free"
+    rolling, torque = kernel(vehicle, model, "python"), np.array([0.1, -0.2, 0.05])
+    friction = {"viscous": viscous, "regularised": regularised(model)}[law]
+
+    def lean(nu, chi):
+        """What a spin is less than the axial speed."""
+        return rolling.axial_speeds(nu, chi, np.zeros_like(case.spins))
+
+    at = {"nu": case.nu, "chi": case.chi, "rates": case.rates, "torque": torque}
+    if free:
+        yaw_rate = case.nu[2] / vehicle.yaw_scale
+        at["contact_omega"] = case.turns + yaw_rate * np.sin(case.chi)
+        at["axial"] = rolling.axial_speeds(case.nu, case.chi, case.spins)
+
+    def second(name, place, step):
+        given = {other: value.copy() for other, value in at.items()}
+        given[name][place] += step
+        moved = replace(case, nu=given["nu"], chi=given["chi"], rates=given["rates"])
+        if free:
+            moved.spins = given["axial"] - lean(moved.nu, moved.chi)
+            moved.turns = given["contact_omega"] - moved.nu[2] / vehicle.yaw_scale * np.sin(moved.chi)
+        torques = working_precision(lambda: [exact(value) for value in given["torque"]])()
+        found = by_bodies(moved, Acting(ground=friction, guide=True, wheel_torques=torques))
+        return np.concatenate(found if free else found[:2])
+
+    ground = replace(GROUNDS[law], wheel_rates=case.rates, **({"contact_spins": case.turns} if free else {}))
+    spins = {"spins": case.spins} if free else {}
+    linear = linearise(vehicle, nu=case.nu, chi=case.chi, pose=(0, 0, case.heading), roller_model=model,
+                       effects=[ground, Torque(torque)], **spins)  # fmt: skip
+    rows = [k for name in ("nu", "rates", "contact_omega") for k in places(linear.states, name)]
+    assert linear.rates[rows] == pytest.approx(second("nu", 0, 0.0), rel=1e-10, abs=1e-10 * np.abs(linear.rates).max())
+    rounding = rounding_of_differences(linear.rates[rows])
+    for name, values in at.items():
+        for place in list(np.ndindex(values.shape))[slice(None) if columns == "all" else slice(1, 2)]:
+            if name == "torque":
+                slope = linear.B[:, place[0]]
+            elif name == "axial":
+                unit = np.zeros(values.shape)
+                unit[place] = 1.0
+                slope = linear.A[:, places(linear.states, "momenta")] @ rolling.momenta(unit).ravel()
+            else:
+                slope = linear.A[:, places(linear.states, name)[place[0]]]
+            wanted = differences(lambda step, name=name, place=place: second(name, place, step))
+            assert slope[rows] == pytest.approx(wanted, rel=1e-8, abs=1e-8 * np.abs(wanted).max() + rounding), (
+                name,
+                place,
+            )
+
+
+@pytest.mark.parametrize("law", LOADED)
+@pytest.mark.parametrize("model", MODELS)
+def test_slopes_under_loads_that_follow_are_those_of_the_rates_of_a_run(model, law):
+    """A run finds its loads by its own functions. Free rollers have friction, so that each is a state."""
+    rng = np.random.default_rng(5)
+    effects = [replace(LOADED[law], wheel_rates=(3.0, -2.0, 1.0)), BEARINGS, Torque((0.02, 0.01, -0.03))]
+    nu, chi, axial = np.array([0.8, -0.5, 0.6]), np.array([0.1, -0.2, 0.3]), None
+    spins = {"spins": rng.normal(size=(3, VEHICLE.rollers_per_wheel - 1))} if model == "free" else {}
+    linear = linearise(VEHICLE, nu=nu, chi=chi, pose=(0, 0, 0.4), roller_model=model, effects=effects, **spins)
+    acting = EffectSet.checked(effects, VEHICLE)
+    bound = acting.kernel(VEHICLE, model, "python")
+    run = EffectRun(acting, bound, 0.0)
+    names = dict.fromkeys(name.split("[")[0] for name in linear.states)
+    y = np.zeros(run.state_vector.size)
+    own = np.concatenate([np.arange(len(y))[run.state_vector.slices[name]] for name in names])
+    y[own] = linear.state
+    if model == "free":
+        axial = bound.axial_speeds(nu, chi, spins["spins"])
+        assert "axial" in names and run.state_vector.view(y, "axial") == pytest.approx(axial, rel=1e-14)
+    flow, _ = run.phase(0.0, axial, y)
+    assert linear.rates == pytest.approx(flow(0.0, y)[own], rel=1e-11, abs=1e-11)
+    for column, place in enumerate(own):
+
+        def moved(step, place=place):
+            return flow(0.0, y + step * (np.arange(len(y)) == place))[own]
+
+        wanted = differences(moved)
+        floor = 1e-8 * np.abs(wanted).max() + rounding_of_differences(linear.rates)
+        assert linear.A[:, column] == pytest.approx(wanted, rel=1e-8, abs=floor), linear.states[column]
+
+
+@pytest.mark.parametrize("ground", [*GROUNDS.values(), *LOADED.values()], ids=lambda own: f"{own.law}, {own.loads}")
+@pytest.mark.parametrize("model", MODELS)
+def test_from_sample_to_sample_they_are_the_sensitivities_of_a_run_at_rest(model, ground):
+    """There a run stays where it is, and what its deviations follow is the linear model itself. The step is short: a
+    run at rest takes it as one, in which slips that die out much faster would not be resolved."""
+    step, chi, zero = 2e-4, np.array([0.1, -0.2, 0.05]), (0.0, 0.0, 0.0)
+    spins = {"contact_spins": zero} if model == "free" else {}
+    effects = [replace(ground, wheel_rates=zero, **spins), BEARINGS, Torque(0.0)]
+    start = {"nu": zero, "chi": chi, "roller_model": model, "effects": effects}
+    numbers = ("nu", "chi", "pose", "wheel_rates", *spins, "torque")
+    names = [f"{number}[{k}]" for number in numbers for k in range(3)]
+    run = simulate(VEHICLE, **start, duration=step, sensitivities=names, accuracy=1e-12, control=False)
+    linear = linearise(VEHICLE, **start).discrete(step)
+    assert linear.rates == pytest.approx(0, abs=1e-15)
+    rolling = kernel(VEHICLE, model, "python")
+
+    def moved(number, k):
+        """Where the states begin, by a number of the start."""
+        unit, begun = np.eye(3)[k], np.zeros(len(linear.states))
+        own = {"wheel_rates": "rates", "contact_spins": "contact_omega"}.get(number, number)
+        begun[places(linear.states, own)] = unit
+        if number == "nu" and model == "free":  # spins relative to their disks stay: rollers are taken round
+            begun[places(linear.states, "contact_omega")] = unit[2] / VEHICLE.yaw_scale * np.sin(chi)
+            no_spins = np.zeros((3, VEHICLE.rollers_per_wheel - 1))
+            begun[places(linear.states, "axial")] = rolling.axial_speeds(unit, chi, no_spins).ravel()
+        return begun
+
+    for number in numbers:
+        for k in range(3):
+            found = run.sensitivity(f"{number}[{k}]")
+            ended = np.concatenate([found.nu[-1], found.chi[-1], found.pose[-1]])
+            wanted = linear.B[:9, k] if number == "torque" else (linear.A @ moved(number, k))[:9]
+            assert ended == pytest.approx(wanted, rel=1e-8, abs=1e-9 * np.abs(wanted).max()), (number, k)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_strong_ground_has_the_slow_motions_of_rolling(model):
+    """At rest, under voltages: the eigenvalues of rolling, to the first order of one over the ground's coefficient."""
+    motor = Motor(voltage=0, torque_constant=0.02, resistance=1.5, gear_ratio=4)
+    bearings = Bearings(wheel_viscous=1e-3, roller_viscous=1e-5)
+    given = {"nu": (0, 0, 0), "chi": (0.1, -0.2, 0.05), "roller_model": model}
+    of_rolling = sorted(np.abs(np.linalg.eigvals(linearise(VEHICLE, **given, effects=[motor, bearings]).A)))
+    errors = []
+    for coefficient in (1e3, 1e4, 1e5):
+        A = linearise(VEHICLE, **given, effects=[Contact(coefficient), motor, bearings]).A
+        found = sorted(np.abs(np.linalg.eigvals(A)))
+        assert found[len(of_rolling)] > 100 * of_rolling[-1]
+        errors.append(np.abs(np.subtract(found[: len(of_rolling)], of_rolling)).max())
+    assert errors[0] < 0.05 * of_rolling[-1]
+    assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1) and errors[2] == pytest.approx(errors[1] / 10, rel=0.1)
+
+
+def test_names_inputs_and_readings_are_there():
+    motor = Motor(voltage=(1, 2, 3), torque_constant=0.02, resistance=1.5, gear_ratio=4)
+    outputs = ("wheel_rates", "wheel_rate", "gyro", "motor_current", "accelerometer")
+    given = {"nu": (1, 0.5, 0.2), "outputs": outputs, "roller_model": "free"}
+    linear = linearise(VEHICLE, effects=[Contact(30, wheel_rates=(1, 2, 3)), motor], **given)
+    assert linear.states[9:12] == ("rates[0]", "rates[1]", "rates[2]") and linear.states[12] == "contact_omega[0]"
+    assert linear.states[-1] == "momenta[2][1]" and linear.inputs[0] == "voltage[0]"
+    assert linear.outputs_at[:6].tolist() == [1, 2, 3, 1, 2, 3]
+    assert (linear.C[:3] == np.eye(3, 21, 9)).all() and (linear.C[3:6] == linear.C[:3]).all()
+    current = linear.C[7:10, 9:12]  # falls with the wheel's own rate
+    assert current == pytest.approx(-np.eye(3) * 0.02 * 4 / 1.5) and linear.D[7:10] == pytest.approx(np.eye(3) / 1.5)
+
+
+def test_a_motor_whose_slipping_wheel_takes_it_to_its_limit_does_not_answer():
+    """It is the wheel's own rate that counts: where the wheels rolled, no current would be at its limit."""
+    motor = Motor(voltage=1, torque_constant=0.02, resistance=1.0, gear_ratio=4, current_limit=2)
+    given = {"nu": (0, 0, 0), "outputs": ("motor_current",), "roller_model": "massless"}
+    rolls, slips = (linearise(VEHICLE, effects=[Contact(30, wheel_rates=rates), motor], **given)
+                    for rates in (None, (0, -50, 0)))  # fmt: skip
+    assert (np.abs(rolls.B).max(axis=0) > 0).all()
+    assert (np.abs(slips.B).max(axis=0) > 0).tolist() == [True, False, True]
+    assert slips.outputs_at == pytest.approx([1, 2, 1]) and not slips.D[1].any() and not slips.C[1].any()
+
+
+def test_a_vehicle_that_tips_has_no_linear_model():
+    for height, words in ((0.3, "tips"), (0.8, "have no solution")):
+        ground = Contact(law="regularised", friction=0.6, speed=0.01, loads="dynamic", height=height, wheel_rates=0)
+        with pytest.raises(InvalidValueError, match=words):
+            linearise(VEHICLE, nu=(-9, 0, 0), effects=[ground])
+
+
+def test_the_accelerometer_of_a_slipping_vehicle_reads_its_accelerations():
+    """At the middle: m (nu' + what turning adds), so that its slopes by the wheels' rates are those of nu' alone."""
+    linear = linearise(VEHICLE, nu=(1, 0.5, 0.2), effects=[Contact(30, wheel_rates=0)], outputs=("accelerometer",))
+    rates = places(linear.states, "rates")
+    assert linear.C[:, rates] == pytest.approx(VEHICLE.platform_radius * linear.A[:2, rates], rel=1e-12)
+
+
+def test_many_slipping_states_at_once_are_the_same_one_by_one():
+    nu = np.random.default_rng(2).normal(size=(4, 3))
+    given = {"effects": [LOADED["regularised"]], "chi": 0.1}
+    together = linearise(VEHICLE, nu=nu, **given)
+    assert together.A.shape == (4, 21, 21) and (together.A[3] == linearise(VEHICLE, nu=nu[3], **given).A).all()
+
+
+@pytest.mark.parametrize(
+    ("effects", "options", "said"),
+    [
+        ([Contact(law="coulomb", friction=0.3)], {}, "stick"),
+        ([Contact(30), Bearings(wheel_coulomb=0.1)], {}, "axles that stick"),
+        ([Contact(30), Bearings(roller_coulomb=0.1)], {}, "rollers that stick"),
+        ([Contact(30)], {"roller_model": "locked"}, "locked"),
+        ([Contact(30)], {"outputs": ("odometry",)}, "wheels that roll"),
+    ],
+)
+def test_what_has_no_derivative_is_refused(effects, options, said):
+    with pytest.raises(InvalidValueError, match=said):
+        linearise(VEHICLE, effects=effects, **options)
+
+
+def test_a_slope_enters_by_the_heading():
+    tilted = linearise(VEHICLE, pose=(0, 0, 0.3), effects=[Contact(30), Slope(angle=0.2, direction=0.5)])
+    level = linearise(VEHICLE, pose=(0, 0, 0.3), effects=[Contact(30)])
+    gravity = 9.80665 * np.sin(0.2) / VEHICLE.platform_radius
+    slope = gravity * np.array([np.sin(0.5 - 0.3), -np.cos(0.5 - 0.3)])
+    heading = tilted.states.index("pose[2]")
+    assert np.abs(tilted.A[:2, heading]) == pytest.approx(np.abs(slope), rel=1e-12)
+    assert not level.A[:3, heading].any()
