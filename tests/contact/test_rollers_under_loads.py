@@ -158,8 +158,8 @@ def test_the_load_of_a_wheel_comes_back_as_the_vehicle_brakes_and_vanishes_as_it
 
 
 def standing_case(law, wheels, monkeypatch):
-    """A machine that stands on all its wheels as it moves, its run over an instant, its drives' torques, the torques of
-    all bearings (B,), and which rollers are at rest (N, n)."""
+    """A machine that stands on all its wheels as it moves, its runs over an instant by engine, its drives' torques, the
+    torques and modes of all bearings (B,), and which rollers are at rest (N, n)."""
     kept = []
     in_rows = GroundBesideBearings.torques_in_rows
 
@@ -180,10 +180,10 @@ def standing_case(law, wheels, monkeypatch):
         ground = Contact(**LAWS[law], loads="dynamic", **numbers(case), **speeds)
         kept.clear()
         with contextlib.suppress(InvalidValueError, SimulationStopped):  # it tips
-            run = simulate(case.vehicle, **case.start(), duration=1e-9, effects=[ground, bearings, Torque(torque)],
-                           control=False)  # fmt: skip
-            if run.ground_load[0].min() > 0:
-                return case, run, torque, *kept[0], rests
+            runs = {engine: simulate(case.vehicle, **case.start(), duration=1e-9, control=False, engine=engine,
+                                     effects=[ground, bearings, Torque(torque)]) for engine in ENGINES}  # fmt: skip
+            if runs["python"].ground_load[0].min() > 0:
+                return case, runs, torque, *kept[0], rests
     raise AssertionError("none stands")
 
 
@@ -192,9 +192,13 @@ def standing_case(law, wheels, monkeypatch):
 def test_rollers_and_loads_agree_with_every_body(law, wheels, monkeypatch):
     """The oracle gets forces and torques; it must find the accelerations, none of the spins of rollers that stick, and
     the loads from which the forces follow."""
-    case, run, torque, bearing, modes, rests = standing_case(law, wheels, monkeypatch)
+    case, runs, torque, bearing, modes, rests = standing_case(law, wheels, monkeypatch)
+    run = runs["python"]
     force, load = run.ground_force[0], run.ground_load[0]
     assert np.ptp(load) > 1e-2 * load.mean()
+    for name in ("ground_load", "ground_force"):
+        found, other = (getattr(run, name)[0] for run in (runs["compiled"], run))
+        assert found == pytest.approx(other, rel=RELATIVE, abs=RELATIVE * np.abs(other).max()), name
     of_rollers = bearing[wheels:].reshape(wheels, 4)
     given = working_precision(lambda: Acting(
         wheel_torques=[exact(t) for t in torque + bearing[:wheels]],

@@ -244,7 +244,7 @@ class _Sampling:
         Warns of such a kink. Raises NoDerivativeError where the integral, which a cut stops, has a part in outputs.
         """
         size, moved = np.abs(output.real), tangent_of(output) * np.sign(output.real)
-        at_limit = (np.abs(size - self.limit) <= ROUNDINGS * EPS * self.limit) & (moved != 0)
+        at_limit = (np.abs(size - self.limit) <= ROUNDINGS * EPS * size) & (moved != 0)  # none where there is no limit
         if not at_limit.any():
             return size > self.limit
         t, (wheels,) = float(self.start_time + self.next_time()), np.nonzero(at_limit.any(axis=0))
