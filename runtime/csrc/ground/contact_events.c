@@ -9,7 +9,7 @@
 #define FAR_FROM_NOISE (SET_STANDS ? 1e4 : 1e7)
 #define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define SLOW_SLIP 1e7               /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
-#define ALONG 100                  /* roundings of the speeds that make a slip: by less it is not turned */
+#define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define SAYS_CLEARLY 100            /* times what is rounding of a slip: its direction is found better than 1 % */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
@@ -86,8 +86,8 @@ ALWAYS_INLINE int says_direction_at_end(const step_t *s, int i, double size)
 }
 
 /* Whether the direction in which a contact slips at the step's end is that of the nodes and not that of its slip (2,).
- * Loads that follow the motion feel more of its digits than the iteration finds where the slip is slow: an event is then
- * located in the direction that its row will have, that of the slip unless both are the same within rounding. */
+ * Loads that follow the motion feel more of its digits than the iteration finds where the slip is slow: an event is
+ * then located in the direction that its row will have, that of the slip unless both are the same within rounding. */
 ALWAYS_INLINE int ends_by_nodes(const step_t *s, int i, const double *slip)
 {
     const double size = sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
