@@ -7,6 +7,10 @@
 /* So many of these: the direction of a slip is known well enough to locate an event by it. Where wheels stand they are
  * what an iteration leaves, far more than rounding. */
 #define FAR_FROM_NOISE (SET_STANDS ? 1e4 : 1e7)
+#define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
+#define SLOW_SLIP 1e7               /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
+#define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
+#define SAYS_CLEARLY 100            /* times what is rounding of a slip: its direction is found better than 1 % */
 #define GRIP_RISES 1e5              /* of these its slope at the end of a step is known                      */
 #define GRIP_TURNS 4096              /* roundings of what a contact takes inside a step                       */
 
@@ -81,6 +85,21 @@ ALWAYS_INLINE int says_direction_at_end(const step_t *s, int i, double size)
     return size > FAR_FROM_NOISE*s->slip_noise[i];
 }
 
+/* Whether the direction in which a contact slips at the step's end is that of the nodes and not that of its slip (2,).
+ * Loads that follow the motion feel more of its digits than the iteration finds where the slip is slow: an event is
+ * then located in the direction that its row will have, that of the slip unless both are the same within rounding. */
+ALWAYS_INLINE int ends_by_nodes(const step_t *s, int i, const double *slip)
+{
+    const double size = sqrt(slip[0]*slip[0] + slip[1]*slip[1]);
+#if SET_LOADS
+    const double x = weighted(&s->toward[2*i], &gauss_end), y = weighted(&s->toward[2*i + 1], &gauss_end);
+    if (size > SAYS_CLEARLY*s->slip_noise[i])
+        return (turned_together(s, i) || size <= SLOW_SLIP*SLIP_AT_REST*EPS*s->slip_speeds[i])
+            && slip[0]*x + slip[1]*y > 0 && fabs(slip[1]*x - slip[0]*y) <= ALONG/2*EPS*s->slip_speeds[i];
+#endif
+    return !says_direction_at_end(s, i, size);
+}
+
 /* The forces of contacts that slip at the step's end are those of their slips there, as in its row: what the iteration
  * leaves of the directions at the nodes would move what others take. */
 ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t *point, lanes_t *push)
@@ -89,8 +108,9 @@ ALWAYS_INLINE void push_at_end(const step_t *s, const int wheels, const point_t 
     slips_of(wheels, s->vehicle, point->nu, point->chi, point->core, slip);
     set_sliding_forces(wheels, s->vehicle, slip, s->load, s->friction, force, slope);
     for (int i = 0; i < wheels; i++) {
-        const double size = sqrt(slip[2*i][0]*slip[2*i][0] + slip[2*i + 1][0]*slip[2*i + 1][0]);
-        for (int k = 2*i; k < 2*i + 2 && s->slides[i] && says_direction_at_end(s, i, size); k++)
+        const double here[2] = {slip[2*i][0], slip[2*i + 1][0]};
+        const int by_slip = s->slides[i] && !ends_by_nodes(s, i, here);
+        for (int k = 2*i; k < 2*i + 2 && by_slip; k++)
             push[k] = force[k];
     }
     (void)slope;

@@ -1,12 +1,9 @@
 /* Contacts that stick on the ground or slip on it under Coulomb's friction: a mode for each. The numbered rules are in
  * runtime/omniroll/effects/ground.py. */
 #if SET_GRIPS
-#define SLIP_AT_REST 1000           /* a slip is zero within this many roundings of the velocities that make it */
 #define BEGINS 1e-10                /* a contact begins to slip that gets more than this part of the possible */
 #define CLEARLY 1e-2                /* the same of one whose rate says where it goes with most of its digits */
 #define AT_EDGE (SET_STANDS_BOTH_WAYS ? 1e-6 : 1e-9)    /* friction is used up that is nearer than this part to its bound */
-#define SLOW 1e7                    /* times the rounding of a slip at rest: rounding turns less by 1e-10 or more  */
-#define ALONG 100                   /* roundings of the speeds that make a slip: by less it is not turned */
 #define LEFT 0.1                    /* of the way to rest: behind the first step whose direction turns      */
 #define LEAST_LEFT 0.02             /* the same behind later ones, at least                                  */
 #define MOST_LEFT 0.2               /* and at most                                                           */
@@ -116,7 +113,7 @@ static int goes_along(const omniroll_run_t *run, int contact, const double *slip
  * directions: in others the loads are not those that it has been located by. */
 static int turns_loads(const omniroll_run_t *run, int contact, double size)
 {
-    return SET_LOADS && SET_FIRST_DIRECTION == 0 && size <= SLOW*SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
+    return SET_LOADS && SET_FIRST_DIRECTION == 0 && size <= SLOW_SLIP*SLIP_AT_REST*EPS*speeds_of_slip(run, contact);
 }
 
 /* Contacts whose slip is zero within rounding rest; the others have its direction. */
@@ -503,7 +500,7 @@ static int ends_mode(const step_t *s, int i)
 static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, const double *slip, double size,
                            double *own)
 {
-    const int by_nodes = turned_together(s, i) || !says_direction_at_end(s, i, size);
+    const int by_nodes = (!SET_LOADS && turned_together(s, i)) || ends_by_nodes(s, i, s->end_slip + 2*i);
     if (!turned_together(s, i) && !turns_loads(run, i, size))
         return 0;
     for (int k = 2*i; k < 2*i + 2; k++)
@@ -558,6 +555,9 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
         if (slides(run, i))
             contacts[s->place[i] = s->responding++] = i;
         s->slides[i] = slides(run, i), s->grips[i] = grip->sticks, s->slip_noise[i] = slip_rounding(run, i);
+#if SET_LOADS
+        s->slip_speeds[i] = speeds_of_slip(run, i);
+#endif
         for (int k = 0; k < 2; k++)
             s->per_reach[2*i + k] = grip->carries ? 1/(load_scale(run, i)*grip->staying[k]) : 0;
 #if SET_LOADS

@@ -187,6 +187,9 @@ typedef struct {
 #endif
     double slip_start[2*MOST_WHEELS], taken_start[MOST_WHEELS], taken_late[MOST_WHEELS];
     double slip_noise[MOST_WHEELS], settles, friction_makes, friction_force;
+#if SET_LOADS
+    double slip_speeds[MOST_WHEELS];            /* that make the slips at the start, in m/s                   */
+#endif
     double end_slip[2*MOST_WHEELS];
 #endif
 #if SET_APPROACHES
