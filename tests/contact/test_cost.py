@@ -88,6 +88,24 @@ def test_rates_that_a_decision_finds_serve_the_step_behind_it_alone():
     assert taken[1]["evaluations"] <= 1.4 * taken[0]["evaluations"]
 
 
+@pytest.mark.parametrize("accuracy", [1e-9, 1e-13])
+@pytest.mark.parametrize("loads", [{}, {"loads": "dynamic", "height": 0.02}], ids=["static loads", "dynamic loads"])
+@pytest.mark.parametrize("rollers", ["massless", "free"])
+def test_contacts_that_stick_beside_motors_against_rolling_with_them(rollers, loads, accuracy):
+    """The back-EMF damps the wheels' rates, which follow nu where contacts stick: the iteration must solve for nu as in
+    rolling, and not for each wheel as if it turned by itself."""
+    drive = Motor((0.3, -0.2, 0.1), torque_constant=0.02, resistance=0.5, gear_ratio=12)
+    rolling, sticking = [
+        simulate(PAPER, nu=(0, 0, 0), duration=0.3, roller_model=rollers, control=False, effects=effects,
+                 accuracy=accuracy)
+        for effects in ((drive,), (Contact(law="coulomb", friction=50.0, **loads), drive))
+    ]  # fmt: skip
+    assert sticking.sticks.all()
+    assert sticking.stats["phases"] == rolling.stats["phases"] == 1
+    assert sticking.stats["evaluations"] <= 2 * rolling.stats["evaluations"]
+    assert np.abs(sticking.nu[-1] - rolling.nu[-1]).max() <= 2 * accuracy * np.abs(rolling.nu).max()
+
+
 def test_slips_come_to_rest_whatever_the_accuracy():
     """On the way to rest directions turn ever faster, and are known the less the slower a slip is: steps
     that asked for more than that never ended."""

@@ -36,16 +36,9 @@ static point_t point_at_end(step_t *s, const int wheels, arrays_t *at)
     seek_loads_at_end(s, &point);
     s->loads_at_end->responds = s->sliding;
 #endif
-    lanes_t speeds[MOST_WHEELS];
-    set_wheel_speeds(wheels, s->vehicle, at->nu, speeds);
-    for (int i = 0; i < wheels; i++)
-        if (s->grips[i])
-            s->core_here[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : speeds[i];
+    wheels_stick(s, wheels, at->nu, s->core_here);
 #ifdef SET_HAS_CONTACT_SPEEDS
-    set_contact_axial(wheels, s->vehicle, at->nu, at->chi, speeds);
-    for (int i = 0; i < wheels; i++)
-        if (s->grips[i])
-            s->core_here[contact_speeds_at(wheels) + i] = speeds[i];
+    rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
 #endif
     return point;
 }

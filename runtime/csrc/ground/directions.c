@@ -100,30 +100,25 @@ ALWAYS_INLINE int stands_in(const step_t *s, int wheel)
 #endif
 }
 
-/* Where nothing is solved for, at the nodes: speeds of contacts that stick follow from nu. */
-NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b)
+/* Speeds of contacts that stick follow from nu: into the core that it is part of. */
+NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core)
 {
-    lanes_t nu[3], rates[MOST_WHEELS];
-    for (int k = 0; k < 3; k++)
-        nu[k] = s->at_nu[k].lanes[b];
+    lanes_t rates[MOST_WHEELS];
     set_wheel_speeds(wheels, s->vehicle, nu, rates);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            core_at(s, b)[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];
+            core[rates_at(wheels) + i] = stands_in(s, i) ? lanes_of(0) : rates[i];
 }
 
 #ifdef SET_HAS_CONTACT_SPEEDS
-NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b)
+NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
+                                lanes_t *core)
 {
-    lanes_t nu[3], chi[MOST_WHEELS], axial[MOST_WHEELS];
-    for (int k = 0; k < 3; k++)
-        nu[k] = s->at_nu[k].lanes[b];
-    for (int i = 0; i < wheels; i++)
-        chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+    lanes_t axial[MOST_WHEELS];
     set_contact_axial(wheels, s->vehicle, nu, chi, axial);
     for (int i = 0; i < wheels; i++)
         if (s->grips[i])
-            core_at(s, b)[contact_speeds_at(wheels) + i] = axial[i];
+            core[contact_speeds_at(wheels) + i] = axial[i];
 }
 
 /* The slips of a contact at the nodes, along its directions and across them. */

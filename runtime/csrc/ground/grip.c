@@ -582,7 +582,7 @@ static void begin_contacts(const omniroll_run_t *run, const work_t *work, step_t
 /* The first guess of a step: directions as they are at its start, where the rates have just been found. */
 static void contacts_at_start(const omniroll_run_t *run, const work_t *work, step_t *s, const int wheels)
 {
-    s->rolls = SET_ROLLS && !s->stiff;
+    s->rolls = SET_ROLLS;
     s->turned_most = 0;
     for (int i = 0; i < wheels; i++) {
         s->rolls &= s->grips[i];

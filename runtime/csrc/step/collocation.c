@@ -31,11 +31,12 @@ ALWAYS_INLINE double turns(const step_t *s, int wheel)
 }
 
 #if SET_GRIPS
-NEVER_INLINE void stick_at_nodes(step_t *s, const int wheels, int b);
+NEVER_INLINE void wheels_stick(const step_t *s, const int wheels, const lanes_t *nu, lanes_t *core);
 static void find_directions(step_t *s, const int wheels);
 #endif
 #if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
-NEVER_INLINE void rollers_stick_at_nodes(step_t *s, const int wheels, int b);
+NEVER_INLINE void rollers_stick(const step_t *s, const int wheels, const lanes_t *nu, const lanes_t *chi,
+                                lanes_t *core);
 #endif
 
 #if SET_CORE_PARTS
@@ -59,6 +60,30 @@ ALWAYS_INLINE void integrate_core(step_t *s, int c)
     integrate_to_nodes(s->start_core[c], s->h, &s->rate_core[c], &at);
     for (int b = 0; b < BLOCKS; b++)
         core_at(s, b)[c] = at.lanes[b];
+}
+#endif
+
+/* Whether contacts that stick have not been looked at. */
+ALWAYS_INLINE int is_blind(const step_t *s)
+{
+#if SET_ROLLS
+    return s->blind;
+#else
+    (void)s;
+    return 0;
+#endif
+}
+
+#if SET_CORE_PARTS
+/* The first number of the core whose rate the last sweep has found. */
+ALWAYS_INLINE int first_found(const step_t *s)
+{
+#if SET_GRIPS
+    return s->blind ? coupled_size(s->wheels) : 0;
+#else
+    (void)s;
+    return 0;
+#endif
 }
 #endif
 
@@ -87,7 +112,7 @@ ALWAYS_INLINE void wheels_at_nodes(step_t *s, const int wheels, int b, const lan
 {
 #if SET_GRIPS
     if (!only_rolls(s, wheels))
-        stick_at_nodes(s, wheels, b);
+        wheels_stick(s, wheels, nu, core_at(s, b));
 #endif
 #if SET_SLIPS
     for (int i = 0; i < wheels && !only_rolls(s, wheels); i++)
@@ -131,8 +156,14 @@ ALWAYS_INLINE void states_at_nodes(step_t *s, const int wheels)
     for (int i = 0; i < wheels; i++)
         integrate_to_nodes(s->chi[i], s->h, &s->rate_chi[i], &s->at_chi[i]);
 #if SET_GRIPS && defined SET_HAS_CONTACT_SPEEDS
-    for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++)
-        rollers_stick_at_nodes(s, wheels, b);
+    for (int b = 0; b < BLOCKS && s->gripping && !only_rolls(s, wheels); b++) {
+        lanes_t nu[3], chi[MOST_WHEELS];
+        for (int k = 0; k < 3; k++)
+            nu[k] = s->at_nu[k].lanes[b];
+        for (int i = 0; i < wheels; i++)
+            chi[i] = lanes_clamp(s->at_chi[i].lanes[b], s->joint);
+        rollers_stick(s, wheels, nu, chi, core_at(s, b));
+    }
 #endif
 #if SET_HAS_HEADING
     integrate_to_nodes(s->heading, s->h, &s->rate_pose[2], &s->at_heading);
@@ -377,19 +408,6 @@ ALWAYS_INLINE void end_of_step(step_t *s, const int wheels)
         s->end_rate[i] = weighted(&s->rate_chi[i], &gauss_end);
     }
 }
-
-#if SET_CORE_PARTS
-/* The first number of the core whose rate the last sweep has found. */
-ALWAYS_INLINE int first_found(const step_t *s)
-{
-#if SET_GRIPS
-    return s->blind ? coupled_size(s->wheels) : 0;
-#else
-    (void)s;
-    return 0;
-#endif
-}
-#endif
 
 /* What the polynomials of the core's rates miss inside the step, in the measure of nu: the last coefficients,
  * integrated. */

@@ -311,27 +311,7 @@ ALWAYS_INLINE int lets_go_later(const step_t *s, const int wheels)
 #endif
 }
 
-/* Whether contacts that stick have not been looked at. */
-ALWAYS_INLINE int is_blind(const step_t *s)
-{
-#if SET_ROLLS
-    return s->blind;
-#else
-    (void)s;
-    return 0;
-#endif
-}
-
 #if SET_IS_ACTED_ON
-/* The next sweeps look at them. */
-ALWAYS_INLINE void see_contacts(step_t *s)
-{
-#if SET_GRIPS
-    s->blind = s->rolls = 0;
-#endif
-    (void)s;
-}
-
 /* Whether Picard's iteration contracts so slowly that Newton's rule takes over after sweep k: early where this has cheap
  * slopes. One slow sweep alone is the step's length that has moved to an event. */
 ALWAYS_INLINE int is_slow(const step_t *s, int k, double ratio, double ratio_before, double tolerance)
@@ -425,7 +405,6 @@ ALWAYS_INLINE int settle(step_t *s, const int wheels, double most, double tolera
 #if SET_IS_ACTED_ON
         if (!SET_IS_COUPLED && !s->stiff && is_slow(s, k, ratio, ratio_before, tolerance) && change > 100*sweep_tolerance) {   /* it contracts slowly */
             s->stiff = 1;
-            see_contacts(s);
             stiff_since = k;
             long_at = k + 2;
             last = INFINITY;

@@ -538,6 +538,9 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     const double time = DAMPED*s->h;
     lanes_t nu_dot[3];
     double m[3][4];
+#if SET_GRIPS
+    roll(run, work, 1);
+#endif
     rates_at_this_instant(run, work, wheels, nu_dot);
 #if SET_HAS_SLOPES
     instant_t end;
@@ -560,8 +563,9 @@ static void damp(omniroll_run_t *run, const work_t *work, const step_t *s, const
     }
 #if SET_CORE_PARTS
     for (int c = 0; c < s->core; c++)
-        run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
-            /(1 - time*slope_at_end(s, work, c));
+        if (!follows_nu(s, wheels, c))
+            run->core[c] += time*(work->core_dot[c][0] - weighted(&s->rate_core[c], &gauss_end))
+                /(1 - time*slope_at_end(s, work, c));
 #endif
 }
 #endif

@@ -86,6 +86,7 @@ static double steepness(const nodes_t *slope, int count, double h)
 }
 
 #define CORE_FOLLOWS (SET_CORE_PARTS && !SET_HAS_SLOPES)    /* whether it may follow nu at once              */
+#define NEWTON_MOVES_CORE (CORE_FOLLOWS || SET_GRIPS)       /* whether slopes are found in a copy of it      */
 
 #if CORE_FOLLOWS
 /* How far a number of the core follows a change of nu_l by 1 that lasts: at once where its own slope is steep. */
@@ -96,6 +97,38 @@ ALWAYS_INLINE lanes_t followed(const step_t *s, int c, int l, int b)
 }
 #endif
 
+/* The rates of the core that Newton's rule asks for: of a vehicle that rolls where all contacts stick. */
+#if SET_ROLLS
+NEVER_INLINE void newton_rates(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
+{
+    if (s->blind)
+        rolling_rates(wheels, point, nu_dot);
+    else
+        core_rates(wheels, point, nu_dot);
+}
+#else
+ALWAYS_INLINE void newton_rates(const step_t *s, const int wheels, const point_t *point, lanes_t *nu_dot)
+{
+    core_rates(wheels, point, nu_dot);
+    (void)s;
+}
+#endif
+
+/* nu has been moved at a point in vector b of the nodes, or moved back: so have the speeds of contacts that stick. */
+ALWAYS_INLINE void core_sticks(const step_t *s, const int wheels, const arrays_t *at)
+{
+#if SET_GRIPS
+    if (!s->gripping || only_rolls(s, wheels))
+        return;
+    wheels_stick(s, wheels, at->nu, s->core_here);
+#ifdef SET_HAS_CONTACT_SPEEDS
+    rollers_stick(s, wheels, at->nu, at->chi, s->core_here);
+#endif
+#else
+    (void)s, (void)wheels, (void)at;
+#endif
+}
+
 /* The slopes of nu' in nu at a point in vector b of the nodes, by differences. */
 ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at)
 {
@@ -105,13 +138,15 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
 #if CORE_FOLLOWS
         for (int c = 0; c < s->core; c++)
-            s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
+            if (!follows_nu(s, wheels, c))
+                s->core_here[c] += (at->nu[l] - here)*followed(s, c, l, b);
 #endif
-        core_rates(wheels, point, nu_dot);
+        core_sticks(s, wheels, at);
+        newton_rates(s, wheels, point, nu_dot);
         for (int k = 0; k < 3; k++)
             s->slope_nu[3*k + l].lanes[b] = (nu_dot[k] - s->found_nu[k].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
-#if CORE_FOLLOWS
+#if NEWTON_MOVES_CORE
         for (int c = 0; c < s->core; c++)
             s->core_here[c] = core_at(s, b)[c];
 #endif
@@ -120,45 +155,75 @@ ALWAYS_INLINE void slopes_of_nu(step_t *s, const int wheels, int b, const point_
 
 #include "step/axle_slopes.c"
 
+#if SET_CORE_PARTS
+/* Whether a number of the core from `first` to `end` does not follow nu. */
+ALWAYS_INLINE int moves_by_itself(const step_t *s, const int wheels, int first, int end)
+{
+#if SET_GRIPS
+    for (int c = first; c < end; c++)
+        if (!follows_nu(s, wheels, c))
+            return 1;
+    return 0;
+#else
+    (void)s, (void)wheels, (void)first, (void)end;
+    return 1;
+#endif
+}
+#endif
+
 #if SET_HAS_SLOPES
 /* The slopes of the rest of the core's rates at a point in vector b of the nodes, each number's in itself. Friction with
  * a small named speed is steep only next to rest: from elsewhere a tangent leads far to the other side, and a chord from
  * rest does not. */
 ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point)
 {
+    if (!moves_by_itself(s, wheels, 0, s->core))
+        return;
     core_slopes(wheels, point, s->core_slope, s->core_chord);
     for (int c = 0; c < s->core; c++)
         s->slope_core[c].lanes[b] = s->stiff_sweeps < CHORDS ? s->core_chord[c] : s->core_slope[c];
 }
 #elif SET_CORE_PARTS
 /* The slopes of the rest of the core's rates, by differences, at a point in vector b of the nodes: each number's in itself,
- * its parts one after the other, and, if asked for, in nu. */
-ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
+ * its parts one after the other, and, if asked for, in nu. Returns how many parts have such slopes. */
+ALWAYS_INLINE int slopes_of_core(step_t *s, const int wheels, int b, const point_t *point, arrays_t *at, int in_nu)
 {
     lanes_t nu_dot[3];
-    int first = 0;
+    int first = 0, count = 0;
     for (int part = 0; part < SET_CORE_PARTS; part++) {
         const int end = core_part_end(wheels, s->vehicle->rollers_per_wheel, part);
+        if (!moves_by_itself(s, wheels, first, end)) {
+            first = end;
+            continue;
+        }
         for (int c = first; c < end; c++) {
+            if (follows_nu(s, wheels, c))
+                continue;
             const lanes_t here = s->core_here[c];
             s->core_here[c] = here + (s->weight[c] > 0 ? DIFFERENCE*s->size/s->weight[c] : DIFFERENCE);
             s->core_slope[c] = s->core_here[c] - here;
         }
-        core_rates(wheels, point, nu_dot);
+        newton_rates(s, wheels, point, nu_dot);
         for (int c = first; c < end; c++) {
+            if (follows_nu(s, wheels, c))
+                continue;
             s->core_here[c] -= s->core_slope[c];
             s->slope_core[c].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/s->core_slope[c];
         }
         first = end;
+        count++;
     }
     for (int l = 0; l < 3 && in_nu; l++) {
         const lanes_t here = at->nu[l];
         at->nu[l] = here + FINE_DIFFERENCE*s->size;
-        core_rates(wheels, point, nu_dot);
+        core_sticks(s, wheels, at);
+        newton_rates(s, wheels, point, nu_dot);
         for (int c = 0; c < s->core; c++)
             s->core_in_nu[3*c + l].lanes[b] = (s->core_dot[c] - s->found_core[c].lanes[b])/(at->nu[l] - here);
         at->nu[l] = here;
+        core_sticks(s, wheels, at);
     }
+    return count;
 }
 #endif
 
@@ -166,14 +231,15 @@ ALWAYS_INLINE void slopes_of_core(step_t *s, const int wheels, int b, const poin
 ALWAYS_INLINE void find_rates(step_t *s, const int wheels, int b, const point_t *point, const arrays_t *at)
 {
     lanes_t nu_dot[3];
-    core_rates(wheels, point, nu_dot);
+    newton_rates(s, wheels, point, nu_dot);
     for (int k = 0; k < 3; k++)
         s->found_nu[k].lanes[b] = nu_dot[k];
 #if SET_CORE_PARTS
-    for (int c = 0; c < s->core; c++)
+    for (int c = first_found(s); c < s->core; c++)
         s->found_core[c].lanes[b] = s->core_dot[c];
 #endif
-    keep_held_force(s, wheels, b, at);
+    if (!is_blind(s))
+        keep_held_force(s, wheels, b, at);
 }
 
 /* Add what is missing of a rate; returns the largest change so far, in the measure of nu. */
@@ -202,11 +268,13 @@ ALWAYS_INLINE lanes_t correct_number(step_t *s, int c, nodes_t *missing, lanes_t
     return corrected(&s->rate_core[c], missing, s->weight[c], change);
 }
 
-/* The same for all numbers, whose rates have been found. */
-ALWAYS_INLINE lanes_t correct_core(step_t *s, lanes_t change)
+/* The same for all numbers that do not follow nu, and whose rates have been found. */
+ALWAYS_INLINE lanes_t correct_core(step_t *s, const int wheels, lanes_t change)
 {
-    for (int c = 0; c < s->core; c++) {
+    for (int c = first_found(s); c < s->core; c++) {
         nodes_t missing;
+        if (follows_nu(s, wheels, c))
+            continue;
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->found_core[c].lanes[b] - s->rate_core[c].lanes[b];
         change = correct_number(s, c, &missing, change);
@@ -215,20 +283,54 @@ ALWAYS_INLINE lanes_t correct_core(step_t *s, lanes_t change)
 }
 #endif
 
+#if SET_GRIPS
+/* What follows nu has no rates to solve for: they are as they have been found. */
+ALWAYS_INLINE void take_rates_of_sticking(step_t *s, const int wheels)
+{
+    for (int c = first_found(s); c < coupled_size(wheels); c++)
+        if (follows_nu(s, wheels, c))
+            s->rate_core[c] = s->found_core[c];
+}
+#endif
+
 #if CORE_FOLLOWS
 /* The rest of the core goes along with the change of nu' that a sweep has made. */
-ALWAYS_INLINE lanes_t follow_nu(step_t *s, const nodes_t *change_of_nu, lanes_t change)
+ALWAYS_INLINE lanes_t follow_nu(step_t *s, const int wheels, const nodes_t *change_of_nu, lanes_t change)
 {
     nodes_t moved[3];
     for (int l = 0; l < 3; l++)
         integrate_to_nodes(0, s->h, &change_of_nu[l], &moved[l]);
     for (int c = 0; c < s->core; c++) {
         nodes_t missing;
+        if (follows_nu(s, wheels, c))
+            continue;
         for (int b = 0; b < BLOCKS; b++)
             missing.lanes[b] = s->core_in_nu[3*c].lanes[b]*moved[0].lanes[b]
                 + s->core_in_nu[3*c + 1].lanes[b]*moved[1].lanes[b] + s->core_in_nu[3*c + 2].lanes[b]*moved[2].lanes[b];
         change = correct_number(s, c, &missing, change);
     }
+    return change;
+}
+#endif
+
+#if CORE_FOLLOWS
+/* The first half of a sweep: new rates of the rest of the core, and what it is with them at the nodes. renew: its slopes
+ * in nu are new. */
+ALWAYS_INLINE lanes_t correct_core_first(step_t *s, const int wheels, int renew)
+{
+    int parts = 0;
+    for (int b = 0; b < BLOCKS; b++) {
+        arrays_t at;
+        point_t point = point_at(s, wheels, b, &at);
+        point.core = core_to_move(s, b);
+        find_rates(s, wheels, b, &point, &at);
+        parts = slopes_of_core(s, wheels, b, &point, &at, renew);
+    }
+    const lanes_t change = correct_core(s, wheels, lanes_of(0));
+    for (int c = 0; c < s->core; c++)
+        if (!follows_nu(s, wheels, c))
+            integrate_core(s, c);
+    s->sweeps += 1 + parts + (renew ? 3 : 0);
     return change;
 }
 #endif
@@ -279,22 +381,14 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
     s->sweeps += respond_anew(s, slow);
 #endif
 #if CORE_FOLLOWS
-    for (int b = 0; b < BLOCKS; b++) {
-        arrays_t at;
-        point_t point = point_at(s, wheels, b, &at);
-        point.core = core_to_move(s, b);
-        find_rates(s, wheels, b, &point, &at);
-        slopes_of_core(s, wheels, b, &point, &at, renew);
-    }
-    change = correct_core(s, change);
-    for (int c = 0; c < s->core; c++)
-        integrate_core(s, c);
-    s->sweeps += 1 + SET_CORE_PARTS + (renew ? 3 : 0);
+    const int moves = moves_by_itself(s, wheels, 0, s->core);
+    if (moves)
+        change = correct_core_first(s, wheels, renew);
 #endif
     for (int b = 0; b < BLOCKS; b++) {
         arrays_t at;
         point_t point = point_at(s, wheels, b, &at);
-#if CORE_FOLLOWS
+#if NEWTON_MOVES_CORE
         point.core = core_to_move(s, b);
 #endif
         find_rates(s, wheels, b, &point, &at);
@@ -314,9 +408,13 @@ static double stiff_sweep(step_t *s, const int wheels, int slow)
 #endif
     change = correct_nu(s, renew, missing, change);
 #if CORE_FOLLOWS
-    change = follow_nu(s, missing, change);
+    if (moves)
+        change = follow_nu(s, wheels, missing, change);
 #elif SET_CORE_PARTS
-    change = correct_core(s, change);
+    change = correct_core(s, wheels, change);
+#endif
+#if SET_GRIPS
+    take_rates_of_sticking(s, wheels);
 #endif
     s->sweeps += by_axles ? 2 : renew ? 4 : 1;
     s->stiff_sweeps++;
