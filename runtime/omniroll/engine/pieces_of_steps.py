@@ -17,7 +17,7 @@ from omniroll.errors import AccuracyWarning
 
 FASTEST = 1.25  # a node: how many times its inverse length a rate in a step may be
 IN_PIECES = 0.7  # the same in a piece, whose inside is looked at as well
-MOST_TAIL = 1e-7  # of the deviations of speeds: what the last two of Legendre's polynomials may make of them in a step
+MOST_TAIL = 1e-5  # of the deviations of speeds: what the last two of Legendre's polynomials may make of them in a step
 MOST_PIECES = 2**15  # of a step
 PIECES_AT_ONCE = 64
 STARTS_KEPT = 2**23  # numbers that are kept of the maps to the starts of pieces
