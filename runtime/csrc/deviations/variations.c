@@ -708,7 +708,7 @@ static int are_fast(const variations_t *w, double h, int width)
             tail += lanes_abs(last) + lanes_abs(before), size += lanes_abs(end);
         }
         for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (tail[k] > w->run->most_tail*size[k])
+            if (h*tail[k] > w->run->most_tail*(h*size[k] + w->run->least[g*LANES + k]))
                 return 1;
     }
     return 0;

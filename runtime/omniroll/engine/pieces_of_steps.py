@@ -67,14 +67,16 @@ class PiecesOfSteps:
             self.tails[step] = np.tensordot(tail, rates[k][:, self.speeds], 1)
             self.rates[step] = float(found[k])
 
-    def end(self, step: int, start: np.ndarray, given: np.ndarray, end: np.ndarray) -> np.ndarray:
+    def end(self, step: int, start: np.ndarray, given: np.ndarray, end: np.ndarray, least: np.ndarray) -> np.ndarray:
         """(m, P) the deviation at the end of a step, from that at its start and what is given (F, P), where the nodes
-        of the step have brought it to `end`."""
+        of the step have brought it to `end`; `least` (P,), deviations of the wheels' angles that are nothing."""
         if step not in self.tails:
             return end
         both = np.concatenate([start, given])
         size = (np.abs(start[self.speeds]) + np.abs(end[self.speeds])).sum(axis=0)
-        if (np.abs(self.tails[step] @ both).sum(axis=0) <= MOST_TAIL * size).all():
+        if (
+            np.abs(self.tails[step] @ both).sum(axis=0) <= MOST_TAIL * (size + least / self.variations.lengths[step])
+        ).all():
             return end
         self.cut_step(step)
         return self.starts(step)[-1] @ both

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.columns import columns_of
-from omniroll.engine.compiled_variations import CompiledVariations, library_of
+from omniroll.engine.compiled_variations import NOTHING, CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
@@ -443,7 +443,7 @@ class Sweep:
                         self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
                     self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
-                moved = self.variations.pieces.end(step, start, self.inputs[step], moved)
+                moved = self.variations.pieces.end(step, start, self.inputs[step], moved, NOTHING / self.columns.sizes)
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))
