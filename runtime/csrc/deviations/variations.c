@@ -681,7 +681,7 @@ static int are_seen(const variations_t *w, double h, int width)
     return 1;
 }
 
-/* Whether deviations of speeds are too fast in a step, as omniroll/engine/pieces_of_steps.py says: the sum of rates that
+/* Whether deviations of speeds are too fast in a step, as omniroll/engine/pieces_of_steps.py says. The sum of rates that
  * all decay is more than the fastest of them. */
 static int are_fast(const variations_t *w, double h, int width)
 {

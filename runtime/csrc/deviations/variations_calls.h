@@ -18,9 +18,9 @@ typedef struct {
                                              * of their rates may make of them in a step; 0: it is not asked */
     const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
     const double *gauss_last;               /* nodes: of the coefficient of that                        */
-    double fastest, most_tail;              /* where the rates of what is solved for sum up to more than this in a step, of
-                                             * the deviations of speeds the last two of Legendre's polynomials may make this
-                                             * much; 0: it is not asked                         */
+    double fastest, most_tail;              /* where rates sum up to more than this in a step, the last two of
+                                             * Legendre's polynomials may make this much of the
+                                             * deviations of speeds; 0: it is not asked         */
     const double *gauss_before_last;        /* nodes: of the coefficient before the last        */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
     const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
