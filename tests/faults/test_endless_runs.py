@@ -125,13 +125,15 @@ def test_a_run_of_very_many_steps_goes_on_and_its_term_is_named():
 
 
 def test_a_run_of_very_many_evaluations_goes_on_and_its_term_is_named():
-    """A motor constant a thousand times too large on wheels that slip: a minute of the compiled engine."""
-    motor = omniroll.Motor(voltage=(-0.84, -0.57, -5.16), torque_constant=8.0, resistance=2.5)
+    """A named speed far too low in the bearings of rollers whose wheels slip: minutes of the compiled engine."""
+    bearings = omniroll.Bearings(roller_coulomb=1e-2, roller_speed=1e-6)
     ground = omniroll.Contact(law="coulomb", friction=0.3)
-    options = {"nu": (0.5, -0.2, 1), "duration": 6, "roller_model": "massless"}
-    task = checked_task(PAPER, effects=[motor, ground], **options)
+    options = {"nu": (0.5, -0.2, 1), "duration": 6, "roller_model": "free"}
+    task = checked_task(PAPER, effects=[bearings, ground], **options)
     looks = iter(range(1000))
-    with pytest.warns(RuntimeWarning, match=r"more evaluations of the accelerations: Motor.* time constant of") as said:
+    with pytest.warns(
+        RuntimeWarning, match=r"more evaluations of the accelerations: Bearings.* time constant of"
+    ) as said:
         ended = made(replace(task, interrupted=lambda: "" if next(looks) < 5 else "that is enough"), 1e-9)
     assert len(said) == 1 and "that is enough" in str(ended.stop)
 

@@ -219,8 +219,8 @@ def test_the_rows_before_a_rest_too(monkeypatch):
 
 def test_a_knot_just_before_a_rest_leaves_the_sign_of_what_is_lost_there(monkeypatch):
     """The steps between them have slips that are near rounding, and where these go is what an iteration has left. The
-    deviation of the slip was of the wrong size or sign behind such steps. Slips there are 1e-12 of speeds that are rounded
-    to 1e-16; what that leaves of the deviation differs from one processor to another, by 1.1e-6 where it is most."""
+    deviation of the slip was of the wrong size or sign behind such steps. Slips there are 1e-12 of speeds that are
+    rounded to 1e-16; what that leaves differs from one processor to another, by 1.1e-6 where it is most."""
     skid = ON_COULOMB_GROUND["skid"][0]
     plain = skid.run()
     rest = np.flatnonzero((plain.sticks[1:] & ~plain.sticks[:-1]).any(axis=1))[1]

@@ -420,7 +420,7 @@ ALWAYS_INLINE double missed(const step_t *s)
 #if SET_CORE_PARTS
     double largest = 0;
     for (int c = first_found(s); c < s->core; c++)
-        largest = fmax(largest, s->weight[c]*tail(&s->rate_core[c]));
+        largest = larger(largest, s->weight[c]*tail(&s->rate_core[c]));
     tails += largest;
 #endif
 #if SET_HOLDS

@@ -147,6 +147,12 @@ ALWAYS_INLINE void legendre_value(const nodes_t *rate, double x, double *value, 
     *integral = area;
 }
 
+/* fmax of a number and a value, which counts for nothing where it is no number: without the call of a library. */
+ALWAYS_INLINE double larger(double number, double value)
+{
+    return value > number ? value : number;
+}
+
 ALWAYS_INLINE double largest3(const double *v)
 {
     return fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));

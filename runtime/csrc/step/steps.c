@@ -96,7 +96,7 @@ ALWAYS_INLINE double size_of_state(const omniroll_run_t *run, const work_t *work
         const int end = core_part_end(run->wheels, run->rollers_per_wheel, part);
         double of_part = run->part_sizes[part]*(core_part_power(part) == 2 ? size*size : size);
         for (int k = c; k < end; k++)
-            of_part = fmax(of_part, fabs(run->core[k]));
+            of_part = larger(of_part, fabs(run->core[k]));
         for (; c < end; c++)
             s->weight[c] = of_part > 0 ? size/of_part : 0;
     }
@@ -493,7 +493,7 @@ ALWAYS_INLINE void take_what_acts(omniroll_run_t *run, const step_t *s, const wo
     double turned = 0;
     run->fastest = fmax(run->fastest, largest3(run->nu));
     for (int i = 0; i < wheels; i++)
-        turned = fmax(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
+        turned = larger(turned, extent_of(&s->at_chi[i], s->chi[i], run->chi[i]));
     run->turned += turned;
 #if SET_CORE_PARTS
     for (int c = 0; c < first_integrated(s, wheels); c++)
