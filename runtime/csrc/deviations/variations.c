@@ -681,39 +681,6 @@ static int are_seen(const variations_t *w, double h, int width)
     return 1;
 }
 
-/* Whether deviations of speeds are too fast in a step, as omniroll/engine/pieces_of_steps.py says. The sum of rates that
- * all decay is more than the fastest of them. */
-static int are_fast(const variations_t *w, double h, int width)
-{
-    const int speeds = SET_SLIPS ? w->core : 3;
-    double most = 0;
-    for (int j = 0; j < w->nodes; j++) {
-        double sum = 0;
-        for (int a = 0; a < w->core; a++)
-            sum += w->slope[a*w->directions + a].node[j];
-        most = fmax(most, fabs(h*sum));
-    }
-    if (most <= w->run->fastest)
-        return 0;
-    for (int g = 0; g < w->groups; g++) {
-        lanes_t tail = {0}, size = {0};
-        for (int a = 0; a < speeds; a++) {
-            lanes_t last = {0}, before = {0}, end = start_of_core(w, a)[g];
-            size += lanes_abs(end);
-            for (int j = 0; j < w->nodes; j++) {
-                const lanes_t rate = h*w->row[a*w->nodes + j][width + g];
-                last += w->run->gauss_last[j]*rate, before += w->run->gauss_before_last[j]*rate;
-                end += w->run->gauss_weight[j]*rate;
-            }
-            tail += lanes_abs(last) + lanes_abs(before), size += lanes_abs(end);
-        }
-        for (int k = 0; k < LANES && g*LANES + k < w->columns; k++)
-            if (h*tail[k] > w->run->most_tail*(h*size[k] + w->run->least[g*LANES + k]))
-                return 1;
-    }
-    return 0;
-}
-
 #if SET_GRIPS
 static int put_core_rates(variations_t *w, long long row, double h)
 {
@@ -787,8 +754,6 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
     put_felt(w, h);
     const int width = put_core_rates(w, row, h);
     if (w->run->most_last > 0 && !are_seen(w, h, width))
-        return 0;
-    if (!SET_GRIPS && w->run->fastest > 0 && are_fast(w, h, width))
         return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);

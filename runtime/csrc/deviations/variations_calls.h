@@ -18,10 +18,6 @@ typedef struct {
                                              * of their rates may make of them in a step; 0: it is not asked */
     const double *least;                    /* P: deviations of the wheels' angles that are nothing     */
     const double *gauss_last;               /* nodes: of the coefficient of that                        */
-    double fastest, most_tail;              /* where rates sum up to more than this in a step, the last two of
-                                             * Legendre's polynomials may make this much of the
-                                             * deviations of speeds; 0: it is not asked         */
-    const double *gauss_before_last;        /* nodes: of the coefficient before the last        */
     const double *gauss_integral;           /* nodes x nodes: from 0 to each node, by rows              */
     const double *weight;                   /* degree + 1 x nodes: of the polynomials' coefficients     */
     const double *elapsed;                  /* T                                                        */
@@ -72,7 +68,7 @@ void omniroll_deviate(const omniroll_variations_t *run, const double *spins);
 /* Follow the deviations from row `first`, in a phase, up to row `last`. as_one: the wheels that switch at the first row
  * do so together. Returns the row where it has come: before `last` one at which several wheels switch, or one
  * grazes, or contacts change their modes as rests.c does not know, or a step begins with what spin_rests.c does not
- * know. -1 - row: the step from this row asks for more nodes, or is too fast for any. */
+ * know. -1 - row: the step from this row asks for more nodes. */
 long long omniroll_follow(const omniroll_variations_t *run, long long first, long long last, long long phase,
                           int as_one);
 

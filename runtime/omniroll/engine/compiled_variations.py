@@ -4,8 +4,8 @@ The library of a set is compiled where it is not built, when sensitivities are a
 asked for none needs none.
 """
 
-from collections.abc import Callable, Mapping
-from functools import cache, cached_property
+from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.pieces_of_steps import FASTEST, MOST_TAIL
-from omniroll.engine.variations import Deviations, Variations, gauss
+from omniroll.engine.variations import Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
 from omniroll.kernels import sets
@@ -67,7 +66,6 @@ def _tables(degree: int, count: int) -> dict[str, np.ndarray]:
     return {
         "node": nodes.nodes, "gauss_weight": nodes.weights, "gauss_integral": nodes.to_nodes,
         "weight": weights_at(degree, nodes.nodes), "gauss_last": nodes.last,
-        "gauss_before_last": nodes.before_last,
     }  # fmt: skip
 
 
@@ -120,7 +118,6 @@ class CompiledVariations:
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
     holds   where bearings may stick
-    variations   makes what follows steps in Python, which are too fast for C
     """
 
     def __init__(
@@ -132,24 +129,17 @@ class CompiledVariations:
         inputs: np.ndarray,
         axial: np.ndarray | None,
         holds: HoldDeviations | None,
-        variations: Callable[[], Variations],
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
         self.models = Models(module, motion.plain, columns.constants, columns.numbered)
         self.struct = module.ffi.new("omniroll_variations_t *")
         self.kept: list[np.ndarray] = []
-        self.make_variations = variations
-        self.cut: set[int] = set()  # the steps that are followed in pieces
         decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked = 0
         self._fill(holds)
-
-    @cached_property
-    def variations(self) -> Variations:
-        return self.make_variations()
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -165,26 +155,14 @@ class CompiledVariations:
             self.nodes = NODES if self.asked == MANY else self.nodes
             phase = int(np.searchsorted(self.motion.phases, first, side="right")) - 1
             self._take_nodes(NODES)
-            if call(self.struct, first, first + 1, phase, False) < 0 and not self._follow_fast(first):
-                self.struct[0].fastest = 0.0
-                call(self.struct, first, first + 1, phase, False)
+            call(self.struct, first, first + 1, phase, False)
             self._take_nodes(self.nodes)
             reached = call(self.struct, first + 1, last, phase, False)
         return reached
 
-    def _follow_fast(self, row: int) -> bool:
-        """Fill the row behind a step in pieces, if it is one that is cut."""
-        step, pieces = int(np.searchsorted(self.motion.trajectory.step_rows, row)), self.variations.pieces
-        if not self.variations.cut(step):
-            return False
-        self.cut.add(step)
-        self.rows[row + 1] = pieces.starts(step)[-1] @ np.concatenate([self.rows[row], self.inputs[step]])
-        return True
-
     def rates_in_steps(self, steps: np.ndarray, phases: np.ndarray) -> np.ndarray:
         """(k, NODES, m, P) the rates of the deviations at the nodes of steps (k,), each in its phase."""
         self._take_nodes(NODES)
-        self.struct[0].fastest = 0.0
         rates = np.empty((len(steps), NODES, *self.rows.shape[1:]))
         pointers = self._pointer(steps, np.int64), self._pointer(phases, np.int64), self._pointer(rates, float)
         self.module.lib.omniroll_rates_in_steps(self.struct, len(steps), *pointers)
@@ -208,7 +186,6 @@ class CompiledVariations:
         """Work with so many nodes in a step, where vectors are no wider."""
         count = self.module.lib.omniroll_variations_nodes(wanted)
         run = self.struct[0]
-        run.fastest, run.most_tail = FASTEST * count, MOST_TAIL
         if run.nodes == count:
             return
         run.nodes, run.most_last = count, MOST_LAST if count < NODES else 0.0

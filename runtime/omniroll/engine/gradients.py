@@ -126,9 +126,7 @@ class Chain(Sweep):
         moved = self.rows[row]
         between = trajectory.t[row] < times
         if between.any():
-            followed = Followed(
-                self.columns.names, self.rows, self.inputs, phases, self.axial, cut=self.cut(), compiled=self.compiled
-            )
+            followed = Followed(self.columns.names, self.rows, self.inputs, phases, self.axial, compiled=self.compiled)
             moved[between] += followed.since_row(self.motion, self.columns, row[between], times[between])
         seen = np.einsum("km,kmc->kc", weights, moved)
         phase = np.searchsorted(phases, row, side="right") - 1

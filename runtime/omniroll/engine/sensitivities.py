@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from omniroll import validation
 from omniroll.engine.axle_deviations import AxleDeviations
 from omniroll.engine.columns import columns_of
-from omniroll.engine.compiled_variations import NOTHING, CompiledVariations, library_of
+from omniroll.engine.compiled_variations import CompiledVariations, library_of
 from omniroll.engine.contact_deviations import ContactDeviations
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
@@ -126,7 +126,6 @@ class Followed:
     phases  (K,) the row at which each phase between two switches starts
     axial   (K, P, N, n) deviations of the rollers' axial speeds there, by physical roller; None but for free rollers
     nodes   inside each step, or None
-    cut     the steps that are followed in pieces
     look, variations   what was computed last, for whoever asks again
     """
 
@@ -136,7 +135,6 @@ class Followed:
     phases: np.ndarray
     axial: np.ndarray | None
     nodes: int | None = None
-    cut: frozenset[int] = frozenset()
     look: "Look | None" = None
     variations: Variations | None = None
     compiled: CompiledVariations | None = None
@@ -188,32 +186,16 @@ class Followed:
         trajectory = motion.trajectory
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
         compiled = self.compiled_for(motion, columns)
-        in_pieces = np.isin(step, list(self.cut))
-        if compiled is not None and not in_pieces.all():
-            found = self._since_row_compiled(compiled, step, times)
-            if in_pieces.any():
-                found[in_pieces] = self._since_row_in_python(compiled.variations, step[in_pieces], times[in_pieces])
-            return found
         if compiled is not None:
-            return self._since_row_in_python(compiled.variations, step, times)
+            return self._since_row_compiled(compiled, step, times)
         variations = self.variations or columns.variations(motion, held_in(motion, columns))
-        return self._since_row_in_python(variations, step, times)
-
-    def _since_row_in_python(self, variations: Variations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
-        trajectory = variations.trajectory
-        for own in self.cut.intersection(step.tolist()):
-            variations.cut(own)
         x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
             holds = hold_deviations(motion, columns)
-
-            def make() -> Variations:
-                return columns.variations(motion, held_in(motion, columns))
-
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds, make)
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds)
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -250,24 +232,15 @@ class Sweep:
         self.axles, self.rollers = axle_deviations(motion, columns), roller_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(
-                module, motion, columns, self.rows, self.inputs, self.axial, self.holds,
-                lambda: columns.variations(motion, held_in(motion, columns)),
-            )  # fmt: skip
+            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
     def followed(self) -> Followed:
         return Followed(
             self.columns.names, self.rows, self.inputs, self.motion.phases, self.axial, self.columns.nodes,
-            self.cut(), variations=self.variations, compiled=self.compiled,
+            variations=self.variations, compiled=self.compiled,
         )  # fmt: skip
-
-    def cut(self) -> frozenset[int]:
-        """The steps that were followed in pieces."""
-        if self.compiled is not None:
-            return frozenset(self.compiled.cut)
-        return frozenset() if self.variations is None else frozenset(self.variations.pieces.cut)
 
     def run(self) -> None:
         """Fill the rows: in C where its library is there."""
@@ -435,7 +408,7 @@ class Sweep:
             if row in step_of:
                 step = step_of[row]
                 self._enter(row, moved)
-                self.rows[row] = start = moved
+                self.rows[row] = moved
                 grown = maps[step]
                 moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
@@ -443,7 +416,6 @@ class Sweep:
                         self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
                     self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
-                moved = self.variations.pieces.end(step, start, self.inputs[step], moved, NOTHING / self.columns.sizes)
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))

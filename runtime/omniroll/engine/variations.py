@@ -5,9 +5,6 @@ coefficients are evaluated at the nodes of a Gauss formula on each step, for man
 nodes then is one linear system a step, which a few sweeps solve unless rates are fast. It gives the deviation at the
 nodes, and at any time, as a linear function of what it is at the step's start, of the inputs' deviations and of the
 numbers'.
-
-A run that is calm has long steps, in which its deviations may decay much faster than it moves. Such a step is followed
-in pieces (pieces_of_steps.py).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +19,6 @@ from omniroll.effects.bound_rates import HELD, HELD_WITH_SPINS, PLAIN, PLAIN_RAT
 from omniroll.effects.effect_set import BEARINGS, EffectSet
 from omniroll.effects.slipping_bearings import MOMENTS
 from omniroll.engine.contact_modes import MODES, ContactModes, loads_that_follow, pushes
-from omniroll.engine.pieces_of_steps import PiecesOfSteps
 from omniroll.engine.slopes import NOTHING, Slopes
 from omniroll.kernels.kernel import Kernel
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
@@ -30,7 +26,6 @@ from omniroll.results.accelerations import call_named
 from omniroll.results.dense import values_at
 from omniroll.results.trajectory import Trajectory
 
-PIECE_NODES = 16  # of a piece of a step
 LEAST_NODES = 8  # inside a step; a polynomial of higher degree has as many nodes as its rates have coefficients
 KEPT = 2**22  # numbers that are kept of the rates at the nodes of all steps, for whoever asks between rows
 MOST_SWEEPS = 30  # of a step whose deviations are found by sweeps
@@ -65,12 +60,6 @@ class Gauss:
         """(s,) weights of the last coefficient of the polynomial through values there, in Legendre's."""
         s = len(self.nodes)
         return (2 * s - 1) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 1)[:, -1]
-
-    @property
-    def before_last(self) -> np.ndarray:
-        """(s,) the same of the coefficient before it."""
-        s = len(self.nodes)
-        return (2 * s - 3) * self.weights * legendre.legvander(2 * self.nodes - 1, s - 2)[:, -1]
 
     @cached_property
     def to_nodes(self) -> np.ndarray:
@@ -274,7 +263,6 @@ class Variations:
         self.starts = trajectory.elapsed[trajectory.step_rows]
         self.lengths = trajectory.elapsed[trajectory.step_rows + 1] - self.starts
         self.kept: np.ndarray | None = None  # (S, s, m, m + F) what `rates_at_nodes` gives of all steps
-        self.pieces = PiecesOfSteps(self, gauss(PIECE_NODES), plain.slips, asked=nodes is None)
 
     @property
     def width(self) -> tuple[int, int]:
@@ -287,15 +275,16 @@ class Variations:
         steps = np.arange(len(self.starts) if count is None else count)
         return np.array_split(steps, max(1, -(-len(steps) // STEPS_AT_ONCE)))
 
-    def coefficients(self, steps: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A (k, s, m, m) and G (k, s, m, F) of the steps (k,) at parts x (k, s) of them: d' = A d + G (du, du', dp)."""
-        size, rows = len(self.deviations.state), self.trajectory.step_rows[steps]
-        (count, s), moving = x.shape, self.deviations.moving
-        y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), x.ravel())
+    def coefficients(self, steps: np.ndarray, gauss: Gauss) -> tuple[np.ndarray, np.ndarray]:
+        """A (k, s, m, m) and G (k, s, m, F) of the steps (k,) at the nodes: d' = A d + G (du, du', dp)."""
+        nodes, size = gauss.nodes, len(self.deviations.state)
+        rows = self.trajectory.step_rows[steps]
+        count, s, moving = len(steps), len(nodes), self.deviations.moving
+        y = values_at(np.repeat(self.trajectory.dense[steps], s, axis=0), np.tile(nodes, count))
         inputs = np.repeat(self.inputs[rows], s, axis=0)
         if moving:
             change = np.repeat(self.deviations.changes(self.inputs, rows), s, axis=0)
-            inputs[:, :moving] += x.reshape(-1, 1) * change
+            inputs[:, :moving] += np.tile(nodes, count)[:, None] * change
         held, turning = self.held(np.repeat(rows, s))
         if self.contacts is not None:
             inputs = self.contacts.headed(y, inputs, np.repeat(rows + self.contacts.turns, s))
@@ -303,7 +292,7 @@ class Variations:
         G = np.zeros((count, s, *self.width))
         given = self.deviations.input_size
         G[..., :given] = slopes[..., size:]
-        times = (self.lengths[steps][:, None] * x)[..., None, None]
+        times = (self.lengths[steps][:, None] * nodes)[..., None, None]
         G[..., given : given + moving] = times * slopes[..., size : size + moving]
         if self.of_numbers is not None:
             found = tangent_of(self.deviations.rates_of(self.of_numbers, y, inputs, turning))
@@ -338,16 +327,14 @@ class Variations:
         if self.kept is not None:
             yield from ((steps[part], self.kept[steps[part]]) for part in parts)
             return
-        A, G = self.coefficients(steps, np.tile(self.inside.nodes, (len(steps), 1)))
+        A, G = self.coefficients(steps, self.inside)
         directions = self.directions
         for part in parts:
             to_nodes = self.inside.to_nodes * self.lengths[steps[part]][:, None, None]
             turning = None if directions is None else tuple(own[part] for own in directions)
-            rates = self.solved(A[part], G[part], to_nodes, turning)
-            self.pieces.look(steps[part], A[part], rates)
-            yield steps[part], rates
+            yield steps[part], self._solved(A[part], G[part], to_nodes, turning)
 
-    def solved(
+    def _solved(
         self, A: np.ndarray, G: np.ndarray, to_nodes: np.ndarray, turning: tuple[np.ndarray, np.ndarray] | None = None
     ) -> np.ndarray:
         """(l, s, m, m + F) the rates d' = A d + G at the nodes, by d at the start and by what is given.
@@ -388,16 +375,6 @@ class Variations:
         at_nodes[:, :, carried] = known + integral(of_core @ solved)
         return np.add(forced, A @ at_nodes, out=forced)
 
-    def cut(self, step: int) -> bool:
-        """Follow a step in pieces; False where its rates are not fast."""
-        if step not in self.pieces.cut:
-            for _ in self.rates_at_nodes(np.array([step])):
-                pass  # the pieces look at them
-            if step not in self.pieces.tails:
-                return False
-            self.pieces.cut_step(step)
-        return True
-
     def maps(self) -> np.ndarray:
         """(S, m, m + F) what the deviation at the end of each step is, by that at its start and by what is given."""
         state, given = self.width
@@ -429,9 +406,6 @@ class Variations:
                 weights = self.inside.integrals(x[here]) * self.lengths[steps[here]][:, None]
                 found[here] = np.einsum("ks,ksmp->kmp", weights, rates[back[here] - done])
                 done += len(own)
-        for k in np.flatnonzero(np.isin(steps, list(self.pieces.cut))):
-            both = np.concatenate([deviation[steps[k]], given[steps[k]]])
-            found[k] = self.pieces.map_to(steps[k], x[k]) @ both - deviation[steps[k]]
         return found
 
 
