@@ -155,25 +155,11 @@ static int resting_on_ground(const omniroll_run_t *run, int *which)
     return count;
 }
 
-/* A run's bearings as an instant begins: what is zero within rounding rests. */
-static void rest_loaded_bearings(omniroll_run_t *run, const work_t *work)
-{
-#if SET_DISKS_STICK
-    find_own_rates(run, work);
-#endif
-    find_resting_own(run, work, length3(run->nu));
-    put_own_to_rest(run, work);
-}
-
 /* The phase begins: its torques, from an evaluation with its loads. */
 static void begin_loaded_bearings(omniroll_run_t *run, const work_t *work)
 {
     turn_own(run, work, 1);
     hold_axles(run, work);
-    run->hold.count = 0;
-    for (int k = 0; k < run->own_count; k++)
-        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
-    size_own(run, work);
-    run->hold.undecided = 0;
+    begin_torques(run, work);
 }
 #endif

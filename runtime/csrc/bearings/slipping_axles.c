@@ -53,6 +53,26 @@ static void hold_axles(const omniroll_run_t *run, const work_t *work)
 #endif
 }
 
+/* As an instant begins: bearings whose rates are zero within rounding rest. */
+static void rest_bearings(omniroll_run_t *run, const work_t *work)
+{
+#if SET_DISKS_STICK
+    find_own_rates(run, work);
+#endif
+    find_resting_own(run, work, length3(run->nu));
+    put_own_to_rest(run, work);
+}
+
+/* The phase begins with the torques that have been found. */
+static void begin_torques(omniroll_run_t *run, const work_t *work)
+{
+    run->hold.count = 0;
+    for (int k = 0; k < run->own_count; k++)
+        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
+    size_own(run, work);
+    run->hold.undecided = 0;
+}
+
 #if SET_DISKS_STICK
 static void keep_rollers_at_rest(const omniroll_run_t *run, const work_t *work);
 #endif
@@ -82,11 +102,7 @@ static void decide_rollers(const omniroll_run_t *run, const work_t *work);
 static void decide(omniroll_run_t *run, const work_t *work)
 {
     int resting = 0;
-#if SET_DISKS_STICK
-    find_own_rates(run, work);
-#endif
-    find_resting_own(run, work, length3(run->nu));
-    put_own_to_rest(run, work);
+    rest_bearings(run, work);
     turn_own(run, work, 1);
     for (int k = 0; k < run->own_count; k++)
         resting |= own_bearings(run)[k].resting;
@@ -105,11 +121,7 @@ static void decide(omniroll_run_t *run, const work_t *work)
         turn_own(run, work, 1);
         find_own_torques(run, work);
     }
-    run->hold.count = 0;
-    for (int k = 0; k < run->own_count; k++)
-        run->hold.count += SET_DISKS_STICK || own_bearings(run)[k].mode == 0;
-    size_own(run, work);
-    run->hold.undecided = 0;
+    begin_torques(run, work);
 }
 
 #endif

@@ -33,6 +33,20 @@ static bounds_t list_bounds(const variations_t *w, long long row)
     return found;
 }
 
+#if SET_GRIPS
+/* How much of what static friction can hold a contact that sticks takes at the point, squared. */
+ALWAYS_INLINE double taken_at(const variations_t *w, const point_t *at, int i)
+{
+    double taken = 0, load = 1;
+#if SET_LOADS
+    load = at->loads->compression[i][0];
+#endif
+    for (int c = 2*i; c < 2*i + 2; c++)
+        taken += at->ground_force[c][0]*at->ground_force[c][0]*w->run->per_reach[c];
+    return taken/(load*load);
+}
+#endif
+
 /* What is beyond at the point, and how it moves; with a number of the vehicle, or none. */
 static double beyond_along(const variations_t *w, long long row, int model, int which, const point_t *at,
                            const point_t *along, double *moved)
@@ -49,14 +63,14 @@ static double beyond_along(const variations_t *w, long long row, int model, int 
 #endif
 #if SET_GRIPS
     const double *const per_reach = w->run->per_reach, *const grown = per_reach + 2*wheels*model;
-    double taken = 0, turned = 0;
+    const double taken = taken_at(w, at, i);
+    double turned = 0;
     for (int c = 2*i; c < 2*i + 2; c++) {
         const double force = at->ground_force[c][0];
-        taken += force*force*per_reach[c];
         turned += 2*force*along->ground_force[c][0]*per_reach[c] + (model ? force*force*grown[c] : 0);
     }
-    *moved = (turned - 2*taken*load_moved/load)/(load*load);
-    return taken/(load*load) - 1;
+    *moved = turned/(load*load) - 2*taken*load_moved/load;
+    return taken - 1;
 #else
     (void)model, (void)at, (void)along;
     return 0;

@@ -52,18 +52,6 @@ static int others_change(const variations_t *w, long long row)
     return 0;
 }
 
-/* How much of what static friction can hold a contact that sticks takes at the point, squared. */
-ALWAYS_INLINE double taken_at(const variations_t *w, const point_t *at, int i)
-{
-    double taken = 0, load = 1;
-#if SET_LOADS
-    load = at->loads->compression[i][0];
-#endif
-    for (int c = 2*i; c < 2*i + 2; c++)
-        taken += at->ground_force[c][0]*at->ground_force[c][0]*w->run->per_reach[c];
-    return taken/(load*load);
-}
-
 /* Whether a contact that sticks needs all its friction in a row, whose rates have been computed last. */
 static int is_at_its_bound(const variations_t *w, long long row)
 {

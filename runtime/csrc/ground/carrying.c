@@ -392,7 +392,7 @@ static void decide_carrying(omniroll_run_t *run, const work_t *work)
     wheel_momenta(run, work);
 #endif
 #if SET_LOADED_BEARINGS
-    rest_loaded_bearings(run, work);
+    rest_bearings(run, work);
 #endif
     decide_loads(run, work, 0);
 #if SET_LOADED_BEARINGS

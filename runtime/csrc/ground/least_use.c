@@ -45,8 +45,7 @@ static double use_of(const uses_t *uses, int part, const double *forces, double 
         for (int k = 0; k < uses->count; k++)
             found[c] += uses->per_force[part][c][k]*forces[k];
     }
-    const double length = sqrt(found[0]*found[0] + found[1]*found[1]);
-    return SET_LOADS ? length + lacking_of(uses, part) : length;
+    return sqrt(found[0]*found[0] + found[1]*found[1]) + lacking_of(uses, part);
 }
 
 static double largest_use(const uses_t *uses, const double *forces)

@@ -291,7 +291,8 @@ static void put_released(omniroll_run_t *run, const int *let_go)
 static void stop_resting_bearings(omniroll_run_t *run)
 {
     for (int k = 0; k < run->own_count; k++)
-        own_bearings(run)[k].mode = own_bearings(run)[k].resting ? 0 : own_bearings(run)[k].mode;
+        if (own_bearings(run)[k].resting)
+            own_bearings(run)[k].mode = 0;
 }
 
 /* Modes for the loads, and loads for the modes, until nothing changes; of contacts that rest `rests`. What is let go

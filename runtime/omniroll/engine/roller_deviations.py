@@ -26,7 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
-from omniroll.engine.axle_deviations import AxleDeviations
+from omniroll.engine.axle_deviations import GRAZES, JUMPS, REACHED, TOGETHER, AxleDeviations
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.motion import Columns, Motion
@@ -35,10 +35,6 @@ from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
 AT_REST = 1e-13  # of what they are differences of: deviations of spins are rounding
-JUMPS = 1e-9  # of what a rate could be: it does not jump by less
-TOGETHER = 1e-9  # of the larger one: times that differ by less are the same
-REACHED = 1e-6  # of what a bearing takes: it has been reached
-GRAZES = 1e-6  # of the rate that it could have: what comes to its bound more slowly grazes it
 
 
 class RollerDeviations:
