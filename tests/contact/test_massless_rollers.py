@@ -257,7 +257,7 @@ def test_free_rollers_tend_to_it_as_their_inertia_goes_to_zero(number):
 
 
 @pytest.mark.parametrize("number", [0, 2])
-def test_without_torque_it_is_the_massless_vehicle_of_today(number):
+def test_without_torque_it_is_the_vehicle_whose_rollers_do_not_stick(number):
     vehicle, options = scene(number)
     contact, _, *others = options["effects"]
     plain = simulate(vehicle, duration=0.1, **options | {"effects": [contact, *others]})

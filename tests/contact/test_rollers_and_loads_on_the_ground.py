@@ -158,7 +158,7 @@ def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, 
     """It rests up to tan b = mu, however its weight is shared: each contact takes mu times its own load then. Then
     v' = g (sin b - mu cos b)."""
     if part == 1 + 1e-9 and way and "compiled" in request.node.name:
-        reason = "directions of contacts that share one motion are found one after the other, as under static loads"
+        reason = "rounding of slips of 5e-11 m/s turns loads by up to 1.3e-4, and one run stops for its short steps"
         request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     angle = 0.25
     friction, across = np.tan(angle) / part, GRAVITY * np.cos(angle)
