@@ -8,6 +8,7 @@ import numpy as np
 from omniroll.engine.axle_modes import AxleModes
 from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, values_of
 from omniroll.engine.contact_modes import MODES, ContactModes
+from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing_axles import StandingAxles
@@ -15,8 +16,6 @@ from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
-
-JUMPS = 1e-9  # of what drives give: that does not jump by less
 
 
 def first_with_modes(modes: np.ndarray, row: int) -> int:

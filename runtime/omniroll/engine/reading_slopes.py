@@ -11,7 +11,7 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import Columns
-from omniroll.engine.sensitivities import Followed, axle_deviations
+from omniroll.engine.sensitivities import Followed, bearing_deviations
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
 from omniroll.results.trajectory import Trajectory
@@ -89,8 +89,9 @@ class _Slopes:
         if "momenta" in given:
             given["momenta"] = bound.momenta(bound.axial_speeds(nu, chi, spins))
         held = {}
-        if motion.axles is not None:
-            held |= axle_deviations(motion, self.columns).carried(self.row)
+        bearings = bearing_deviations(motion, self.columns)
+        if bearings is not None:
+            held |= bearings.carried(self.row)
         if contacts is not None:
             held |= contacts.moved(contacts.at(self.row), self.columns.constants, 1)
         if contacts is not None and contacts.turns:

@@ -20,7 +20,8 @@ from functools import cached_property
 import numpy as np
 
 from omniroll.engine.axle_deviations import AxleDeviations
-from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED, ContactDeviations
+from omniroll.engine.contact_deviations import ContactDeviations
+from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.standing_axles import StandingAxles
 from omniroll.kernels.kernel import Kernel
@@ -43,6 +44,9 @@ class AxlesBesideContacts(AxleDeviations):
     def changes(self) -> np.ndarray:
         return np.zeros(len(self.axles.modes) - 1, bool)
 
+    def held(self, rows: np.ndarray) -> tuple[Mapping, Mapping]:
+        return self.axles.at(rows), self.carried(rows, self.columns.numbered)
+
     def began(self, moved: np.ndarray) -> np.ndarray:
         return moved
 
@@ -57,6 +61,7 @@ class AxlesBesideContacts(AxleDeviations):
         return found
 
     def carried(self, rows: np.ndarray, columns: np.ndarray | slice = slice(None)) -> dict[str, np.ndarray]:
+        """What generated functions take of the axles in rows (...), carrying the tangents of some columns."""
         found = self.axles.at(rows)
         turning = np.moveaxis(self.turning[self.axles.which[rows]][..., columns, :, :], -3, 0)
         return found | {"directions": with_tangent(found["directions"], turning.reshape(*turning.shape[:-2], 9))}
