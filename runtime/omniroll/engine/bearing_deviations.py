@@ -18,6 +18,7 @@ from omniroll.engine.roller_modes import FREE, IN_CONTACT, RollerModes, spins
 from omniroll.errors import NoDerivativeError
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
+AT_REST = 1e-13  # of what they are differences of: deviations of rates are rounding
 KINDS = {"axle": "an axle comes to rest", "roller": "a roller comes to rest on its disk"}
 
 
@@ -48,7 +49,7 @@ class BearingDeviations:
         of_rollers = of_rollers.reshape(*of_rollers.shape[:-2], -1)
         return of_rollers if self.axles is None else np.concatenate([of_axles, of_rollers], axis=-1)
 
-    def _split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The inverse of _all; of axles that may not stick (..., 0), of rollers that may not (..., N, 0)."""
         of_rollers = values[..., self.of_axles :]
         return values[..., : self.of_axles], of_rollers.reshape(*of_rollers.shape[:-1], *self.shape)
@@ -100,7 +101,7 @@ class BearingDeviations:
 
     def by_input(self, values: np.ndarray) -> dict[str, np.ndarray]:
         """Values (..., B) by the inputs of generated functions that are torques of these bearings."""
-        of_axles, of_rollers = self._split(values)
+        of_axles, of_rollers = self.split(values)
         found = {} if self.rollers is None else self.rollers.given(of_rollers)
         return found if self.axles is None else found | {TORQUE: of_axles}
 
@@ -124,7 +125,7 @@ class BearingDeviations:
 
     def where(self, stuck: np.ndarray) -> dict[str, np.ndarray]:
         """The same where bearings (..., B) bool stick."""
-        of_axles, of_rollers = self._split(stuck)
+        of_axles, of_rollers = self.split(stuck)
         found = {} if self.axles is None else {"axle_sticks": of_axles.astype(float)}
         return found if self.rollers is None else found | self.rollers.where(of_rollers)
 
@@ -138,6 +139,15 @@ class BearingDeviations:
             return places[TORQUE]
         of_rollers = np.concatenate([places[IN_CONTACT][:, None], places[FREE]], axis=1)
         return self._all(places.get(TORQUE), of_rollers)
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """(B,) the places of their speeds in what deviates: of the wheels' rates, and of the rollers' axial speeds."""
+        places = self.deviations.places
+        if self.rollers is None:
+            return places["rates"]
+        of_rollers = np.concatenate([places["contact_omega"][:, None], places["axial"]], axis=1)
+        return self._all(places["rates"], of_rollers)
 
     def dots(self, known: Mapping[str, np.ndarray]) -> np.ndarray:
         """(..., B) in rad/s^2, accelerations of the wheels and of the rollers' spins."""
@@ -162,6 +172,36 @@ class BearingDeviations:
         """(..., B) the rates of wheels and the spins, which may carry tangents."""
         of_rollers = None if self.rollers is None else spins(self.columns.kernel, views)
         return self._all(views.get("rates"), of_rollers)
+
+    def of_standing(self, stands: np.ndarray) -> np.ndarray:
+        """(m,) the places of those that hold wheels which stand along the axle and along the rolling direction,
+        (N, 2) bool: of each wheel in this order."""
+        first = self.of_axles + self.shape[1] * np.arange(self.wheels)
+        return np.stack([first, np.arange(self.wheels)], axis=1)[stands]
+
+    # What moves at the start
+
+    def moves(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(B,) bool: bearings whose rates deviate by more than rounding, where the state does by (m, P)."""
+        return (np.abs(self.turning(row, moved)) > AT_REST * self._sizes(row, moved)[:, None]).any(axis=0)
+
+    def _sizes(self, row: int, moved: np.ndarray) -> np.ndarray:
+        """(P,) what deviations of rates and spins are differences of."""
+        places, scale = self.deviations.places, self.motion.plain.vehicle.yaw_scale
+        names = (name for name in ("rates", "contact_omega", "axial") if name in places)
+        speeds = np.concatenate([places[name].ravel() for name in names])
+        by_disks = np.abs(moved[2]) + np.abs(self.motion.y[row, 2]) * np.abs(moved[places["chi"]]).max(axis=0)
+        return np.abs(moved[speeds]).max(axis=0) + by_disks / scale
+
+    def refuse_loose(self, row: int, moves: np.ndarray) -> None:
+        """Raises NoDerivativeError where a roller begins to turn from rest in a row, of bearings (B,) bool that have
+        a rate beside the run."""
+        if self.rollers is None:
+            return
+        still = self._all(np.zeros(self.wheels, bool), np.abs(self.rollers.spins[row]) <= self.rollers.rest)
+        loose = (self.modes[row] != 0) & still & moves
+        if loose.any():
+            raise self.none(row, "a roller begins to turn from rest, and turns beside the run", loose)
 
     # When something happens
 

@@ -74,6 +74,11 @@ class ContactDeviations:
         found[motion.switched - 1] = False
         return found
 
+    @cached_property
+    def turns_alone(self) -> np.ndarray:
+        """(T,) bool: whether modes change in a row that ends one step and starts the next."""
+        return np.zeros(len(self.motion.y), bool)
+
     @property
     def rests_at_switches(self) -> np.ndarray:
         """Rows behind which a contact comes to rest just as a wheel switches."""

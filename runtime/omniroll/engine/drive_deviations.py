@@ -27,12 +27,6 @@ FOLLOWED = (Torque, TorqueTable, Motor, Controller)  # effects with a process wh
 
 def refuse_what_is_not_followed(effects: Sequence[Effect], plain: Kernel) -> None:
     """Raises InvalidValueError for effects in whose presence a run has no sensitivities."""
-    if {"standing_dynamics", "slip_load_balance"} <= plain.signatures.keys():
-        bound = "is not followed beside contacts that stick where loads follow the motion; give it a wheel_speed"
-        raise InvalidValueError("sensitivities", "Bearings", bound)
-    if "bearing_dynamics" in plain.signatures:
-        bound = "is not followed beside contacts that stick where rollers do; give it a roller_speed"
-        raise InvalidValueError("sensitivities", "Bearings", bound)
     if "slip_contact_loss" in plain.signatures:
         bound = "is not followed beside Contact where massless rollers stick; give it a roller_speed"
         raise InvalidValueError("sensitivities", "Bearings", bound)

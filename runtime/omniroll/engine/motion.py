@@ -11,7 +11,7 @@ from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
 from omniroll.engine.roller_modes import RollerModes
-from omniroll.engine.standing_axles import StandingAxles
+from omniroll.engine.standing import Standing
 from omniroll.engine.variations import Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
@@ -63,9 +63,7 @@ class Motion:
         """Which axles stick where wheels may slip; None where none may."""
         if not self.deviations.axles_stick:
             return None
-        given = self.trajectory, self.plain, self.vector, self.y
-        stands = "standing_dynamics" in self.plain.signatures
-        return StandingAxles(*given, self.contacts.sticks) if stands else AxleModes(*given)
+        return AxleModes(self.trajectory, self.plain, self.vector, self.y)
 
     @cached_property
     def rollers(self) -> RollerModes | None:
@@ -73,6 +71,13 @@ class Motion:
         if not self.deviations.rollers_stick:
             return None
         return RollerModes(self.trajectory, self.plain, self.vector, self.y)
+
+    @cached_property
+    def standing(self) -> Standing | None:
+        """Which wheels stand, by contacts and bearings that stick; None where none may."""
+        if {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures):
+            return None
+        return Standing(self.plain, self.contacts, self.axles, self.rollers)
 
     def time_in_modes(self, modes: np.ndarray, row: int) -> float:
         """For how long modes (T, ...) have been those of a row; where no other ones were before, how long the run is: a
@@ -90,7 +95,7 @@ class Motion:
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
-        for own in (self.holds, self.contacts, self.axles, self.rollers):
+        for own in (self.holds, self.contacts, self.axles, self.rollers, self.standing):
             found |= {} if own is None else own.at(rows)
         return found
 

@@ -33,8 +33,6 @@ from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import KEPT
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
-AT_REST = 1e-13  # of what they are differences of: deviations of spins are rounding
-
 
 class RollerDeviations(BearingDeviations):
     """The deviations of one run in P columns, where its rollers come to rest on their disks and break away."""
@@ -48,22 +46,11 @@ class RollerDeviations(BearingDeviations):
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts: what sticks has no spin beside it either."""
         moved = moved if self.beside is None else self.beside.began(moved)
-        modes = self.modes[0]
-        moves = (np.abs(self.turning(0, moved)) > AT_REST * self._sizes(0, moved)[:, None]).any(axis=0)
+        modes, moves = self.modes[0], self.moves(0, moved)
         self._refuse_edges(0, modes)
-        still = self._all(np.zeros(self.wheels, bool), np.abs(self.rollers.spins[0]) <= self.rollers.rest)
-        loose = (modes != 0) & still & moves
-        if loose.any():
-            raise self.none(0, "a roller begins to turn from rest, and turns beside the run", loose)
+        self.refuse_loose(0, moves)
         rests = (modes == 0) & moves
         return self._rested(0, np.where(rests, 1, modes), moved, rests)
-
-    def _sizes(self, row: int, moved: np.ndarray) -> np.ndarray:
-        """(P,) what deviations of spins are differences of."""
-        places, scale = self.deviations.places, self.motion.plain.vehicle.yaw_scale
-        speeds = np.concatenate([places[name].ravel() for name in ("rates", "contact_omega", "axial")])
-        by_disks = np.abs(moved[2]) + np.abs(self.motion.y[row, 2]) * np.abs(moved[places["chi"]]).max(axis=0)
-        return np.abs(moved[speeds]).max(axis=0) + by_disks / scale
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after rollers, or rollers and axles, have changed their modes between a row and the

@@ -35,8 +35,7 @@ from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazin
 from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
-from omniroll.engine.standing_axles import StandingAxles
-from omniroll.engine.standing_deviations import AxlesBesideContacts, StandingDeviations
+from omniroll.engine.standing_deviations import BearingsBesideContacts, StandingDeviations
 from omniroll.engine.switching import SwitchingModel, tau
 from omniroll.engine.variations import Held, Variations, gauss
 from omniroll.errors import NoDerivativeError, OneSidedWarning
@@ -73,16 +72,16 @@ def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | 
     """What deviations do where contacts stick on the ground, or are off; None where none has such a mode."""
     if motion.contacts is None:
         return None
-    return (StandingDeviations if isinstance(motion.axles, StandingAxles) else ContactDeviations)(motion, columns)
+    return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
 
 
 def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | None:
     """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
+    if motion.standing is not None:
+        return BearingsBesideContacts(motion, columns)
     if motion.rollers is not None:
         return RollerDeviations(motion, columns)
-    if motion.axles is None:
-        return None
-    return (AxlesBesideContacts if isinstance(motion.axles, StandingAxles) else AxleDeviations)(motion, columns)
+    return None if motion.axles is None else AxleDeviations(motion, columns)
 
 
 def held_in(motion: Motion, columns: Columns) -> Held | None:
@@ -305,8 +304,9 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
-        if self.bearings is not None and self.bearings.turns_alone[row]:
-            moved[:] = self.bearings.turned(row, moved, self.inputs_at(row))
+        for own in (self.bearings, self.contacts):
+            if own is not None and own.turns_alone[row]:
+                moved[:] = own.turned(row, moved, self.inputs_at(row))
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
