@@ -85,19 +85,12 @@ class BearingDeviations:
     def torques(self) -> tuple[np.ndarray, np.ndarray]:
         """(P, B) deviations of the torques of bearings that turn, and of the largest at rest."""
         of_wheels = (("wheel", self.axles), ("roller", self.rollers))
-        moved = [None if modes is None else self._torques_of(body, modes.place) for body, modes in of_wheels]
+        moved = [None if modes is None else torques_of(self.columns, body, modes.place) for body, modes in of_wheels]
         axles, rollers = ((None, None) if own is None else own for own in moved)
         if self.rollers is not None:
             rollers = tuple(np.repeat(own[..., None], self.shape[1], axis=-1) for own in rollers)
         sliding, most = (self._all(*own) for own in zip(axles, rollers, strict=True))
         return sliding, most
-
-    def _torques_of(self, body: str, place: int) -> tuple[np.ndarray, np.ndarray]:
-        """(P, N) the same of the bearings of wheels, or of each wheel's rollers."""
-        own, zero = self.columns.signals, np.zeros((len(self.columns), self.wheels))
-        sliding, most = (own.get((place, f"{body}_{what}"), zero) for what in ("coulomb", "break_away"))
-        given = getattr(self.columns.effects[place], f"{body}_break_away") is not None
-        return sliding, most if given else sliding
 
     def by_input(self, values: np.ndarray) -> dict[str, np.ndarray]:
         """Values (..., B) by the inputs of generated functions that are torques of these bearings."""
@@ -270,6 +263,15 @@ class BearingDeviations:
     def none(self, row: int, reason: str, bearings: np.ndarray) -> NoDerivativeError:
         """The error, where this happens to some bearings: (B,) bool, or their places."""
         return no_derivative(self.motion.trajectory.t[row], reason, self.wheel_of[bearings])
+
+
+def torques_of(columns: Columns, body: str, place: int) -> tuple[np.ndarray, np.ndarray]:
+    """(P, N) deviations of the torques of the bearings of each wheel, or of its rollers, where they turn, and of the
+    largest at rest: of the effect at this place."""
+    own, zero = columns.signals, np.zeros((len(columns), columns.plain.wheels))
+    sliding, most = (own.get((place, f"{body}_{what}"), zero) for what in ("coulomb", "break_away"))
+    given = getattr(columns.effects[place], f"{body}_break_away") is not None
+    return sliding, most if given else sliding
 
 
 def article(name: str) -> str:

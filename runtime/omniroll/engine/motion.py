@@ -10,6 +10,7 @@ from omniroll.engine.columns import Column, columns_of, stacked, start_shapes, v
 from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.events_beside import JUMPS
 from omniroll.engine.holds import Holds
+from omniroll.engine.massless_modes import MasslessModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing import Standing
 from omniroll.engine.variations import Deviations, Held, Variations
@@ -73,6 +74,11 @@ class Motion:
         return RollerModes(self.trajectory, self.plain, self.vector, self.y)
 
     @cached_property
+    def massless(self) -> MasslessModes | None:
+        """Which massless rollers stick where wheels may slip; None where none may."""
+        return MasslessModes(self.trajectory, self.plain) if "slip_contact_loss" in self.plain.signatures else None
+
+    @cached_property
     def standing(self) -> Standing | None:
         """Which wheels stand, by contacts and bearings that stick; None where none may."""
         if {"standing_dynamics", "bearing_dynamics"}.isdisjoint(self.plain.signatures):
@@ -95,7 +101,7 @@ class Motion:
     def held_at(self, rows: np.ndarray) -> dict[str, np.ndarray]:
         """What generated functions take of all that sticks in rows (...), by name."""
         found: dict[str, np.ndarray] = {}
-        for own in (self.holds, self.contacts, self.axles, self.rollers, self.standing):
+        for own in (self.holds, self.contacts, self.axles, self.rollers, self.massless, self.standing):
             found |= {} if own is None else own.at(rows)
         return found
 
@@ -112,6 +118,8 @@ class Motion:
             given |= self.rollers.given(self.rollers.torques)
         elif self.deviations.spins_stick:
             given["free_bearing"] = self.holds.spins.torques
+        if self.massless is not None:
+            given["contact_bearing"] = self.massless.torques
         if self.axles is not None:
             given["bearing_torque"] = self.axles.torques
         found = self.deviations.joined(given) if shapes else np.zeros((len(trajectory), 0))

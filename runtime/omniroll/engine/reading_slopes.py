@@ -11,6 +11,7 @@ import numpy as np
 from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_modes import MODES
 from omniroll.engine.motion import Columns
+from omniroll.engine.roller_modes import IN_CONTACT
 from omniroll.engine.sensitivities import Followed, bearing_deviations
 from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 from omniroll.results.measurements import Instruments, Moments, measuring_kernel, true_values
@@ -75,6 +76,8 @@ class _Slopes:
         turning = {} if self.motion.axles is None else {TORQUE: self.motion.axles.torques[self.row]}
         if self.motion.rollers is not None:
             turning |= self.motion.rollers.given(self.motion.rollers.torques[self.row])
+        if self.motion.massless is not None:
+            turning |= {IN_CONTACT: self.motion.massless.torques[self.row]}
         found = deviations.joined(deviations.views(self.motion.inputs[self.row]) | self.drives | turning)
         return found if contacts is None else contacts.headed(self.y, found, self.row)
 

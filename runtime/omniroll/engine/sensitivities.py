@@ -30,6 +30,7 @@ from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.events_beside import TOGETHER
 from omniroll.engine.hold_deviations import HoldDeviations
+from omniroll.engine.massless_deviations import MasslessDeviations
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.roller_deviations import RollerDeviations
@@ -75,10 +76,12 @@ def contact_deviations(motion: Motion, columns: Columns) -> ContactDeviations | 
     return (ContactDeviations if motion.standing is None else StandingDeviations)(motion, columns)
 
 
-def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | None:
+def bearing_deviations(motion: Motion, columns: Columns) -> BearingDeviations | MasslessDeviations | None:
     """What deviations do where bearings may stick beside wheels that may slip; None where none may."""
     if motion.standing is not None:
         return BearingsBesideContacts(motion, columns)
+    if motion.massless is not None:
+        return MasslessDeviations(motion, columns)
     if motion.rollers is not None:
         return RollerDeviations(motion, columns)
     return None if motion.axles is None else AxleDeviations(motion, columns)
