@@ -18,7 +18,6 @@ lambda of its own is one bound; there is a derivative where all bounds that have
 from itertools import combinations
 
 import numpy as np
-from scipy.linalg import null_space
 
 from omniroll.effects.least_use import Uses, least_use
 from omniroll.engine.events_beside import REACHED
@@ -43,7 +42,7 @@ def slopes_of_use(
     use, forces = least_use(columns, force[0].real, uses)
     if use < 1 - REACHED:
         return np.zeros(0), np.zeros((len(rows), 0)), np.zeros((0, len(uses.given)), bool)
-    ways, active = null_space(columns, rcond=SAME), np.flatnonzero(uses.of(forces) >= use * (1 - REACHED))
+    ways, active = _ways(columns), np.flatnonzero(uses.of(forces) >= use * (1 - REACHED))
     values, slopes, sets = [], [], []
     for some in (list(own) for count in range(1, ways.shape[1] + 2) for own in combinations(active, count)):
         found = _multipliers(uses, forces, ways, some)
@@ -62,6 +61,12 @@ def slopes_of_use(
     count = len(values)
     shape = (count, len(uses.given))
     return np.array(values), np.array(slopes).reshape(count, len(rows)).T, np.array(sets, bool).reshape(shape)
+
+
+def _ways(columns: np.ndarray) -> np.ndarray:
+    """(m, p) orthonormal, forces that do nothing: A (3, m) of them is 0."""
+    _, sizes, right = np.linalg.svd(columns)
+    return right[np.count_nonzero(sizes > SAME * sizes.max()) :].T
 
 
 def _towards(uses: Uses, forces: np.ndarray) -> np.ndarray:
