@@ -34,7 +34,7 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.axles_stick or deviations.rollers_stick:
+    if deviations.axles_stick or deviations.rollers_stick or motion.massless is not None:
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
