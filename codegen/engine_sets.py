@@ -397,9 +397,11 @@ def differentiated(effects: EffectSet, registry: Registry) -> set[str]:
 
 def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
     """The facts of a set with what deviates as its core: energies feed nothing back. Where bearings stick, the dynamics
-    are those of what sticks: with all directions allowed, of what turns."""
+    are those of what sticks: with all directions allowed, of what turns. What free rollers' bearings do to momenta, as
+    rows have it, is no input: that follows from which of them turn."""
     facts = EngineSet(effects, registry)
     facts.dynamics = facts.held if facts.holds else facts.dynamics
+    facts.inputs = [name for name in facts.inputs if name not in MOMENT_INPUTS]  # which follow from the bearings
     facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
     return facts

@@ -30,7 +30,18 @@ ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
     return found;
 }
 
-#if SET_SPINS_STICK
+#if SET_OWN_BEARINGS
+static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
+{
+    const long long wheels = w->wheels*(long long)sizeof(lanes_t);
+    w->own_sticks = part(base, size, 2*wheels);
+    w->own_holding = part(base, size, 4*wheels);
+    w->spin_dot = part(base, size, 2*w->rollers*wheels);
+    w->yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
+}
+#endif
+
+#if SET_GATHERS
 static void lay_out_spins(variations_t *w, long long *size, char *base)
 {
     const long long count = FREE(w)*(long long)sizeof(lanes_t);
@@ -60,9 +71,9 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->known = 3 + core_size(wheels, run->rollers_per_wheel);
-    w->core = SET_SPINS_STICK ? 3 + 2*wheels : w->known;
+    w->core = SET_GATHERS ? first_momentum(w) + 2*wheels : w->known;
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
-    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_SPINS_STICK*2*wheels;
+    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_GATHERS*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
@@ -125,8 +136,11 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->aimed = part(base, &size, wheels*(long long)sizeof *w->aimed);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
-#if SET_SPINS_STICK
+#if SET_GATHERS
     lay_out_spins(w, &size, base);
+#endif
+#if SET_OWN_BEARINGS
+    lay_out_own_bearings(w, &size, base);
 #endif
     return size;
 }
@@ -155,7 +169,8 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
-#elif SET_SPINS_STICK
+#endif
+#if SET_GATHERS
     prepare_spins(w);
 #endif
     const int nodes = w->nodes;
@@ -200,7 +215,7 @@ static void exchange_given(variations_t *w, long long step)
     const int drives = SET_MOVING*w->wheels, inputs = SET_INPUTS*w->wheels;
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
-#if SET_SPINS_STICK
+#if SET_GATHERS
     const int held = FREE(w);
     into_lanes(w, own + inputs*w->columns, held, w->torque_moved);
 #else

@@ -49,6 +49,19 @@ static void put_balance(const variations_t *w, int model, int moves)
         arrays[k] = lanes_of(by*own[3 + k]);
 }
 
+/* How the numbers of a vector of columns move the balance. */
+ALWAYS_INLINE void put_balance_of_columns(const variations_t *w, int group)
+{
+    const int size = BALANCE_SIZE(w->wheels);
+    lanes_t own[BALANCE_SIZE(MOST_WHEELS)] = {{0}};
+    for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++)
+        for (int k = 0; w->run->number[p] && k < size; k++)
+            own[k][p%LANES] = w->run->balance[w->run->number[p]*size + k];
+    balance_t *const balance = w->balance + 1;
+    balance->normal_gravity = own[0], balance->height = own[1], balance->wheel_mass = own[2];
+    memcpy(w->balance_numbers + 2 + w->wheels, own + 3, (2 + w->wheels)*sizeof *own);
+}
+
 /* The rates, and the sums of the loads that they ask for, under loads with the sums of the point. */
 NEVER_INLINE void rates_and_sums_along(const int wheels, const point_t *at, const point_t *along, lanes_t *nu_dot,
                                        lanes_t *nu_dot_along, lanes_t *sums, lanes_t *sums_along)

@@ -46,7 +46,10 @@ NEVER_INLINE void rates_in_modes(const variations_t *w, long long row, long long
     const int wheels = OWN_WHEELS(w->wheels);
     put_state(w, row, w->point);
     put_held(w, of_modes, -1);
-#if SET_SPINS_STICK
+#if SET_OWN_BEARINGS
+    put_own_modes(w, of_modes);
+#endif
+#if SET_GATHERS
     put_spin_modes(w, of_modes);
 #endif
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);

@@ -10,10 +10,13 @@ from functools import cache
 import numpy as np
 
 from omniroll.codegen.along import SUFFIX
+from omniroll.engine.axle_modes import TORQUE
 from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.roller_modes import FREE, IN_CONTACT
+from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.variations import Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
@@ -34,7 +37,7 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.axles_stick or deviations.rollers_stick:
+    if isinstance(motion.axles, StandingAxles):
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -48,7 +51,7 @@ def library_of(motion: Motion):
 
 def _drives(deviations: Deviations) -> tuple[str, ...]:
     """The inputs that drives give, and modes: those that are not of free rollers."""
-    return tuple(name for name in deviations.inputs if name not in ("momenta", "free_bearing"))
+    return tuple(name for name in deviations.inputs if name not in ("momenta", FREE))
 
 
 @cache
@@ -250,6 +253,20 @@ class CompiledVariations:
         noises = contacts.noises(motion.y, ends)
         return found | {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
+    def _drive(self) -> np.ndarray:
+        """(T, F, N) what drives give, and modes; of bearings that may stick where wheels may slip the torques of those
+        that turn."""
+        motion, trajectory = self.motion, self.motion.trajectory
+        names, kept = _drives(motion.deviations), trajectory.effects.drives()
+        if not names:
+            return np.zeros(1)
+        drive = trajectory.drive[:, [kept.index(name) for name in names]]
+        if motion.axles is not None:
+            drive[:, names.index(TORQUE)] = motion.axles.torques
+        if motion.rollers is not None:
+            drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
+        return drive
+
     def _fill(self, holds: HoldDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
@@ -264,8 +281,6 @@ class CompiledVariations:
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
-        names, kept = _drives(deviations), trajectory.effects.drives()
-        drive = trajectory.drive[:, [kept.index(name) for name in names]] if names else np.zeros(1)
         integers = {"number": number, "place": deviations.state}
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
@@ -275,10 +290,14 @@ class CompiledVariations:
             if holds.holds.spins is not None:
                 whole["free_mode"] = holds.holds.spins.modes
                 run.enters = self._pointer(holds.left_to_do, np.int32)
+        if motion.axles is not None:
+            whole["axle_mode"] = motion.axles.modes
+        if motion.rollers is not None:
+            whole |= {"contact_mode": motion.rollers.modes[..., 0], "free_mode": motion.rollers.modes[..., 1:]}
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense, "moved": self.rows,
             "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
@@ -286,6 +305,8 @@ class CompiledVariations:
         if holds is not None and holds.holds.spins is not None:
             numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
             numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
+        if motion.rollers is not None:
+            numbers["free_torque"] = motion.rollers.torques[..., 1:]
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

@@ -280,6 +280,13 @@ class Sweep:
         found, trajectory = self._samples(), self.trajectory
         if self.contacts is not None:
             found[self.contacts.rests_at_switches] = True
+        for own in (self.axles, self.rollers):
+            if own is not None:
+                found[:-1] |= own.changes
+        if self.axles is not None:
+            found[self.axles.rests_at_switches] = True
+        if self.rollers is not None:
+            found |= self.rollers.turns_alone
         if not self.moving:
             return found
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
