@@ -10,17 +10,24 @@
  * spins.c        free rollers that stick on their disks, in its equations
  * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
+ * small.c        small systems of equations
+ * ways.c         how a point moves with time, and as deviations do
  * rests.c        slips that come to rest
  * letting_go.c   contacts that let go, and loads that vanish, where rates jump
  * modes.c        contacts that change their modes
- * spin_rests.c   spins that come to rest, turn back and break away */
+ * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
+ * own_modes.c    axles and rollers that stick where wheels may slip
+ * own_rests.c    these as they come to rest, turn back and break away */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
+#include "deviations/small.c"
+#include "deviations/ways.c"
 #include "deviations/rests.c"
 #include "deviations/letting_go.c"
 #include "deviations/modes.c"
 #include "deviations/spin_rests.c"
+#include "deviations/own_rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -102,7 +109,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->balance = part(base, &size, 2*(long long)sizeof *w->balance);
     w->balance_numbers = part(base, &size, 2*(2 + wheels)*lane);
     w->loads = part(base, &size, 2*(long long)sizeof *w->loads);
-    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->core)*lane);
+    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->known)*lane);
     if (base)
         memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
 #endif
@@ -215,11 +222,10 @@ static void exchange_given(variations_t *w, long long step)
     const int drives = SET_MOVING*w->wheels, inputs = SET_INPUTS*w->wheels;
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
+    const int held = held_inputs(w);
 #if SET_GATHERS
-    const int held = FREE(w);
     into_lanes(w, own + inputs*w->columns, held, w->torque_moved);
 #else
-    const int held = HELD_MOMENTA(w->wheels);
     out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
 #endif
     into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
@@ -278,7 +284,7 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
 static void enter_at(variations_t *w, long long row)
 {
@@ -297,7 +303,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
     if (run->enters[first] > 0 && (first == 0 || run->step_of[first - 1] < 0))
         enter_at(w, first);
     if (run->enters[first])
@@ -315,6 +321,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
                 return row;
+#if SET_OWN_BEARINGS
+            if (switching ? rests_at_switch(w, row) : changes_bearings(w, row) && !pass_bearings(w, row))
+                return row;
+#endif
 #if SET_GRIPS || SET_LOADS
             if (!switching && changes_modes(w, row) && !pass_modes(w, row))
                 return row;
@@ -327,7 +337,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             }
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
         if (run->enters[row + 1] > 0)
             enter_at(w, row + 1);
         if (run->enters[row + 1])

@@ -15,9 +15,10 @@
 
 #if SET_LOADS
 #define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
-#define RESPONDING_PARTS (2 + 2*SET_GRIPS)
+#define RESPONDING_PARTS (2 + 2*SET_GRIPS + SET_AXLES_STICK + 3*SET_DISKS_STICK)
 
-/* What goes with the loads: how the rates move, and the forces on contacts and the rates of the slips. */
+/* What goes with the loads: how the rates move, the forces on contacts and the rates of the slips, what holds bearings and
+ * the accelerations of spins. */
 typedef struct {
     lanes_t *of[RESPONDING_PARTS];
     int count[RESPONDING_PARTS];
@@ -25,14 +26,29 @@ typedef struct {
 
 ALWAYS_INLINE responding_t responding(const int wheels, const point_t *along, lanes_t *nu_dot_along)
 {
-    responding_t found = {{nu_dot_along, along->core_dot}, {3, core_size(wheels, along->vehicle->rollers_per_wheel)}};
+    const int rollers = along->vehicle->rollers_per_wheel;
+    responding_t found = {{nu_dot_along, along->core_dot}, {3, core_size(wheels, rollers)}};
 #if SET_GRIPS
     found.of[2] = along->ground_force, found.of[3] = along->slip_dot, found.count[2] = found.count[3] = 2*wheels;
+#endif
+#if SET_AXLES_STICK
+    found.of[2 + 2*SET_GRIPS] = along->axle_holding, found.count[2 + 2*SET_GRIPS] = wheels;
+#endif
+#if SET_DISKS_STICK
+    const int at = 2 + 2*SET_GRIPS + SET_AXLES_STICK;
+    found.of[at] = along->contact_holding, found.count[at] = wheels;
+    found.of[at + 1] = along->free_holding, found.count[at + 1] = wheels*(rollers - 1);
+    found.of[at + 2] = along->contact_spin_dot, found.count[at + 2] = wheels*rollers;    /* and spins_dot behind it */
 #endif
     return found;
 }
 
-ALWAYS_INLINE int responding_size(const int wheels, int core) { return core + 4*SET_GRIPS*wheels; }
+/* How many numbers that is; core: with nu. */
+ALWAYS_INLINE int responding_size(const int wheels, int core)
+{
+    const int free = SET_DISKS_STICK*(core - 3 - 2*wheels);
+    return core + (4*SET_GRIPS + SET_AXLES_STICK + 2*SET_DISKS_STICK)*wheels + 2*free;
+}
 
 /* The numbers of the balance, or how one of the numbers moves them; without one they stay. */
 static void put_balance(const variations_t *w, int model, int moves)

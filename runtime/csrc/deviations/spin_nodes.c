@@ -104,13 +104,6 @@ static void end_axial_moved(variations_t *w, double h)
             w->axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
-/* No direction any more. */
-static void take_directions_back(const variations_t *w)
-{
-    memset(w->along, 0, point_size(w)*sizeof *w->along);
-    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
-}
-
 #if SET_HOLDS
 /* What sticks in a row, and how that moves in a vector of columns. */
 static void put_held_of_columns(const variations_t *w, long long row, int group)
@@ -132,7 +125,7 @@ static void put_rates_of_spins(variations_t *w, long long step, long long row, d
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
 #if SET_LOADS
-        take_directions_back(w);
+        memset(w->along, 0, point_size(w)*sizeof *w->along);
         put_loads(w, 0);
 #endif
         for (int g = 0; g < w->groups; g++) {
@@ -172,7 +165,8 @@ static void finish_spins(variations_t *w, long long step, long long row, double 
     put_axial_moved(w, step, row, h);
     if (rates)
         put_rates_of_spins(w, step, row, h, rates);
-    take_directions_back(w);
+    memset(w->along, 0, point_size(w)*sizeof *w->along);
+    memset(w->bearing_along, 0, FREE(w)*sizeof *w->bearing_along);
     memset(w->held, 0, 2*HELD_SIZE*sizeof *w->held);
 }
 #endif

@@ -24,11 +24,22 @@ NEVER_INLINE void rates_at(const variations_t *w, const point_t *at, const point
     rates_along(OWN_WHEELS(w->wheels), at, along, nu_dot, nu_dot_along);
 }
 
+/* The mode of a free roller in a row. */
+ALWAYS_INLINE long long free_mode_in(const variations_t *w, long long row, int k)
+{
+#if SET_DISKS_STICK
+    const int places = w->rollers - 1;
+    return own_mode(w, row, roller_bearing(w, k/places, 1 + k%places));
+#else
+    return w->run->free_mode[row*FREE(w) + k];
+#endif
+}
+
 /* Which free rollers stick as in a row, and the torques of the others' bearings. */
 static void put_spin_modes(const variations_t *w, long long row)
 {
     for (int k = 0; k < FREE(w); k++) {
-        w->free_sticks[k] = lanes_of(w->run->free_mode[row*FREE(w) + k] == 0);
+        w->free_sticks[k] = lanes_of(free_mode_in(w, row, k) == 0);
         w->free_bearing[k] = lanes_of(w->run->free_torque[row*FREE(w) + k]);
     }
 }

@@ -109,6 +109,12 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
     return pose > 2 ? pose : pose == 2 ? point_heading(w) : -1;
 }
 
+/* What a step is given beside the inputs of drives and modes: momenta, or torques of free rollers. */
+ALWAYS_INLINE int held_inputs(const variations_t *w)
+{
+    return SET_GATHERS ? w->wheels*(w->rollers - 1) : HELD_MOMENTA(w->wheels);
+}
+
 /* The first number of the core that is a momentum of free rollers; in a state theirs stand from there on. */
 ALWAYS_INLINE int first_momentum(const variations_t *w) { return 3 + SET_DISKS_STICK*2*w->wheels; }
 

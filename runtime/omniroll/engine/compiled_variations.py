@@ -15,6 +15,7 @@ from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.own_bearings import OwnBearings
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.variations import Deviations, gauss
@@ -120,7 +121,7 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
-    holds   where bearings may stick
+    holds   where bearings may stick; bearings, those that have rates of their own, where wheels may slip
     """
 
     def __init__(
@@ -132,6 +133,7 @@ class CompiledVariations:
         inputs: np.ndarray,
         axial: np.ndarray | None,
         holds: HoldDeviations | None,
+        bearings: OwnBearings | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
@@ -142,7 +144,7 @@ class CompiledVariations:
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
         self.asked = 0
-        self._fill(holds)
+        self._fill(holds, bearings)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -244,7 +246,6 @@ class CompiledVariations:
         """What C takes of contacts that have modes, by name."""
         run, motion = self.struct[0], self.motion
         found = {"balance": self._balance(contacts)} if contacts.loaded else {}
-        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.all_loads = float(contacts.grip.loads.sum())
         if not contacts.grips:
             return found
@@ -267,10 +268,11 @@ class CompiledVariations:
             drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
         return drive
 
-    def _fill(self, holds: HoldDeviations | None) -> None:
+    def _fill(self, holds: HoldDeviations | None, bearings: OwnBearings | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
+        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.impact = trajectory.switching == "impact"
         run.rows = len(trajectory)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
@@ -290,10 +292,8 @@ class CompiledVariations:
             if holds.holds.spins is not None:
                 whole["free_mode"] = holds.holds.spins.modes
                 run.enters = self._pointer(holds.left_to_do, np.int32)
-        if motion.axles is not None:
-            whole["axle_mode"] = motion.axles.modes
-        if motion.rollers is not None:
-            whole |= {"contact_mode": motion.rollers.modes[..., 0], "free_mode": motion.rollers.modes[..., 1:]}
+        if bearings is not None:
+            whole["own_mode"], run.enters = bearings.modes, self._pointer(bearings.turns, np.int32)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
@@ -305,6 +305,8 @@ class CompiledVariations:
         if holds is not None and holds.holds.spins is not None:
             numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
             numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
+        if bearings is not None:
+            numbers |= bearings.numbers
         if motion.rollers is not None:
             numbers["free_torque"] = motion.rollers.torques[..., 1:]
         if self.axial is not None:

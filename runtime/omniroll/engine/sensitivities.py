@@ -29,6 +29,7 @@ from omniroll.engine.contact_modes import MODES
 from omniroll.engine.drive_deviations import DriveDeviations, refuse_what_is_not_followed
 from omniroll.engine.hold_deviations import HoldDeviations
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.own_bearings import OwnBearings
 from omniroll.engine.passages import Instant, Passage, Phase, SwitchMaps, grazing, momenta_maps
 from omniroll.engine.roller_deviations import RollerDeviations
 from omniroll.engine.roller_modes import FREE
@@ -194,8 +195,11 @@ class Followed:
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            holds = hold_deviations(motion, columns)
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds)
+            holds, given = hold_deviations(motion, columns), (motion, columns)
+            bearings = OwnBearings.of(motion, axle_deviations(*given), roller_deviations(*given))
+            self.compiled = CompiledVariations(
+                module, *given, self.rows, self.inputs, self.axial, holds, bearings
+            )
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -230,9 +234,12 @@ class Sweep:
         module = library_of(motion) if columns.nodes is None and len(self.inputs) else None
         self.holds, self.contacts = hold_deviations(motion, columns), contact_deviations(motion, columns)
         self.axles, self.rollers = axle_deviations(motion, columns), roller_deviations(motion, columns)
+        self.bearings = OwnBearings.of(motion, self.axles, self.rollers)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
+            self.compiled = CompiledVariations(
+                module, motion, columns, self.rows, self.inputs, self.axial, self.holds, self.bearings
+            )
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -280,13 +287,6 @@ class Sweep:
         found, trajectory = self._samples(), self.trajectory
         if self.contacts is not None:
             found[self.contacts.rests_at_switches] = True
-        for own in (self.axles, self.rollers):
-            if own is not None:
-                found[:-1] |= own.changes
-        if self.axles is not None:
-            found[self.axles.rests_at_switches] = True
-        if self.rollers is not None:
-            found |= self.rollers.turns_alone
         if not self.moving:
             return found
         found[:-1] |= self.drives.jumps(trajectory.elapsed[1:]) & ~self.motion.starts_step[:-1]
@@ -315,7 +315,8 @@ class Sweep:
                 moved[:] = self.holds.turned(row, moved, partial(self.inputs_at, row))
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
-        if self.rollers is not None and self.rollers.turns_alone[row]:
+        if self.bearings is not None and self.bearings.turns[row]:
+            self.bearings.turns[row] = 0
             moved[:] = self.rollers.turned(row, moved, self.inputs_at(row))
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
