@@ -17,8 +17,8 @@
 #define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
 #define RESPONDING_PARTS (2 + 2*SET_GRIPS + SET_AXLES_STICK + 3*SET_DISKS_STICK)
 
-/* What goes with the loads: how the rates move, the forces on contacts and the rates of the slips, what holds bearings and
- * the accelerations of spins. */
+/* What goes with the loads: how the rates move, the forces on contacts and the rates of the slips, what holds bearings
+ * and the accelerations of spins. */
 typedef struct {
     lanes_t *of[RESPONDING_PARTS];
     int count[RESPONDING_PARTS];

@@ -27,7 +27,8 @@ ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t
 #endif
 #if SET_DISKS_STICK
     point->contact_sticks = moves ? sticks : sticks + wheels, point->contact_holding = holding + wheels;
-    point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves, point->spins_dot = point->contact_spin_dot + wheels;
+    point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves;
+    point->spins_dot = point->contact_spin_dot + wheels;
     point->yaw_mass = w->yaw_mass + moves;
 #endif
 }

@@ -1,5 +1,5 @@
-/* How deviations pass where bearings change their modes that have rates of their own: axles and rollers, where wheels may
- * slip under a smooth law.
+/* How deviations pass where bearings change their modes that have rates of their own: axles and rollers, where wheels
+ * may slip under a smooth law.
  *
  * What comes to rest does so by its own bearing alone. With what the torques of bearings do to the rates, R, and to the
  * rates of bearings, W,
@@ -223,7 +223,8 @@ static int put_times_of_break(variations_t *w, const own_change_t *e, const lane
     return 1;
 }
 
-/* By how much the times deviate at which rates come to zero, and others break away. Returns 0 where they do so apart. */
+/* By how much the times deviate at which rates come to zero, and others break away. Returns 0 where they do so apart.
+ */
 static int put_times_of_change(variations_t *w, const own_change_t *e, const int *of, int count, const lanes_t *turning,
                                const double *dot, double *time)
 {

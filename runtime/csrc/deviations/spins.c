@@ -1,7 +1,7 @@
 /* Free rollers that stick on their disks, in the equations of a step.
  *
- * The spins of all are numbers of the state, where wheels may slip the axial speeds, but none is solved for. The axial speed a of a roller that turns has the
- * rate
+ * The spins of all are numbers of the state, where wheels may slip the axial speeds, but none is solved for. The axial
+ * speed a of a roller that turns has the rate
  *
  *     a' = (response) (torque of its bearing) + (fading) (spin),
  *
@@ -150,7 +150,8 @@ static void put_stuck_axial(const variations_t *w, const vehicle_t *vehicle, con
     const int chi = point_chi(w);
     lanes_t still[FREE(w)], axial[FREE(w)], stuck[FREE(w)];
     memset(still, 0, sizeof still);
-    set_axial_speeds_along(OWN_WHEELS(w->wheels), vehicle, at, at + chi, still, moved, moved + chi, still, axial, stuck);
+    set_axial_speeds_along(OWN_WHEELS(w->wheels), vehicle, at, at + chi, still, moved, moved + chi, still, axial,
+                           stuck);
     for (int k = 0; k < FREE(w); k++)
         axial_moved[k] = lanes_select(w->free_sticks[k] != 0, stuck[k], axial_moved[k]);
 }

@@ -115,7 +115,8 @@ ALWAYS_INLINE int held_inputs(const variations_t *w)
     return SET_GATHERS ? w->wheels*(w->rollers - 1) : HELD_MOMENTA(w->wheels);
 }
 
-/* The first number of the core that is a momentum of free rollers; in a state theirs stand from there on. */
+/* The first number of the core that is a momentum of free rollers, or one of theirs; behind nu, and behind the speeds
+ * of wheels that may slip. */
 ALWAYS_INLINE int first_momentum(const variations_t *w) { return 3 + SET_DISKS_STICK*2*w->wheels; }
 
 /* Where a number of the core stands among the deviations. */
@@ -742,9 +743,10 @@ static void put_matrix(variations_t *w, double h, int a, int solved)
 static int put_core_rates(variations_t *w, long long row, double h)
 {
     (void)row;
-    const int apart = w->core > 3 && !SET_SLIPS && stand_apart(w), solved = apart ? 3 : w->core;
+    const int apart = w->core > first_momentum(w) && (!SET_SLIPS || SET_GATHERS) && stand_apart(w);
+    const int solved = apart ? first_momentum(w) : w->core;
     const int unknowns = w->nodes*solved, width = unknowns/LANES;
-    for (int a = first_momentum(w); (apart || SET_DISKS_STICK) && a < w->core; a++)
+    for (int a = solved; a < w->core; a++)
         put_answer(w, h, a);
     for (int k = 0; k < w->nodes*w->core; k++)
         w->row[k] = w->system + k*(width + w->groups);

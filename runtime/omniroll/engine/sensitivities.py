@@ -197,9 +197,7 @@ class Followed:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
             holds, given = hold_deviations(motion, columns), (motion, columns)
             bearings = OwnBearings.of(motion, axle_deviations(*given), roller_deviations(*given))
-            self.compiled = CompiledVariations(
-                module, *given, self.rows, self.inputs, self.axial, holds, bearings
-            )
+            self.compiled = CompiledVariations(module, *given, self.rows, self.inputs, self.axial, holds, bearings)
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
