@@ -75,14 +75,17 @@ def apart(own, reference, names, duration):
 def noted(monkeypatch):
     """How often each class's methods have passed something in Python from now on."""
     found = Counter()
-    for kind in (AxleDeviations, RollerDeviations):
-        for name in ("passed", "turned") if kind is RollerDeviations else ("passed",):
 
-            def passed(self, *given, own=getattr(kind, name)):
-                found[type(self)] += 1
-                return own(self, *given)
+    def counting(own):
+        def passed(self, *given):
+            found[type(self)] += 1
+            return own(self, *given)
 
-            monkeypatch.setattr(kind, name, passed)
+        return passed
+
+    for kind, names in ((AxleDeviations, ("passed",)), (RollerDeviations, ("passed", "turned"))):
+        for name in names:
+            monkeypatch.setattr(kind, name, counting(getattr(kind, name)))
     return found
 
 

@@ -1,5 +1,5 @@
 /* Numbers of the core that hang together through nu alone, as what rollers' friction adds to it: eliminated one by one,
- * so that the rates of nu are all that a system is left for. Where wheels may slip their speeds stand beside nu.
+ * so that the rates of nu are all that a system is left for.
  *
  * With the rates r of such a number a, and its slopes f_a by everything as diagonal matrices at the nodes,
  *
@@ -16,8 +16,8 @@ ALWAYS_INLINE nodes_t *answer_of(const variations_t *w, int a) { return w->answe
 /* Whether the core's numbers beyond nu act upon themselves and nu alone. */
 static int stand_apart(const variations_t *w)
 {
-    for (int a = first_momentum(w); a < w->core; a++)
-        for (int c = first_momentum(w); c < w->core; c++)
+    for (int a = 3; a < w->core; a++)
+        for (int c = 3; c < w->core; c++)
             if (a != c && !w->is_still[a*w->directions + c])
                 return 0;
     return 1;
@@ -69,8 +69,8 @@ static void put_answered(const variations_t *w, const nodes_t *answer, const nod
 /* Take what nu does through a number from a block of the matrix: the slopes by it in the rows of nu, times a table. */
 static void take_from_block(variations_t *w, int a, int block, double factor, const nodes_t *table)
 {
-    for (int c = 0; c < first_momentum(w); c++)
-        for (int j = 0; j < w->nodes && !w->is_still[c*w->directions + a]; j++) {
+    for (int c = 0; c < 3; c++)
+        for (int j = 0; j < w->nodes; j++) {
             const double by = factor*w->slope[c*w->directions + a].node[j];
             lanes_t *const to = w->row[c*w->nodes + j] + block*w->blocks;
             for (int b = 0; b < w->blocks; b++)
@@ -94,7 +94,7 @@ static void eliminate(variations_t *w, double h, int a, int width)
     const nodes_t *const slope = w->slope + a*w->directions, *const answer = answer_of(w, a);
     const int groups = w->groups;
     nodes_t table[NODES];
-    for (int c = 0; c < first_momentum(w); c++)
+    for (int c = 0; c < 3; c++)
         if (!still[c]) {
             put_answered(w, answer, &slope[c], w->once, table);
             take_from_block(w, a, c, h, table);
@@ -102,16 +102,15 @@ static void eliminate(variations_t *w, double h, int a, int width)
     for (int f = 0; f < w->felt; f++)
         if (!still[w->core + f]) {
             put_answered(w, answer, &slope[w->core + f], w->twice, table);
-            for (int c = 0; c < CARRYING(w->wheels); c++)
-                if (c < 3 || carries_felt(w, f)[c] != 0)    /* of the wheels' rates one alone carries */
-                    take_from_block(w, a, c, h*h*carries_felt(w, f)[c], table);
+            for (int c = 0; c < 3; c++)
+                take_from_block(w, a, c, h*h*carries_felt(w, f)[c], table);
         }
     const lanes_t *const own = gathered(w, a, width);
     lanes_t *const sum = w->answered;
     memset(sum, 0, w->nodes*groups*sizeof *sum);
     add_product(w, answer, 1, own, sum);
-    for (int c = 0; c < first_momentum(w); c++)
-        for (int j = 0; j < w->nodes && !w->is_still[c*w->directions + a]; j++)
+    for (int c = 0; c < 3; c++)
+        for (int j = 0; j < w->nodes; j++)
             for (int g = 0; g < groups; g++)
                 w->row[c*w->nodes + j][width + g] += w->slope[c*w->directions + a].node[j]*sum[j*groups + g];
 }
@@ -124,9 +123,9 @@ static void put_rates_apart(variations_t *w, int a, int width)
     const int groups = w->groups, nodes = w->nodes;
     lanes_t **const row = w->row + a*nodes, *const own = gathered(w, a, width), *const moved = w->answered;
     for (int d = 0; d < w->core + w->felt; d++) {
-        if (still[d] || (d >= first_momentum(w) && d < w->core))
+        if (still[d] || (d >= 3 && d < w->core))
             continue;
-        const lanes_t *const by = d < w->core ? w->core_at + d*NODES*groups : w->felt_at + (d - w->core)*NODES*groups;
+        const lanes_t *const by = d < 3 ? w->core_at + d*NODES*groups : w->felt_at + (d - w->core)*NODES*groups;
         for (int j = 0; j < nodes; j++)
             for (int g = 0; g < groups; g++)
                 own[j*groups + g] += slope[d].node[j]*by[j*groups + g];
@@ -143,14 +142,15 @@ static void put_answers_of_nu(variations_t *w, double h, int width)
 {
     const int groups = w->groups, nodes = w->nodes;
     lanes_t *const rate = w->carried_at;
-    memset(w->core_at, 0, first_momentum(w)*NODES*groups*sizeof *rate);
+    memset(w->core_at, 0, 3*NODES*groups*sizeof *rate);
     memset(w->felt_at, 0, w->felt*NODES*groups*sizeof *rate);
-    for (int c = 0; c < first_momentum(w); c++)
+    for (int c = 0; c < 3; c++)
         integrate(w, h, gathered(w, c, width), w->core_at + c*NODES*groups);
     for (int f = 0; f < w->felt; f++) {
         const double *const carries = carries_felt(w, f);
         for (int k = 0; k < nodes*groups; k++)
-            rate[k] = carried_by(w, carries, w->core_at + k, w->core_at + 3*NODES*groups + k, NODES*groups);
+            rate[k] = carries[0]*w->core_at[k] + carries[1]*w->core_at[NODES*groups + k]
+                + carries[2]*w->core_at[2*NODES*groups + k];
         integrate(w, h, rate, w->felt_at + f*NODES*groups);
     }
 }

@@ -5,7 +5,8 @@
  * loads.c        loads that follow the motion
  * slipping.c     forces on contacts that slip under Coulomb's friction
  * turning.c      contacts that slip and stick, in its equations
- * blockwise.c    these equations, in blocks
+ * in_blocks.c    the equations of a step in blocks, where contacts or bearings stick
+ * blockwise.c    linear equations in blocks
  * apart.c        numbers of its core that hang together through nu alone
  * spins.c        free rollers that stick on their disks, in its equations
  * spin_nodes.c   the same at its nodes, once it is solved
@@ -113,7 +114,7 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     if (base)
         memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
 #endif
-#if SET_GRIPS
+#if SET_GRIPS || SET_OWN_BEARINGS
     w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
     w->block = part(base, &size, equations*equations*NODES*nodes);
     w->right = part(base, &size, unknowns*groups*lane);

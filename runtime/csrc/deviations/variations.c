@@ -604,6 +604,9 @@ NEVER_INLINE void solve(const equations_t *e)
 #include "deviations/apart.c"
 #include "deviations/spin_nodes.c"
 #endif
+#if SET_OWN_BEARINGS
+#include "deviations/in_blocks.c"
+#endif
 
 static void put_slopes(variations_t *w, long long step, long long row)
 {
@@ -711,6 +714,13 @@ static int put_core_rates(variations_t *w, long long row, double h)
     put_rates_on_ground(w, row, h);
     return 0;
 }
+#elif SET_OWN_BEARINGS
+static int put_core_rates(variations_t *w, long long row, double h)
+{
+    (void)row;
+    put_rates_in_blocks(w, h);
+    return 0;
+}
 #else
 /* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
  * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
@@ -743,10 +753,9 @@ static void put_matrix(variations_t *w, double h, int a, int solved)
 static int put_core_rates(variations_t *w, long long row, double h)
 {
     (void)row;
-    const int apart = w->core > first_momentum(w) && (!SET_SLIPS || SET_GATHERS) && stand_apart(w);
-    const int solved = apart ? first_momentum(w) : w->core;
+    const int apart = w->core > 3 && !SET_SLIPS && stand_apart(w), solved = apart ? 3 : w->core;
     const int unknowns = w->nodes*solved, width = unknowns/LANES;
-    for (int a = solved; a < w->core; a++)
+    for (int a = 3; apart && a < w->core; a++)
         put_answer(w, h, a);
     for (int k = 0; k < w->nodes*w->core; k++)
         w->row[k] = w->system + k*(width + w->groups);
