@@ -180,13 +180,15 @@ static double time_of_own_modes(const variations_t *w, long long row)
 }
 
 /* By how much the times deviate (columns) at which what bearings are asked for comes to its bound: of all that break
- * away, where the rates before have been computed last. Returns 0 where one only just comes there or is not there, or
- * where they come there apart. */
+ * away, where the rates before have been computed last. Returns 0 where one only just comes there or is not there, where
+ * they come there apart, or where no step has said yet how inputs deviate. */
 static int put_times_of_break(variations_t *w, const own_change_t *e, const lanes_t *before, double *time)
 {
     const int wheels = OWN_WHEELS(w->wheels), count = MOST_OWN(w);
     const double lasted = time_of_own_modes(w, e->before) + w->run->elapsed[e->row] - w->run->elapsed[e->before];
     double side[count], rises[count];
+    if (step_before(w, e->row) < 0)
+        return 0;
     for (int p = TIMES_ALONE; p < w->columns; p++) {
         const int model = p < 0 ? 0 : w->run->number[p];
         const point_t at = point_of(w, &w->vehicle[model], w->point);

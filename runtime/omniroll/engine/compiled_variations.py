@@ -17,7 +17,6 @@ from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.own_bearings import OwnBearings
 from omniroll.engine.roller_modes import FREE, IN_CONTACT
-from omniroll.engine.standing_axles import StandingAxles
 from omniroll.engine.variations import Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
@@ -38,7 +37,7 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if isinstance(motion.axles, StandingAxles):
+    if deviations.grips and (deviations.axles_stick or deviations.rollers_stick):
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
