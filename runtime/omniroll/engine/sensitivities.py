@@ -193,8 +193,10 @@ class Followed:
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
         if self.compiled is None and self.nodes is None and (module := library_of(motion)) is not None:
-            holds = hold_deviations(motion, columns)
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, holds)
+            holds, bearings = hold_deviations(motion, columns), bearing_deviations(motion, columns)
+            self.compiled = CompiledVariations(
+                module, motion, columns, self.rows, self.inputs, self.axial, holds, bearings
+            )
         return self.compiled
 
     def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -231,7 +233,9 @@ class Sweep:
         self.bearings = bearing_deviations(motion, columns)
         self.compiled: CompiledVariations | None = None
         if module is not None:
-            self.compiled = CompiledVariations(module, motion, columns, self.rows, self.inputs, self.axial, self.holds)
+            self.compiled = CompiledVariations(
+                module, motion, columns, self.rows, self.inputs, self.axial, self.holds, self.bearings
+            )
         self.variations: Variations | None = None
         self.momenta_maps: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -308,8 +312,10 @@ class Sweep:
             if self.holds.enters[row]:
                 moved[:] = self.holds.entered(row, moved)
         for own in (self.bearings, self.contacts):
-            if own is not None and own.turns_alone[row]:
+            if own is not None and own.turns_alone[row] and not self._turned_in_c(row):
                 moved[:] = own.turned(row, moved, self.inputs_at(row))
+                if self.compiled is not None:
+                    self.compiled.turns[row] = 0
         while self.moving and self.drives.next_time() <= self.trajectory.elapsed[row]:
             self.drives.pass_time(self.trajectory.elapsed[row], with_tangent(self.motion.y[row, :3], moved[:3].T))
 
@@ -317,6 +323,10 @@ class Sweep:
         """Whether a library passes what happens as a step begins, where it goes on from this row."""
         behind_step = row > 0 and self.motion.starts_step[row - 1]
         return self.compiled is not None and self.holds.left_to_do[row] > 0 and not behind_step
+
+    def _turned_in_c(self, row: int) -> bool:
+        """Whether a library has passed what bearings with rates of their own do as a step begins in this row."""
+        return self.compiled is not None and not self.compiled.turns[row]
 
     def _jumped(self, row: int) -> bool:
         """Whether rates jump between this row and the next, where no wheel switches, at a time that deviates; the next
