@@ -138,6 +138,8 @@ ALWAYS_INLINE double own_start(const step_t *s, int k)
 }
 
 #if SET_ROLLERS_TURN
+#define ALIKE 4                     /* times another rise: one of the same step that rounding has not made        */
+
 /* Of a spin against its mode, at the step's end: the spin, and its rate. */
 ALWAYS_INLINE double spin_at_end(const step_t *s, int k)
 {
@@ -148,6 +150,11 @@ static double spin_rate_at_end(const step_t *s, int k)
 {
     const double slope = -s->own_bearing[k].mode*weighted(s->own->held + k, &gauss_end_slope);
     const double start = -s->own_bearing[k].mode*own_start(s, k), rounding = EPS*(s->own_bearing[k].size + fabs(start));
+#if SET_IN_SERIES                   /* what the iteration leaves moves all nodes alike                              */
+    const double rises = spin_at_end(s, k) - start;
+    if (slope*rises > 0 && fabs(slope) < ALIKE*fabs(rises) && fabs(rises) < ALIKE*fabs(slope))
+        return slope/s->h;
+#endif
     return (fabs(slope) < FACET_RISES*rounding ? spin_at_end(s, k) - start : slope)/s->h;
 }
 
