@@ -50,6 +50,7 @@ DYNAMICS = {False: "forward_dynamics", True: "accelerations"}
 HELD = {False: "held_dynamics", True: "held_accelerations"}
 STUCK = "stuck_accelerations"
 STUCK_MOMENTA = "stuck_momenta"  # which sensitivities call where free rollers come to rest then
+SLIP_SPINS = "slip_spins"  # of rollers in contact, where wheels slip and rollers stick
 OF_AXLES = ("axle_sticks", "axle_holding")  # of a point where wheels slip and axles stick
 OF_SPINS = ("free_sticks", "free_bearing", "free_holding")  # of a point then
 SERIES = "slip_contact_loss"  # of massless rollers that stick where wheels may slip: bearing and ground in series
@@ -110,7 +111,7 @@ class EngineSet:
         inertia = self.holds or (self.acted and not self.slips)
         self.still: dict[str, str] = {}  # states that some functions take and no rate depends on, and where they are
         further = ["mass_matrix"] * inertia + ["spins_from_axial"] * (self.spins_stick or self.disks_stick)
-        further += ["slip_spins"] * (self.disks_stick or self.in_series)
+        further += [SLIP_SPINS] * (self.disks_stick or self.in_series)
         plain = (*PLAIN, *further, *(ON_THE_GROUND if self.grips else []))
         self.plain = [f for f in map(effects.function, plain) if f is not None]
 
@@ -293,7 +294,7 @@ class EngineSet:
         """The functions that sensitivities call, in the set's order."""
         calls = [*self.core_calls(), *self.start_calls(), *([self.later_call()] if self.later_follows else [])]
         names = {call.function.name for call in calls} | {*PLAIN, *OF_ROLLERS, *(ON_THE_GROUND if self.grips else ())}
-        names |= {STUCK_MOMENTA} if self.spins_stick else set()
+        names |= {STUCK_MOMENTA} if self.spins_stick else {SLIP_SPINS} if self.disks_stick else set()
         names |= {SPRINGS, *(call.function.name for call in self.load_calls())} if self.loads else set()
         return [f for f in self.set.functions if f.name.removesuffix("_sharp") in names or f.prepares]
 
@@ -390,7 +391,7 @@ def along_set(effects: EffectSet, registry: Registry) -> str:
     effects  the set without these
     """
     facts = deviating(effects, registry)
-    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA)
+    called = (*PLAIN, *OF_ROLLERS, ON_THE_GROUND[1], STUCK_MOMENTA, SLIP_SPINS)
     facts.plain = [f for f in facts.differentiated if f.name in called]
     return template("along_set.h", facts=facts)
 
@@ -402,9 +403,11 @@ def differentiated(effects: EffectSet, registry: Registry) -> set[str]:
 
 def deviating(effects: EffectSet, registry: Registry) -> EngineSet:
     """The facts of a set with what deviates as its core: energies feed nothing back. Where bearings stick, the dynamics
-    are those of what sticks: with all directions allowed, of what turns."""
+    are those of what sticks: with all directions allowed, of what turns. What free rollers' bearings do to momenta, as
+    rows have it, is no input: that follows from which of them turn."""
     facts = EngineSet(effects, registry)
     facts.dynamics = facts.held if facts.holds else facts.dynamics
+    facts.inputs = [name for name in facts.inputs if name not in MOMENT_INPUTS]  # which follow from the bearings
     facts.still = {state.name: "at->still" for state in facts.core if state.size == "energy"}
     facts.core = [state for state in facts.core if state.size != "energy"]
     return facts

@@ -19,6 +19,8 @@ LOADED = {
     "regularised": Contact(law="regularised", friction=(0.3, 0.4), speed=0.05, **FOLLOWING),
     "coulomb": Contact(law="coulomb", friction=(0.3, 0.4), **FOLLOWING),
 }
+AXLES, ROLLERS = Bearings(wheel_coulomb=0.002), Bearings(roller_coulomb=2e-5)
+ALL = Bearings(wheel_coulomb=0.002, roller_coulomb=2e-5, roller_viscous=1e-9)
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
@@ -36,6 +38,16 @@ TASKS: dict[str, dict[str, Any]] = {
     "regularised": {"roller_model": "free", "effects": [REGULARISED]},
     "massless, coulomb": {"roller_model": "massless", "effects": [COULOMB]},
     "coulomb": {"roller_model": "free", "effects": [COULOMB]},
+} | {
+    f"{model}, {law}, {kind} stick": {"roller_model": model, "effects": [ground, bearings]}
+    for model, law, ground, kind, bearings in (
+        ("massless", "viscous", VISCOUS, "axles", AXLES),
+        ("massless", "regularised", LOADED["regularised"], "axles", AXLES),
+        ("free", "regularised", REGULARISED, "axles", AXLES),
+        ("free", "viscous", VISCOUS, "rollers", ROLLERS),
+        ("free", "regularised", LOADED["regularised"], "rollers", ROLLERS),
+        ("free", "regularised", REGULARISED, "all", ALL),
+    )
 } | {
     f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
     for model in ("massless", "free") for law, ground in LOADED.items()

@@ -27,7 +27,7 @@ static int stand_apart(const variations_t *w)
 static void put_answer(variations_t *w, double h, int a)
 {
     const nodes_t *const own = &w->slope[a*w->directions + a];
-    for (int other = 3; other < a; other++)
+    for (int other = first_momentum(w); other < a; other++)
         if (!memcmp(own, &w->slope[other*w->directions + other], w->nodes*sizeof(double))) {
             w->answer_at[a - 3] = w->answer_at[other - 3];
             return;

@@ -5,22 +5,30 @@
  * loads.c        loads that follow the motion
  * slipping.c     forces on contacts that slip under Coulomb's friction
  * turning.c      contacts that slip and stick, in its equations
- * blockwise.c    these equations, in blocks
+ * in_blocks.c    the equations of a step in blocks, where contacts or bearings stick
+ * blockwise.c    linear equations in blocks
  * apart.c        numbers of its core that hang together through nu alone
  * spins.c        free rollers that stick on their disks, in its equations
  * spin_nodes.c   the same at its nodes, once it is solved
  * passages.c     a switch
+ * small.c        small systems of equations
+ * ways.c         how a point moves with time, and as deviations do
  * rests.c        slips that come to rest
  * letting_go.c   contacts that let go, and loads that vanish, where rates jump
  * modes.c        contacts that change their modes
- * spin_rests.c   spins that come to rest, turn back and break away */
+ * spin_rests.c   spins that come to rest, turn back and break away, where wheels roll
+ * own_modes.c    axles and rollers that stick where wheels may slip
+ * own_rests.c    these as they come to rest, turn back and break away */
 #include "deviations/variations.c"
 
 #include "deviations/passages.c"
+#include "deviations/small.c"
+#include "deviations/ways.c"
 #include "deviations/rests.c"
 #include "deviations/letting_go.c"
 #include "deviations/modes.c"
 #include "deviations/spin_rests.c"
+#include "deviations/own_rests.c"
 
 /* Memory laid out part by part, each aligned; without a base its size. */
 ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
@@ -30,7 +38,18 @@ ALWAYS_INLINE void *part(char *base, long long *size, long long bytes)
     return found;
 }
 
-#if SET_SPINS_STICK
+#if SET_OWN_BEARINGS
+static void lay_out_own_bearings(variations_t *w, long long *size, char *base)
+{
+    const long long wheels = w->wheels*(long long)sizeof(lanes_t);
+    w->own_sticks = part(base, size, 2*wheels);
+    w->own_holding = part(base, size, 4*wheels);
+    w->spin_dot = part(base, size, 2*w->rollers*wheels);
+    w->yaw_mass = part(base, size, 2*(long long)sizeof(lanes_t));
+}
+#endif
+
+#if SET_GATHERS
 static void lay_out_spins(variations_t *w, long long *size, char *base)
 {
     const long long count = FREE(w)*(long long)sizeof(lanes_t);
@@ -60,9 +79,9 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->run = run, w->wheels = wheels, w->rollers = run->rollers_per_wheel, w->columns = run->columns;
     w->groups = (run->columns + LANES - 1)/LANES, w->size = run->size;
     w->known = 3 + core_size(wheels, run->rollers_per_wheel);
-    w->core = SET_SPINS_STICK ? 3 + 2*wheels : w->known;
+    w->core = SET_GATHERS ? first_momentum(w) + 2*wheels : w->known;
     w->felt = SET_FEELS_CHI*wheels + SET_HAS_HEADING;
-    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_SPINS_STICK*2*wheels;
+    w->inputs = SET_MOVING*wheels + HELD_MOMENTA(wheels) + SET_GATHERS*2*wheels;
     w->equations = w->core + SET_TURNS*wheels;
     w->directions = first_turn(w) + SET_TURNS*wheels;
     w->nodes = run->nodes, w->blocks = run->nodes/LANES;
@@ -91,11 +110,11 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->balance = part(base, &size, 2*(long long)sizeof *w->balance);
     w->balance_numbers = part(base, &size, 2*(2 + wheels)*lane);
     w->loads = part(base, &size, 2*(long long)sizeof *w->loads);
-    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->core)*lane);
+    lanes_t *const response = part(base, &size, 3*responding_size(wheels, w->known)*lane);
     if (base)
         memset(w->loads, 0, 2*sizeof *w->loads), w->loads->response = response;
 #endif
-#if SET_GRIPS
+#if SET_GRIPS || SET_OWN_BEARINGS
     w->kind = part(base, &size, equations*equations*(long long)sizeof *w->kind);
     w->block = part(base, &size, equations*equations*NODES*nodes);
     w->right = part(base, &size, unknowns*groups*lane);
@@ -125,8 +144,11 @@ static long long lay_out(variations_t *w, const omniroll_variations_t *run, char
     w->aimed = part(base, &size, wheels*(long long)sizeof *w->aimed);
     w->numbered_column = part(base, &size, run->columns*(long long)sizeof(int));
     w->number_of = part(base, &size, run->columns*(long long)sizeof(int));
-#if SET_SPINS_STICK
+#if SET_GATHERS
     lay_out_spins(w, &size, base);
+#endif
+#if SET_OWN_BEARINGS
+    lay_out_own_bearings(w, &size, base);
 #endif
     return size;
 }
@@ -155,7 +177,8 @@ static void prepare(variations_t *w, const omniroll_variations_t *run)
     memset(w->given, 0, (w->inputs + SET_MOVING*w->wheels)*w->groups*sizeof *w->given);
 #if SET_SLIPS
     put_own_rates(w);
-#elif SET_SPINS_STICK
+#endif
+#if SET_GATHERS
     prepare_spins(w);
 #endif
     const int nodes = w->nodes;
@@ -200,11 +223,10 @@ static void exchange_given(variations_t *w, long long step)
     const int drives = SET_MOVING*w->wheels, inputs = SET_INPUTS*w->wheels;
     double *const own = w->run->given + step*w->run->given_size*w->columns;
     into_lanes(w, own, drives, w->given);
-#if SET_SPINS_STICK
-    const int held = FREE(w);
+    const int held = held_inputs(w);
+#if SET_GATHERS
     into_lanes(w, own + inputs*w->columns, held, w->torque_moved);
 #else
-    const int held = HELD_MOMENTA(w->wheels);
     out_of_lanes(w, w->given + drives*w->groups, held, own + inputs*w->columns);
 #endif
     into_lanes(w, own + (inputs + held)*w->columns, drives, w->given + w->inputs*w->groups);
@@ -263,7 +285,7 @@ static int grazes(const variations_t *w, long long row, const int *direction)
     return 0;
 }
 
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
 /* A step begins in a row: pass what happens there, where that is known. */
 static void enter_at(variations_t *w, long long row)
 {
@@ -282,7 +304,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
     prepare(w, run);
     enter_phase(w, phase);
     into_lanes(w, row_of(w, first), w->size, w->moved);
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
     if (run->enters[first] > 0 && (first == 0 || run->step_of[first - 1] < 0))
         enter_at(w, first);
     if (run->enters[first])
@@ -300,6 +322,10 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             const int switching = directions_of(w, row, direction);
             if (switching && !(as_one && row == first) && (switching > 1 || grazes(w, row, direction)))
                 return row;
+#if SET_OWN_BEARINGS
+            if (switching ? rests_at_switch(w, row) : changes_bearings(w, row) && !pass_bearings(w, row))
+                return row;
+#endif
 #if SET_GRIPS || SET_LOADS
             if (!switching && changes_modes(w, row) && !pass_modes(w, row))
                 return row;
@@ -312,7 +338,7 @@ long long omniroll_follow(const omniroll_variations_t *run, long long first, lon
             }
         }
         out_of_lanes(w, w->moved, w->size, row_of(w, row + 1));
-#if SET_SPINS_STICK
+#if SET_SPINS_STICK || SET_OWN_BEARINGS
         if (run->enters[row + 1] > 0)
             enter_at(w, row + 1);
         if (run->enters[row + 1])

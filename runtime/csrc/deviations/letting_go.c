@@ -9,8 +9,6 @@
  * decides. */
 
 #if SET_GRIPS || SET_LOADS
-#define LETS_GO_TOGETHER 1e-9       /* of the larger one: times that differ by less are the same */
-#define TIMES_ALONE (-1)            /* in the place of a column: the way of time */
 
 /* What is beyond its bound: of each contact the force, then the load; not of all of them both are asked for. */
 typedef struct {
@@ -77,45 +75,6 @@ static double beyond_along(const variations_t *w, long long row, int model, int 
 #endif
 }
 
-/* The step that ends last in a row or before it, or -1. */
-static long long step_before(const variations_t *w, long long row)
-{
-    while (row > 0 && w->run->step_of[row - 1] < 0)
-        row--;
-    return row > 0 ? w->run->step_of[row - 1] : -1;
-}
-
-/* How inputs move along a column at the end of the last step, or with time. */
-static void put_inputs_along(const variations_t *w, long long row, int column)
-{
-    const omniroll_variations_t *const run = w->run;
-    const long long step = step_before(w, row), columns = run->columns;
-    const int moving = SET_MOVING*w->wheels, all = SET_INPUTS*w->wheels;
-    lanes_t *const to = w->along + point_inputs(w);
-    if (step >= 0) {
-        const long long first = run->step_rows[step];
-        const double h = run->elapsed[first + 1] - run->elapsed[first];
-        const double *const own = run->given + step*run->given_size*columns + column;
-        const double *const rises = own + (all + HELD_MOMENTA(w->wheels))*columns;
-        const double *const drive = run->drive + first*all;
-        for (int k = 0; k < moving; k++)
-            to[k] = lanes_of(column < 0 ? (drive[all + k] - drive[k])/h : own[k*columns] + h*rises[k*columns]);
-    }
-    for (int k = 0; k < HELD_MOMENTA(w->wheels) && column >= 0; k++)
-        w->along[point_momenta(w) + k] = lanes_of(w->given[(moving + k)*w->groups + column/LANES][column%LANES]);
-}
-
-/* Let a point move as a column's deviations do, or with time at these rates. */
-static void put_way(const variations_t *w, long long row, int column, const lanes_t *rate)
-{
-    for (int k = 0; k < w->size; k++) {
-        const int place = point_of_place(w, k);
-        if (place >= 0)
-            w->along[place] = column < 0 ? rate[k] : lanes_of(w->moved[k*w->groups + column/LANES][column%LANES]);
-    }
-    put_inputs_along(w, row, column);
-}
-
 #if SET_GRIPS
 /* The forces on contacts that slip turn with their slips. */
 static void turn_pushes(const variations_t *w, long long row, int model, const point_t *at, const point_t *along)
@@ -159,7 +118,7 @@ static void put_beyond(const variations_t *w, long long row, int column, const l
 #endif
     for (int k = 0; k < bounds->count; k++)
         bounds->beyond[k] = beyond_along(w, row, model, bounds->of[k], &at, &along, &moved[k]);
-    memset(w->along, 0, point_size(w)*sizeof *w->along);
+    take_way_back(w);
 #if SET_GRIPS
     memset(along.ground_push, 0, 2*wheels*sizeof *along.ground_push);
 #endif

@@ -15,9 +15,10 @@
 
 #if SET_LOADS
 #define BALANCE_SIZE(wheels) (5 + (wheels))     /* numbers of the loads' balance */
-#define RESPONDING_PARTS (2 + 2*SET_GRIPS)
+#define RESPONDING_PARTS (2 + 2*SET_GRIPS + SET_AXLES_STICK + 3*SET_DISKS_STICK)
 
-/* What goes with the loads: how the rates move, and the forces on contacts and the rates of the slips. */
+/* What goes with the loads: how the rates move, the forces on contacts and the rates of the slips, what holds bearings
+ * and the accelerations of spins. */
 typedef struct {
     lanes_t *of[RESPONDING_PARTS];
     int count[RESPONDING_PARTS];
@@ -25,14 +26,29 @@ typedef struct {
 
 ALWAYS_INLINE responding_t responding(const int wheels, const point_t *along, lanes_t *nu_dot_along)
 {
-    responding_t found = {{nu_dot_along, along->core_dot}, {3, core_size(wheels, along->vehicle->rollers_per_wheel)}};
+    const int rollers = along->vehicle->rollers_per_wheel;
+    responding_t found = {{nu_dot_along, along->core_dot}, {3, core_size(wheels, rollers)}};
 #if SET_GRIPS
     found.of[2] = along->ground_force, found.of[3] = along->slip_dot, found.count[2] = found.count[3] = 2*wheels;
+#endif
+#if SET_AXLES_STICK
+    found.of[2 + 2*SET_GRIPS] = along->axle_holding, found.count[2 + 2*SET_GRIPS] = wheels;
+#endif
+#if SET_DISKS_STICK
+    const int at = 2 + 2*SET_GRIPS + SET_AXLES_STICK;
+    found.of[at] = along->contact_holding, found.count[at] = wheels;
+    found.of[at + 1] = along->free_holding, found.count[at + 1] = wheels*(rollers - 1);
+    found.of[at + 2] = along->contact_spin_dot, found.count[at + 2] = wheels*rollers;    /* and spins_dot behind it */
 #endif
     return found;
 }
 
-ALWAYS_INLINE int responding_size(const int wheels, int core) { return core + 4*SET_GRIPS*wheels; }
+/* How many numbers that is; core: with nu. */
+ALWAYS_INLINE int responding_size(const int wheels, int core)
+{
+    const int free = SET_DISKS_STICK*(core - 3 - 2*wheels);
+    return core + (4*SET_GRIPS + SET_AXLES_STICK + 2*SET_DISKS_STICK)*wheels + 2*free;
+}
 
 /* The numbers of the balance, or how one of the numbers moves them; without one they stay. */
 static void put_balance(const variations_t *w, int model, int moves)
@@ -47,6 +63,19 @@ static void put_balance(const variations_t *w, int model, int moves)
     balance->platform_products = arrays, balance->spin_inertia = arrays + 2;
     for (int k = 0; k < 2 + wheels; k++)
         arrays[k] = lanes_of(by*own[3 + k]);
+}
+
+/* How the numbers of a vector of columns move the balance. */
+ALWAYS_INLINE void put_balance_of_columns(const variations_t *w, int group)
+{
+    const int size = BALANCE_SIZE(w->wheels);
+    lanes_t own[BALANCE_SIZE(MOST_WHEELS)] = {{0}};
+    for (int p = group*LANES; p < w->columns && p < (group + 1)*LANES; p++)
+        for (int k = 0; w->run->number[p] && k < size; k++)
+            own[k][p%LANES] = w->run->balance[w->run->number[p]*size + k];
+    balance_t *const balance = w->balance + 1;
+    balance->normal_gravity = own[0], balance->height = own[1], balance->wheel_mass = own[2];
+    memcpy(w->balance_numbers + 2 + w->wheels, own + 3, (2 + w->wheels)*sizeof *own);
 }
 
 /* The rates, and the sums of the loads that they ask for, under loads with the sums of the point. */

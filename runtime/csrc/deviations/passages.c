@@ -39,16 +39,10 @@ ALWAYS_INLINE void wheel_rates_at(const variations_t *w, const lanes_t *point, l
 #endif
 }
 
-/* The rates in a row of all that deviates, where what sticks is as in another one: one number in all lanes. The row's
- * state is left in w->point. */
-NEVER_INLINE void rates_in_modes(const variations_t *w, long long row, long long of_modes, lanes_t *rate)
+/* The rates of all that deviates at the point, which is the state in a row; of the row itself what contacts do. */
+NEVER_INLINE void rates_at_point(const variations_t *w, long long row, lanes_t *rate)
 {
     const int wheels = OWN_WHEELS(w->wheels);
-    put_state(w, row, w->point);
-    put_held(w, of_modes, -1);
-#if SET_SPINS_STICK
-    put_spin_modes(w, of_modes);
-#endif
     const point_t at = point_of(w, w->vehicle, w->point), along = point_of(w, w->vehicle, w->along);
     lanes_t moved[MOST_WHEELS + 3];
     const lanes_t still[3] = {{0}};
@@ -64,6 +58,21 @@ NEVER_INLINE void rates_in_modes(const variations_t *w, long long row, long long
     set_pose_rates_along(wheels, w->vehicle, w->point, at.heading, still, still[0], rate + 3 + wheels, moved);
     for (int k = 0; k < w->known - 3; k++)
         rate[6 + wheels + k] = at.core_dot[k];
+}
+
+/* The rates in a row of all that deviates, where what sticks is as in another one: one number in all lanes. The row's
+ * state is left in w->point. */
+static void rates_in_modes(const variations_t *w, long long row, long long of_modes, lanes_t *rate)
+{
+    put_state(w, row, w->point);
+    put_held(w, of_modes, -1);
+#if SET_OWN_BEARINGS
+    put_own_modes(w, of_modes);
+#endif
+#if SET_GATHERS
+    put_spin_modes(w, of_modes);
+#endif
+    rates_at_point(w, row, rate);
 }
 
 /* The same where it is as in the row. */

@@ -1,7 +1,7 @@
 /* Free rollers that may stick (spins.c) at the nodes of a step, once the rates of nu are known there: their axial
  * speeds, which fade where there is viscous friction, and for those who look between rows the rates of their spins. */
 
-#if SET_SPINS_STICK
+#if SET_GATHERS
 /* The state at a node of the step that starts in a row into w->point; `block` keeps that of all nodes of a vector. */
 static void put_node(variations_t *w, long long step, long long row, int j, lanes_t *block)
 {
@@ -31,7 +31,7 @@ static const lanes_t *carried_to_nodes(variations_t *w, double h)
 static void put_moved_at_node(variations_t *w, double h, int j, int g, const lanes_t *carried)
 {
     const int groups = w->groups, wheels = w->wheels;
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < first_momentum(w); c++)
         w->along[c] = w->core_at[(c*NODES + j)*groups + g];
     for (int i = 0; i <= wheels; i++)
         w->along[i < wheels ? point_chi(w) + i : point_heading(w)] = carried[(i*NODES + j)*groups + g];
@@ -54,13 +54,14 @@ ALWAYS_INLINE lanes_t rate_by_torque(const variations_t *w, int k, int g)
 static void put_axial_rates(variations_t *w, int j, int g)
 {
     const int count = FREE(w), groups = w->groups;
-    lanes_t axial[count], unused[count], still[count], spins[count];
+    lanes_t axial[count], unused[count], still[count], spins[count], own[count];
     memset(still, 0, sizeof still);
     put_axial(w, g, w->point, w->along, axial, unused);
+    put_spins(w, &w->column[g], own, unused);
     put_spins_along(w, &w->column[g], w->point, w->along, axial, still, spins);
     for (int k = 0; k < count; k++) {
         const lanes_t by_spin = w->fading[k]*(w->axial_moved[k*groups + g] + spins[k]);
-        const lanes_t fading = (1 - w->free_sticks[k])*w->fading_moved[k*groups + g]*w->point[POINT_CORE + k];
+        const lanes_t fading = (1 - w->free_sticks[k])*w->fading_moved[k*groups + g]*own[k];
         w->axial_nodes[(k*NODES + j)*groups + g] = by_spin + fading + rate_by_torque(w, k, g);
     }
 }
@@ -82,7 +83,7 @@ static void put_axial_moved(variations_t *w, long long step, long long row, doub
     for (int k = 0; k < FREE(w); k++) {
         lanes_t *const own = w->axial_nodes + k*NODES*groups, *const start = w->axial_moved + k*groups;
         memset(w->answered, 0, nodes*groups*sizeof *w->answered);
-        add_product(w, answer_of(w, 3 + k/(w->rollers - 1)*2), 1, own, w->answered);
+        add_product(w, answer_of(w, first_momentum(w) + k/(w->rollers - 1)*2), 1, own, w->answered);
         for (int g = 0; g < groups; g++) {
             lanes_t end = start[g];
             for (int j = 0; j < nodes; j++) {
@@ -103,6 +104,7 @@ static void end_axial_moved(variations_t *w, double h)
             w->axial_moved[k*w->groups + g] += h*rate_by_torque(w, k, g);
 }
 
+#if SET_HOLDS
 /* What sticks in a row, and how that moves in a vector of columns. */
 static void put_held_of_columns(const variations_t *w, long long row, int group)
 {
@@ -112,28 +114,43 @@ static void put_held_of_columns(const variations_t *w, long long row, int group)
         for (int k = 0; w->run->number[p] && k < 9; k++)
             w->held[HELD_SIZE + k][p%LANES] = own[12 + 9*(w->run->number[p] - 1) + k];
 }
+#endif
 
 /* The rates of the spins' deviations at the nodes, as the rates of everything there ask for. */
 static void put_rates_of_spins(variations_t *w, long long step, long long row, double h, double *rates)
 {
-    const int count = FREE(w);
+    const int count = FREE(w), first = first_momentum(w);
     const lanes_t *const carried = carried_to_nodes(w, h);
     lanes_t block[point_size(w)], nu_dot[3], nu_dot_along[3], axial[count], axial_moved[count];
     for (int j = 0; j < w->nodes; j++) {
         put_node(w, step, row, j, block);
+#if SET_LOADS
+        memset(w->along, 0, point_size(w)*sizeof *w->along);
+        put_loads(w, 0);
+#endif
         for (int g = 0; g < w->groups; g++) {
+#if SET_LOADS
+            put_balance_of_columns(w, g);
+#endif
+#if SET_HOLDS
             put_held_of_columns(w, row, g);
+#endif
             put_moved_at_node(w, h, j, g, carried);
             put_axial(w, g, w->point, w->along, axial, axial_moved);
             for (int k = 0; k < count; k++)
                 axial_moved[k] = w->axial_nodes[(k*NODES + j)*w->groups + g];
+#if SET_DISKS_STICK
+            put_stuck_axial(w, &w->column[g], w->point, w->along, axial_moved);
+            memcpy(w->along + first_momentum(w), axial_moved, sizeof axial_moved);
+#else
             put_spins_along(w, &w->column[g], w->point, w->along, axial, axial_moved, w->along + POINT_CORE);
+#endif
             const point_t at = point_of(w, &w->column[g], w->point), along = point_of(w, at.vehicle, w->along);
             rates_at(w, &at, &along, nu_dot, nu_dot_along);
             const int last = w->columns - g*LANES, width = last < LANES ? last : LANES;
             for (int k = 0; k < count; k++)
-                memcpy(rates + (j*w->size + 6 + w->wheels + k)*w->columns + g*LANES, &along.core_dot[k],
-                       width*sizeof *rates);
+                memcpy(rates + (j*w->size + 3 + w->wheels + first + k)*w->columns + g*LANES,
+                       &along.core_dot[first - 3 + k], width*sizeof *rates);
         }
     }
 }

@@ -12,7 +12,7 @@
  * felt: they move with these in every direction (slipping.c), and their own rates are known when all others are.
  *
  * The rest of the core of a wheel acts upon itself and nu, so that it is eliminated wheel by wheel (blockwise.c). */
-#include "deviations/blockwise.c"
+#include "deviations/in_blocks.c"
 
 /* How a wheel's angle goes with the core: by its own rate, or where this follows from nu, by nu. */
 static void put_carries(variations_t *w, long long row, int i)
@@ -80,28 +80,6 @@ static int list_unknowns(const variations_t *w, long long row, int *unknown)
         for (int k = 0; k < CONTACT_SPEEDS && sticks_in(w, row, i); k++)
             unknown[all++] = contact_speed(w, i, k);
     return count;
-}
-
-/* A block of the equations: of a row by the rates of a number of the core, or by a turn. */
-static void put_block(const variations_t *w, double h, const blockwise_t *e, const int *unknown, int p, int q)
-{
-    const int a = unknown[p], c = unknown[q], turns = c >= w->core, at = turns ? first_turn(w) + c - w->core : c;
-    const nodes_t *const slope = w->slope + a*w->directions;
-    const int linear = !w->is_still[a*w->directions + at];
-    nodes_t twice = {{{0}}}, *const to = block_of(e, p, q);
-    for (int f = 0; c < CARRYING(w->wheels) && f < w->felt; f++)
-        if (!w->is_still[a*w->directions + w->core + f])
-            for (int b = 0; b < w->blocks; b++)
-                twice.lanes[b] += slope[w->core + f].lanes[b]*carries_felt(w, f)[c];
-    const int squared = !is_zero(w, &twice), is_full = !turns && (linear || squared);
-    *kind_of(e, p, q) = is_full ? FULL : linear || a == c ? DIAGONAL : NO_BLOCK;
-    for (int j = 0; is_full && j < w->nodes; j++) {
-        for (int b = 0; b < w->blocks; b++)
-            to[j].lanes[b] = -h*slope[c].node[j]*w->once[j].lanes[b] - h*h*twice.node[j]*w->twice[j].lanes[b];
-        to[j].node[j] += a == c;
-    }
-    for (int b = 0; !is_full && b < w->blocks; b++)
-        to->lanes[b] = turns ? -slope[at].lanes[b] : lanes_of(a == c);
 }
 
 /* The rates that follow, when the others and the turns are known. */

@@ -19,6 +19,8 @@
 #define HELD_MOMENTA(wheels) (SET_HOLDS_MOMENTA*2*(wheels))
 #define CARRYING(wheels) (3 + SET_SLIPS*(wheels))    /* the numbers of the core that carry: its first ones */
 #define SET_TURNS (SET_GRIPS*SET_HAS_CONTACT_SPEEDS) /* whether slips have directions that turn, one for each wheel */
+#define SET_GATHERS (SET_SPINS_STICK || SET_DISKS_STICK)        /* whether momenta stand for free rollers: spins.c */
+#define SET_OWN_BEARINGS (SET_AXLES_STICK || SET_DISKS_STICK)   /* whether bearings may stick where wheels may slip */
 
 /* What all steps and switches of a call work on. `groups`: vectors of columns. */
 typedef struct {
@@ -64,7 +66,12 @@ typedef struct {
     int *answer_at;
     lanes_t *answered;          /* NODES x groups                                               */
     lanes_t *system, **row;     /* the linear system, its right sides behind it                 */
-#if SET_SPINS_STICK
+#if SET_OWN_BEARINGS
+    lanes_t *own_sticks, *own_holding;  /* 2*wheels: of axles, of rollers in contact; 4*wheels: the same at a point, and
+                                         * how these move */
+    lanes_t *spin_dot, *yaw_mass;       /* at a point, and how they move: 2*wheels*rollers, 2   */
+#endif
+#if SET_GATHERS
     lanes_t *free_sticks, *free_bearing, *free_holding; /* of free rollers, as a point needs them                */
     lanes_t *bearing_along;     /* how free_bearing moves                                       */
     lanes_t *response, *fading; /* models x rollers: axial accelerations by torques, by spins of 1; how these move */
@@ -102,15 +109,25 @@ ALWAYS_INLINE int point_of_place(const variations_t *w, int place)
     return pose > 2 ? pose : pose == 2 ? point_heading(w) : -1;
 }
 
+/* What a step is given beside the inputs of drives and modes: momenta, or torques of free rollers. */
+ALWAYS_INLINE int held_inputs(const variations_t *w)
+{
+    return SET_GATHERS ? w->wheels*(w->rollers - 1) : HELD_MOMENTA(w->wheels);
+}
+
+/* The first number of the core that is a momentum of free rollers, or one of theirs; behind nu, and behind the speeds
+ * of wheels that may slip. */
+ALWAYS_INLINE int first_momentum(const variations_t *w) { return 3 + SET_DISKS_STICK*2*w->wheels; }
+
 /* Where a number of the core stands among the deviations. */
 ALWAYS_INLINE int place_of_core(const variations_t *w, int a) { return a < 3 ? a : a + 3 + w->wheels; }
 
 /* Its deviations at the start of a step. */
 ALWAYS_INLINE const lanes_t *start_of_core(const variations_t *w, int a)
 {
-#if SET_SPINS_STICK
-    if (a >= 3)
-        return w->momenta_moved + (a - 3)*w->groups;
+#if SET_GATHERS
+    if (a >= first_momentum(w))
+        return w->momenta_moved + (a - first_momentum(w))*w->groups;
 #endif
     return w->moved + place_of_core(w, a)*w->groups;
 }
@@ -121,8 +138,8 @@ ALWAYS_INLINE int first_turn(const variations_t *w) { return w->core + w->felt +
 /* Whether a direction is a number of a point: no turn, no sum over rollers, and no number of the vehicle. */
 ALWAYS_INLINE int is_of_point(const variations_t *w, int d)
 {
-    if (SET_SPINS_STICK)
-        return d < 3 || (d >= w->core && d < w->core + w->felt + SET_MOVING*w->wheels);
+    if (SET_GATHERS)
+        return d < first_momentum(w) || (d >= w->core && d < w->core + w->felt + SET_MOVING*w->wheels);
     return d < first_turn(w);
 }
 
@@ -145,6 +162,10 @@ ALWAYS_INLINE int place_of_direction(const variations_t *w, int d)
 #define HELD_SIZE 15
 enum { DIRECTIONS = 0, ABSENT = 9, HELD_FORCE = 12 };
 
+#if SET_OWN_BEARINGS
+#include "deviations/own_modes.c"
+#endif
+
 ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, lanes_t *own)
 {
     point_t point = {.vehicle = vehicle, .nu = own + POINT_NU, .core = own + POINT_CORE, .chi = own + point_chi(w),
@@ -155,7 +176,10 @@ ALWAYS_INLINE point_t point_of(const variations_t *w, const vehicle_t *vehicle, 
     lanes_t *const held = w->held + (own == w->along ? HELD_SIZE : 0);
     point.directions = held + DIRECTIONS, point.absent = held + ABSENT, point.held_force = held + HELD_FORCE;
 #endif
-#if SET_SPINS_STICK
+#if SET_OWN_BEARINGS
+    put_own_bearings(w, own, &point);
+#endif
+#if SET_GATHERS
     const int count = w->wheels*(w->rollers - 1), moves = own == w->along;
     point.free_sticks = moves ? own + point_still(w) : w->free_sticks;
     point.free_bearing = moves ? w->bearing_along : w->free_bearing;
@@ -247,7 +271,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
 #if SET_GRIPS
     put_ground(w, row, b);
-#elif SET_SPINS_STICK
+#elif SET_GATHERS
     put_axial_at_nodes(w);
 #endif
 #if SET_LOADS
@@ -258,7 +282,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         lanes_t *const way = is_of_point(w, d) ? &w->along[place_of_direction(w, d)] : 0;
         nodes_t *const to = number < 0 ? w->slope + d : w->core_by + number*w->equations;
         const int stride = number < 0 ? directions : 1;
-#if SET_GRIPS || SET_SPINS_STICK
+#if SET_GRIPS || SET_GATHERS
         if (is_idle(w, row, d)) {
             for (int a = 0; a < w->core; a++)
                 to[a*stride].lanes[b] = lanes_of(0);
@@ -278,12 +302,12 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
         lanes_t nu_dot[3], nu_dot_along[3];
 #if SET_GRIPS
         put_ground_along(w, row, d, b, &at, &along);
-#elif SET_SPINS_STICK
+#elif SET_GATHERS
         put_spins_of_direction(w, d, at.vehicle);
 #endif
         rates_along(wheels, &at, &along, nu_dot, nu_dot_along);
-#if SET_SPINS_STICK
-        put_momenta_along(w, d, along.core_dot);
+#if SET_GATHERS
+        put_momenta_along(w, d, at.vehicle, along.core_dot + first_momentum(w) - 3);
 #endif
         for (int a = 0; a < w->core; a++)
             to[a*stride].lanes[b] = a < 3 ? nu_dot_along[a] : along.core_dot[a - 3];
@@ -292,7 +316,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     }
 #if SET_GRIPS
     let_speeds_follow(w, row, -1, b);
-#elif SET_SPINS_STICK
+#elif SET_GATHERS
     take_spins_back(w);
 #endif
 }
@@ -472,7 +496,7 @@ ALWAYS_INLINE void add_moved(const nodes_t *slope, int j, lanes_t moved, lanes_t
 }
 
 /* Whether an input that does nothing is passed over: where it is most often so. */
-ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_SPINS_STICK && still[direction]; }
+ALWAYS_INLINE int is_spared(const int *still, int direction) { return SET_GATHERS && still[direction]; }
 
 /* Their right sides: what the deviations at the start, the inputs and the numbers do. */
 static void put_right(variations_t *w, double h, int a, int width)
@@ -579,6 +603,9 @@ NEVER_INLINE void solve(const equations_t *e)
 #else
 #include "deviations/apart.c"
 #include "deviations/spin_nodes.c"
+#endif
+#if SET_OWN_BEARINGS
+#include "deviations/in_blocks.c"
 #endif
 
 static void put_slopes(variations_t *w, long long step, long long row)
@@ -687,6 +714,13 @@ static int put_core_rates(variations_t *w, long long row, double h)
     put_rates_on_ground(w, row, h);
     return 0;
 }
+#elif SET_OWN_BEARINGS
+static int put_core_rates(variations_t *w, long long row, double h)
+{
+    (void)row;
+    put_rates_in_blocks(w, h);
+    return 0;
+}
 #else
 /* The rows of the system for the rates of one number of the core: 1 - h f_c T - h^2 f_g W T^2. Unknowns stand in
  * blocks, one number's rates at the nodes each: those of the first `solved` numbers. */
@@ -746,8 +780,11 @@ static int put_core_rates(variations_t *w, long long row, double h)
 static int vary_along(variations_t *w, long long step, long long row, double *rates)
 {
     const double h = w->run->elapsed[row + 1] - w->run->elapsed[row];
-    const int groups = w->groups, places = SET_SPINS_STICK ? 6 + w->wheels : w->size;
-#if SET_SPINS_STICK
+    const int groups = w->groups, places = SET_GATHERS ? 3 + w->wheels + first_momentum(w) : w->size;
+#if SET_OWN_BEARINGS
+    put_own_modes(w, row);
+#endif
+#if SET_GATHERS
     begin_spins(w, row);
 #endif
     put_slopes(w, step, row);
@@ -757,7 +794,7 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
         return 0;
     put_core(w, h, width);
     put_carried_rates(w, h);
-#if SET_SPINS_STICK
+#if SET_GATHERS
     finish_spins(w, step, row, h, rates);
 #endif
     for (int place = 0; place < places; place++)
@@ -768,7 +805,7 @@ static int vary_along(variations_t *w, long long step, long long row, double *ra
             if (rates)
                 memcpy(rates + (j*w->size + place)*w->columns, rate, w->columns*sizeof *rates);
         }
-#if SET_SPINS_STICK
+#if SET_GATHERS
     put_spins_at_end(w, row + 1);
 #endif
     return 1;

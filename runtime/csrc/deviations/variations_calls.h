@@ -28,6 +28,10 @@ typedef struct {
     const long long *hold;                  /* T: which of `allowed` is that of a row, or null          */
     const double *allowed;                  /* what bearings that stick leave to nu: directions, 3 x 3 by rows, which
                                              * of its columns are absent, 3; how the directions move with each number */
+    const long long *own_mode;              /* T x B: of bearings where wheels may slip 0 where one sticks, else its
+                                             * rate's sign: of axles, then of rollers by wheel and place; or null */
+    const double *own_sliding, *own_most, *own_most_moved, *own_inertia;    /* B, of these: torques of those that turn;
+                                             * the largest at rest; P x B, how these move; B, inertias */
     const long long *free_mode;             /* T x N x (n-1): 0 where a free roller sticks, else its spin's sign; or null */
     const double *free_torque;              /* the same: torques of the bearings of those that turn; or null */
     const double *free_most, *free_most_moved;  /* N x (n-1), P x that: the largest torques at rest, and how they move */

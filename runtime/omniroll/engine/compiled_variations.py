@@ -10,10 +10,13 @@ from functools import cache
 import numpy as np
 
 from omniroll.codegen.along import SUFFIX
+from omniroll.engine.axle_modes import TORQUE
+from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
+from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.variations import Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
@@ -34,7 +37,7 @@ NOTHING = 1e-6  # rad, of a wheel's angle, where a number changes by its own siz
 def library_of(motion: Motion):
     """`ffi` and `lib` for the deviations of a run; None where they cannot be had or are those of other numbers."""
     plain, deviations = motion.plain, motion.deviations
-    if deviations.axles_stick or deviations.rollers_stick:
+    if motion.massless is not None or (deviations.grips and (deviations.axles_stick or deviations.rollers_stick)):
         return None
     try:
         found = sets.variations(plain.base, plain.effects, plain.wheels, plain.sharp)
@@ -48,7 +51,7 @@ def library_of(motion: Motion):
 
 def _drives(deviations: Deviations) -> tuple[str, ...]:
     """The inputs that drives give, and modes: those that are not of free rollers."""
-    return tuple(name for name in deviations.inputs if name not in ("momenta", "free_bearing"))
+    return tuple(name for name in deviations.inputs if name not in ("momenta", FREE))
 
 
 @cache
@@ -117,7 +120,8 @@ class CompiledVariations:
     rows    (T, m, P) deviations in the rows; follow() fills them
     inputs  (S, F, P) of what drives the steps; the caller fills what drives do, follow() what rollers do
     axial   (K, P, N, n) deviations of the rollers' axial speeds at the phases' starts
-    holds   where bearings may stick
+    holds   where bearings may stick; bearings, those that have rates of their own, where wheels may slip
+    turns   (T,) 1 in rows in which these change their modes as a step begins, until that is passed
     """
 
     def __init__(
@@ -129,6 +133,7 @@ class CompiledVariations:
         inputs: np.ndarray,
         axial: np.ndarray | None,
         holds: HoldDeviations | None,
+        bearings: BearingDeviations | None,
     ):
         self.module, self.motion, self.columns = module, motion, columns
         self.rows, self.inputs, self.axial = rows, inputs, axial
@@ -138,8 +143,8 @@ class CompiledVariations:
         decays = "contact_omega" in motion.deviations.rates  # slips along the axles, which do so fast within steps
         few = motion.trajectory.accuracy <= FINE and not decays
         self.nodes = FEWER if few else NODES  # from row to row
-        self.asked = 0
-        self._fill(holds)
+        self.asked, self.turns = 0, np.zeros(len(rows), np.int32)
+        self._fill(holds, bearings)
 
     def deviate(self, spins: np.ndarray) -> None:
         """What the start is made into, where the free rollers' spins deviate by (P, N, n-1)."""
@@ -241,7 +246,6 @@ class CompiledVariations:
         """What C takes of contacts that have modes, by name."""
         run, motion = self.struct[0], self.motion
         found = {"balance": self._balance(contacts)} if contacts.loaded else {}
-        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.all_loads = float(contacts.grip.loads.sum())
         if not contacts.grips:
             return found
@@ -250,10 +254,25 @@ class CompiledVariations:
         noises = contacts.noises(motion.y, ends)
         return found | {"grip": self._grip(contacts), "slip_rounding": noises, "per_reach": self._per_reach(contacts)}
 
-    def _fill(self, holds: HoldDeviations | None) -> None:
+    def _drive(self) -> np.ndarray:
+        """(T, F, N) what drives give, and modes; of bearings that may stick where wheels may slip the torques of those
+        that turn."""
+        motion, trajectory = self.motion, self.motion.trajectory
+        names, kept = _drives(motion.deviations), trajectory.effects.drives()
+        if not names:
+            return np.zeros(1)
+        drive = trajectory.drive[:, [kept.index(name) for name in names]]
+        if motion.axles is not None:
+            drive[:, names.index(TORQUE)] = motion.axles.torques
+        if motion.rollers is not None:
+            drive[:, names.index(IN_CONTACT)] = motion.rollers.torques[..., 0]
+        return drive
+
+    def _fill(self, holds: HoldDeviations | None, bearings: BearingDeviations | None) -> None:
         run, motion, columns = self.struct[0], self.motion, self.columns
         trajectory, plain, deviations = motion.trajectory, motion.plain, motion.deviations
         run.wheels, run.rollers_per_wheel = plain.wheels, plain.rollers_per_wheel
+        run.jumps, run.reached, run.only_just = JUMPS, REACHED, GRAZES
         run.impact = trajectory.switching == "impact"
         run.rows = len(trajectory)
         run.columns, run.size, run.given_size = len(columns), len(deviations.state), self.inputs.shape[1]
@@ -264,8 +283,6 @@ class CompiledVariations:
         number[columns.numbered] = 1 + np.arange(len(columns.numbered))
         steps = np.full(len(trajectory), -1)
         steps[trajectory.step_rows] = np.arange(len(trajectory.step_rows))
-        names, kept = _drives(deviations), trajectory.effects.drives()
-        drive = trajectory.drive[:, [kept.index(name) for name in names]] if names else np.zeros(1)
         integers = {"number": number, "place": deviations.state}
         for name, array in integers.items():
             setattr(run, name, self._pointer(array, np.int32))
@@ -275,10 +292,13 @@ class CompiledVariations:
             if holds.holds.spins is not None:
                 whole["free_mode"] = holds.holds.spins.modes
                 run.enters = self._pointer(holds.left_to_do, np.int32)
+        if bearings is not None:
+            self.turns[:] = bearings.turns_alone
+            whole["own_mode"], run.enters = bearings.modes, self._pointer(self.turns, np.int32)
         for name, array in (whole | {"phase_start": motion.phases}).items():
             setattr(run, name, self._pointer(array, np.int64))
         numbers = {
-            "elapsed": trajectory.elapsed, "y": motion.y, "drive": drive, "dense": dense, "moved": self.rows,
+            "elapsed": trajectory.elapsed, "y": motion.y, "drive": self._drive(), "dense": dense, "moved": self.rows,
             "given": self.inputs, "least": NOTHING / columns.sizes,
         }  # fmt: skip
         if motion.contacts is not None:
@@ -286,6 +306,11 @@ class CompiledVariations:
         if holds is not None and holds.holds.spins is not None:
             numbers |= {"free_torque": holds.holds.spins.torques, "held_for": holds.held_for}
             numbers |= {"free_most": holds.holds.spins.holding, "free_most_moved": holds.torques_of_spins[1]}
+        if bearings is not None:
+            numbers |= {"own_sliding": bearings.sliding, "own_most": bearings.holding}
+            numbers |= {"own_most_moved": bearings.torques[1], "own_inertia": bearings.inertias}
+        if motion.rollers is not None:
+            numbers["free_torque"] = motion.rollers.torques[..., 1:]
         if self.axial is not None:
             numbers |= {"spins": trajectory.spins, "axial": self.axial}
         for name, array in numbers.items():

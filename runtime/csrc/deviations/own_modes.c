@@ -1,0 +1,52 @@
+/* Bearings that may stick where wheels may slip: which of them do in a row, and their room at a point. There wheels and
+ * rollers have speeds of their own, so that a bearing that sticks takes no direction from nu. */
+
+/* The bearings are those of the axles, if these may stick, then those of the rollers, if these may: wheel by wheel, of
+ * each first that in contact. */
+#define MOST_OWN(w) (SET_AXLES_STICK*(w)->wheels + SET_DISKS_STICK*(w)->wheels*(w)->rollers)
+ALWAYS_INLINE int roller_bearing(const variations_t *w, int wheel, int place)
+{
+    return SET_AXLES_STICK*w->wheels + wheel*w->rollers + place;
+}
+
+/* In a row 0 where one sticks, else the sign of its rate. */
+ALWAYS_INLINE long long own_mode(const variations_t *w, long long row, int k)
+{
+    return w->run->own_mode[row*MOST_OWN(w) + k];
+}
+
+/* What the functions take and give of axles and of rollers in contact at a point, or as these move. */
+ALWAYS_INLINE void put_own_bearings(const variations_t *w, lanes_t *own, point_t *point)
+{
+    const int moves = own == w->along, wheels = w->wheels;
+    const lanes_t *const sticks = moves ? own + point_still(w) : w->own_sticks;
+    lanes_t *const holding = w->own_holding + 2*wheels*moves;
+    (void)sticks, (void)holding;
+#if SET_AXLES_STICK
+    point->axle_sticks = sticks, point->axle_holding = holding;
+#endif
+#if SET_DISKS_STICK
+    point->contact_sticks = moves ? sticks : sticks + wheels, point->contact_holding = holding + wheels;
+    point->contact_spin_dot = w->spin_dot + wheels*w->rollers*moves;
+    point->spins_dot = point->contact_spin_dot + wheels;
+    point->yaw_mass = w->yaw_mass + moves;
+#endif
+}
+
+/* The same as in a row, with the torques of those that turn. */
+static void put_own_modes(const variations_t *w, long long row)
+{
+    const omniroll_variations_t *const run = w->run;
+    const double *const drive = run->drive + row*SET_INPUTS*w->wheels;
+    for (int i = 0; i < w->wheels; i++) {
+#if SET_AXLES_STICK
+        w->own_sticks[i] = lanes_of(own_mode(w, row, i) == 0);
+        w->point[point_inputs(w) + SET_BEARING_INPUT*w->wheels + i] = lanes_of(drive[SET_BEARING_INPUT*w->wheels + i]);
+#endif
+#if SET_DISKS_STICK
+        const int torque = SET_CONTACT_BEARING_INPUT*w->wheels + i;
+        w->own_sticks[w->wheels + i] = lanes_of(own_mode(w, row, roller_bearing(w, i, 0)) == 0);
+        w->point[point_inputs(w) + torque] = lanes_of(drive[torque]);
+#endif
+    }
+}

@@ -1,0 +1,33 @@
+/* Small systems of numbers, one for all columns. */
+#if SET_GRIPS || SET_OWN_BEARINGS
+/* Solve a small system by rows, whose right sides become the solution. Returns whether it is regular. */
+static int solve_small(double *matrix, int count, lanes_t *right, int groups)
+{
+    for (int p = 0; p < count; p++) {
+        int best = p;
+        for (int i = p + 1; i < count; i++)
+            best = fabs(matrix[i*count + p]) > fabs(matrix[best*count + p]) ? i : best;
+        if (!(fabs(matrix[best*count + p]) > 0))
+            return 0;
+        for (int c = 0; c < count && best != p; c++) {
+            const double kept = matrix[p*count + c];
+            matrix[p*count + c] = matrix[best*count + c], matrix[best*count + c] = kept;
+        }
+        for (int g = 0; g < groups && best != p; g++) {
+            const lanes_t kept = right[p*groups + g];
+            right[p*groups + g] = right[best*groups + g], right[best*groups + g] = kept;
+        }
+        for (int i = 0; i < count; i++) {
+            const double factor = i == p ? 0 : matrix[i*count + p]/matrix[p*count + p];
+            for (int c = p; c < count; c++)
+                matrix[i*count + c] -= factor*matrix[p*count + c];
+            for (int g = 0; g < groups; g++)
+                right[i*groups + g] -= factor*right[p*groups + g];
+        }
+    }
+    for (int p = 0; p < count; p++)
+        for (int g = 0; g < groups; g++)
+            right[p*groups + g] /= matrix[p*count + p];
+    return 1;
+}
+#endif
