@@ -9,7 +9,7 @@ from costs.counting import missing
 from costs.massless_rollers import DRIVES, GROUNDS, measured
 
 from contact.test_massless_rollers import BOTH, contact_torques, scene
-from omniroll import Session, simulate, simulate_many
+from omniroll import Bearings, Contact, Session, TorqueTable, Vehicle, simulate, simulate_many
 from omniroll.effects.massless_rollers import holds
 from omniroll.engine.compiled_engine import lacking
 from omniroll.engine.simulate import checked_task
@@ -138,6 +138,21 @@ def test_a_sweep_ends_where_its_runs_end(engine):
         np.testing.assert_array_equal(many.end.nu[k], run.nu[-1])
         np.testing.assert_array_equal(many.end.contact_spin[k], run.contact_spin[-1])
         assert many.end.energy[k] == pytest.approx(run.energy[-1], rel=1e-12)
+
+
+def test_a_session_has_the_derivatives_of_its_run():
+    ramp = TorqueTable((0.0, 0.3), ((0, 0, 0), (0.3, -0.1, 0.2)))
+    held = Bearings(roller_coulomb=1e-3, roller_break_away=2e-3)
+    options = {"nu": (0, 0, 0), "roller_model": "massless", "effects": (Contact(5.0), held, ramp), "accuracy": 1e-11}
+    options["sensitivities"] = ("mass", "roller_break_away")
+    run = simulate(Vehicle.paper(), duration=DURATION, **options)
+    assert run.stats["engine"] == "compiled" and (run.contact_spin[-1] != 0).any()
+    session = Session(Vehicle.paper(), driven=False, **options)
+    for _ in range(20):
+        session.step(DURATION / 20)
+    for name in options["sensitivities"]:
+        found, wanted = session.sensitivity(name).nu, run.sensitivity(name).nu[-1]
+        assert found == pytest.approx(wanted, rel=1e-8, abs=1e-8 * np.abs(wanted).max()) and wanted.any()
 
 
 # Which engine runs
