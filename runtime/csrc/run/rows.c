@@ -170,12 +170,16 @@ static long long lay_out(work_t *work, lanes_t *memory, int wheels, int rollers)
     work->own.held = lanes_part(&parts, BLOCKS*own);
     work->own.late = numbers_part(&parts, own);
 #endif
-#if SET_DISKS_STICK
+#if SET_ROLLERS_TURN
     work->own.wheels = wheels, work->own.rollers_at = SET_AXLES_STICK ? wheels : 0;
     work->own.rate = lanes_part(&parts, own);
+#if SET_DISKS_STICK
     work->own.dot = lanes_part(&parts, own);
     work->own.yaw_mass = lanes_part(&parts, 1);
+#endif
     work->own.now = numbers_part(&parts, own);
+#endif
+#if SET_DISKS_STICK
     work->own.given = numbers_part(&parts, own);
     work->own.per_yaw = numbers_part(&parts, own);
     work->own.bounds = numbers_part(&parts, own);
@@ -261,7 +265,7 @@ ALWAYS_INLINE const omniroll_bearing_t *bearing_of_input(const omniroll_run_t *r
     const int kind = input/run->wheels, wheel = input%run->wheels;
     if (run->axle_count && kind == SET_BEARING_INPUT)
         return run->bearings + wheel;
-    const int contacts = SET_DISKS_STICK || run->bearing_count - run->own_count > run->axle_count;
+    const int contacts = SET_ROLLERS_TURN || run->bearing_count - run->own_count > run->axle_count;
     return contacts && kind == SET_CONTACT_BEARING_INPUT ? run->bearings + run->axle_count + wheel : 0;
 }
 
