@@ -25,7 +25,7 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 
 #if !SET_GRIPS
 /* The rates of the core at the nodes, by rows of right sides, where bearings stick on wheels that may slip. The momenta
- * of free rollers act upon themselves, nu and their wheel; the speeds of a wheel upon each other and nu: so nu is last. */
+ * of free rollers act upon themselves, nu and their wheel; the speeds of a wheel upon each other and nu: nu is last. */
 static void put_rates_in_blocks(variations_t *w, double h)
 {
     const int wheels = w->wheels, speeds = 1 + SET_HAS_CONTACT_SPEEDS;
