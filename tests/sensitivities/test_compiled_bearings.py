@@ -15,8 +15,8 @@ from tests.sensitivities import test_rollers_on_the_ground as rollers
 from tests.sensitivities.differences import SPINS, Case
 from tests.sensitivities.test_compiled import runs_in_c_and_python
 
-# Of the largest derivative. Free rollers in contact are light, so that their speeds decay within steps; what rounding does
-# to these equations came to 4e-12 in one scene without an event.
+# Of the largest derivative. Free rollers in contact are light, so that their speeds decay within steps; what rounding
+# does to these equations came to 4e-12 in one scene without an event.
 BOUND = {"massless": 1e-12, "free": 1e-10}
 REGULARISED = {"law": "regularised", "friction": (0.3, 0.4), "speed": 0.05}
 LOADED = REGULARISED | {"loads": "dynamic", "height": 0.05}
