@@ -196,18 +196,16 @@ static void begin_spins(variations_t *w, long long row)
             || (u < moving && !are_zero(w->given + (w->inputs + u)*groups, groups));
 }
 
+#if SET_SPINS_STICK
 /* The axial speeds at a block of nodes, whose state stands in w->point. */
 static void put_axial_at_nodes(variations_t *w)
 {
-#if SET_DISKS_STICK
-    memcpy(w->axial_at, w->point + first_momentum(w), FREE(w)*sizeof *w->axial_at);
-#else
     const int chi = point_chi(w);
     lanes_t moved[FREE(w)];
     set_axial_speeds_along(OWN_WHEELS(w->wheels), w->vehicle, w->point, w->point + chi, w->point + POINT_CORE, w->along,
                            w->along + chi, w->along + POINT_CORE, w->axial_at, moved);
-#endif
 }
+#endif
 
 /* Which of the momenta a direction is, or which of the moments, or -1. */
 ALWAYS_INLINE int momentum_of(const variations_t *w, int d)

@@ -271,7 +271,7 @@ NEVER_INLINE void slopes_of_core(variations_t *w, long long row, int b)
     const int wheels = OWN_WHEELS(w->wheels), directions = w->directions;
 #if SET_GRIPS
     put_ground(w, row, b);
-#elif SET_GATHERS
+#elif SET_SPINS_STICK
     put_axial_at_nodes(w);
 #endif
 #if SET_LOADS
