@@ -271,15 +271,23 @@ static int decide_carrying_beside(omniroll_run_t *run, const work_t *work, const
     return !run->ground.failure;
 }
 
+/* Whether the vehicle tips: there are no loads, not because friction leaves them undetermined, and those that there would
+ * be act at its edge or beyond it. */
+static int tips(const omniroll_run_t *run)
+{
+    return run->ground.failure == OMNIROLL_LOADS_NONE && run->ground.failure_is_regular && !acts_inside(run);
+}
+
 /* Why there are no loads, and what compressions were found. */
 typedef struct {
     omniroll_ground_t ground;
     double compression[MOST_WHEELS];
+    int tips;
 } refusal_t;
 
 static void keep_refusal(const omniroll_run_t *run, refusal_t *refusal)
 {
-    refusal->ground = run->ground;
+    refusal->ground = run->ground, refusal->tips = tips(run);
     for (int i = 0; i < run->wheels; i++)
         refusal->compression[i] = run->grips[i].load;
 }
@@ -291,19 +299,12 @@ static void put_refusal(omniroll_run_t *run, const refusal_t *refusal)
         run->grips[i].load = refusal->compression[i];
 }
 
-/* Whether the vehicle tips: there are no loads, and not because friction leaves them undetermined. */
-static int tips(const omniroll_ground_t *ground)
-{
-    return ground->failure == OMNIROLL_LOADS_NONE && ground->failure_is_regular;
-}
-
 /* There are no loads where contacts give way either. The run stops because the vehicle tips if it does so where all
  * contacts stick, and not only where they give way. */
 static void tell_what_tips(omniroll_run_t *run, const refusal_t *at_rest)
 {
-    if (!tips(&at_rest->ground) || tips(&run->ground))
-        return;
-    put_refusal(run, at_rest);
+    if (at_rest->tips && !tips(run))
+        put_refusal(run, at_rest);
 }
 
 /* Whether there are loads where all stick that `rests`; else why not, in `at_rest`. They are taken, or those of the last
