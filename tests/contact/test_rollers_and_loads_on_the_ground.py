@@ -305,11 +305,6 @@ def assert_scene_obeys(vehicle, options, engine="compiled"):
     return run, reason
 
 
-def expect_failure(request, fails, reason):
-    if fails:
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
-
-
 def assert_engines_agree(vehicle, options):
     """Both obey the laws, and make the same motion, or stop at the same time for the same reason."""
     (here, stopped), (there, reason) = (assert_scene_obeys(vehicle, options, engine) for engine in ENGINES)
@@ -348,8 +343,7 @@ def test_both_engines_make_the_same_motion_in_more_scenes(number):
 
 @pytest.mark.parametrize("engine", EACH)
 @pytest.mark.parametrize("number", [71, 72, 81, 90, 97, 100, 107])
-def test_each_engine_obeys_the_laws_in_every_row(number, engine, request):
-    expect_failure(request, (number, engine) == (107, "compiled"), "a slip that is rounding goes back in a row")
+def test_each_engine_obeys_the_laws_in_every_row(number, engine):
     vehicle, options = scene(number)
     run, _ = assert_scene_obeys(vehicle, options, engine)
     assert run.t[-1] == options["duration"] or number in TIP

@@ -512,6 +512,21 @@ static int keeps_direction(const omniroll_run_t *run, const step_t *s, int i, co
     return goes_along(run, i, slip, own, s->h*s->friction_makes);
 }
 
+#if SET_STANDS                      /* standing.c, standing_both_ways.c */
+static int forbid(omniroll_run_t *run, const work_t *work);
+
+/* A wheel that comes to rest on the ground and rests in its bearing has no slip in the row, as one that turns has none:
+ * nu loses what makes it. What the iteration has left there would be a slip that goes back. */
+static void stand_at_end(omniroll_run_t *run, const work_t *work)
+{
+    int comes_to_rest = 0;
+    for (int i = 0; i < run->wheels; i++)
+        comes_to_rest |= run->grips[i].resting && !run->grips[i].sticks;
+    if (comes_to_rest && forbid(run, work))
+        roll(run, work, 0);
+}
+#endif
+
 /* A step has been taken. */
 static void contacts_have_moved(omniroll_run_t *run, const work_t *work, const step_t *s)
 {
