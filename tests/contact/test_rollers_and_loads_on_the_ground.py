@@ -41,6 +41,7 @@ from omniroll import (
     Vehicle,
     simulate,
 )
+from omniroll.effects import cones
 from omniroll.effects.loaded_ground_with_bearings import LoadedGroundWithBearings
 from omniroll.results.comparison import distance_at
 
@@ -154,26 +155,43 @@ def loads_behind(force, way):
 
 @pytest.mark.parametrize("part", [1 - 1e-9, 1 + 1e-9, 1 + 1e-6, 1.3])
 @pytest.mark.parametrize("way", [0.0, 0.3, np.pi / 4, 4.0])
-def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, request, way, part):
+def test_a_vehicle_with_blocked_bearings_is_a_block_on_a_slope(run_of, way, part):
     """It rests up to tan b = mu, however its weight is shared: each contact takes mu times its own load then. Then
     v' = g (sin b - mu cos b)."""
-    if part == 1 + 1e-9 and way and "compiled" in request.node.name:
-        reason = "rounding of slips of 5e-11 m/s turns loads by up to 1.3e-4, and one run stops for its short steps"
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     angle = 0.25
     friction, across = np.tan(angle) / part, GRAVITY * np.cos(angle)
     ground = Contact(law="coulomb", friction=friction, normal_gravity=across, **FOLLOW)
     run = run_of([ground, BLOCKED, Slope(angle, way, gravity=GRAVITY)], 0.02)
     held = min(np.sin(angle) * MASS * GRAVITY, friction * MASS * across)
     wanted = loads_behind(held, way) + (MASS * across - WEIGHT) / 4
-    assert run.ground_load == pytest.approx(np.broadcast_to(wanted, (len(run), 4)), rel=1e-6 if part > 1 else RELATIVE)
+    near = 1e-7 if 1 < part < 1 + 1e-8 else 1e-9 if part > 1 else RELATIVE
+    assert run.ground_load == pytest.approx(np.broadcast_to(wanted, (len(run), 4)), rel=near)
     if part < 1:
         assert not run.nu.any() and run.sticks.all()
         return
     speed = np.linalg.norm(run.nu[-1, :2]) * ARM
     assert speed == pytest.approx(GRAVITY * np.sin(angle) * (1 - 1 / part) * run.t[-1],
-                                  rel=1e-3 if part < 1 + 1e-8 else 1e-8 if part < 1.1 else 1e-11)  # fmt: skip
-    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-3 * np.linalg.norm(run.nu[-1])
+                                  rel=1e-5 if part < 1 + 1e-8 else 1e-8 if part < 1.1 else 1e-11)  # fmt: skip
+    assert not run.sticks[1:].any() and np.abs(run.nu[-1, 2]) <= 1e-4 * np.linalg.norm(run.nu[-1])
+    assert run.stats["evaluations"] < 1000  # nothing makes its steps short
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_contacts_that_are_only_just_pulled_go_where_the_vehicle_goes(number):
+    """Forces of contacts against the motion x of a vehicle, which takes them away but for 1e-9 of it. Rounds that
+    begin at no forces leave them 2e-5 to 2e-4 of the largest off."""
+    rng = np.random.default_rng([73, number])
+    count = int(rng.integers(3, 7))
+    rows = rng.normal(size=(count, 2, 3))
+    motion = 1e-9 * rng.normal(size=3)
+    rate = rows @ motion
+    reach = np.repeat(10 ** rng.uniform(-0.5, 0.5, (count, 1)), 2, axis=1)
+    force = -reach * rate / np.linalg.norm(rate, axis=1, keepdims=True)
+    matrix = np.einsum("kcx,jdx->kcjd", rows, rows)
+    given = rate - np.tensordot(matrix, force, 2)
+    found = cones.decide_semidefinite(matrix, given, reach, from_inside=True)
+    assert found.force == pytest.approx(force, abs=1e-6 * reach.max())
+    assert (found.pull > 0).all()
 
 
 @pytest.mark.parametrize("way", [0.0, 1.0])

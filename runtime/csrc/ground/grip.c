@@ -170,10 +170,9 @@ static void put_modes(omniroll_run_t *run)
 
 /* Forces and rates of the slips at this instant with these given forces, into `work`; `free`: where nothing sticks, and
  * loads that follow the motion do not: the forces are then not per load. */
-static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push)
+static void push_contacts(const omniroll_run_t *run, const work_t *work, int free, const lanes_t *push, lanes_t *nu_dot)
 {
     instant_t now;
-    lanes_t nu_dot[3];
     at_this_instant(run, work, run->wheels, &now);
     for (int i = 0; i < run->wheels && free; i++)
         now.arrays.input[SET_MODES_INPUT*run->wheels + i] = lanes_of(0);
@@ -190,6 +189,25 @@ static void push_contacts(const omniroll_run_t *run, const work_t *work, int fre
     core_rates_there(run->wheels, &now.point, nu_dot);
 }
 
+/* By how much component c of the rate of a contact's slip is more in a lane than in the first. Where its bearing sticks
+ * that follows from nu', by the way's row: contacts that share their motion feel the same of each other then, to rounding
+ * of the whole and not of the small differences of which it is made. */
+static double rate_in_lane(const omniroll_run_t *run, const work_t *work, const double (*rows)[3], const lanes_t *nu_dot,
+                           int contact, int c, int lane)
+{
+#if SET_STARTS_INSIDE
+    const int way = 2*contact + c, place = place_in_way(run, way);
+    if (place >= 0 && own_bearings(run)[place].mode == 0) {
+        double more = 0;
+        for (int k = 0; k < 3; k++)
+            more += rows[way][k]*(nu_dot[k][lane] - nu_dot[k][0]);
+        return more;
+    }
+#endif
+    (void)run, (void)rows, (void)nu_dot;
+    return work->slip_dot[2*contact + c][lane] - work->slip_dot[2*contact + c][0];
+}
+
 /* What forces on some contacts do to the rates of their slips, beside the forces `given`: rows and columns of `matrix`
  * are the components of these contacts, and their rates without further forces are `without`. `free`: as above. */
 static void find_response(const omniroll_run_t *run, const work_t *work, const int *contacts, int count, int free,
@@ -197,19 +215,24 @@ static void find_response(const omniroll_run_t *run, const work_t *work, const i
 {
     const double typical = free ? run->ground.typical : push_of_friction(run);
     const int width = 2 - SET_FIRST_DIRECTION, size = count*width;
+    double rows[2*MOST_WHEELS][3];
+#if SET_STARTS_INSIDE
+    rows_in_ways(run, work, rows);
+#endif
     for (int first = 0; first < size; first += LANES - 1) {
-        lanes_t push[2*MOST_WHEELS];
+        lanes_t push[2*MOST_WHEELS], nu_dot[3];
         memcpy(push, given, sizeof *push*2*(size_t)run->wheels);
         for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++) {
             const int k = first + lane - 1;
             push[2*contacts[k/width] + SET_FIRST_DIRECTION + k%width][lane] += typical;
         }
-        push_contacts(run, work, free, push);
+        push_contacts(run, work, free, push, nu_dot);
         for (int j = 0; j < size; j++) {
-            const lanes_t rate = work->slip_dot[2*contacts[j/width] + SET_FIRST_DIRECTION + j%width];
-            without[j] = rate[0];
+            const int contact = contacts[j/width], c = SET_FIRST_DIRECTION + j%width;
+            without[j] = work->slip_dot[2*contact + c][0];
             for (int lane = 1; lane < LANES && first + lane - 1 < size; lane++)
-                matrix[j*size + first + lane - 1] = (rate[lane] - rate[0])/typical;
+                matrix[j*size + first + lane - 1]
+                    = rate_in_lane(run, work, (const double (*)[3])rows, nu_dot, contact, c, lane)/typical;
         }
     }
 }
