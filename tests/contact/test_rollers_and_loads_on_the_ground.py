@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from oracle.balls import exact, working_precision
 from reactions.newton_euler import Acting
+from scipy.optimize import brentq
 
 from contact import test_rollers_on_the_ground as static_loads
 from contact.test_axles_on_the_ground import case_in_modes
@@ -384,6 +385,57 @@ def test_directions_that_contacts_share_are_found_before_loads_are_found_for_the
     vehicle, options = high_scene(18)
     run, reason = assert_scene_obeys(vehicle, options)
     assert run.t[-1] == options["duration"] and not reason
+
+
+class Enumerated(Exception):
+    """Carries the directions (K,) in rad in which a contact that lets go may slip, and its rates (K,) in m/s^2."""
+
+
+def enumerate_slips(ground, evaluate):
+    """All directions along which the rate of contact 0 of three would be, under the loads that it asks for then, and
+    these rates. The bearings of all rollers stick, and the other contacts slip."""
+
+    def dynamics(sticks, pushed):
+        evaluate(sticks, ground.axles.modes == 0, pushed, ground.axles.torques())
+        return ground.held["ground_force"].copy(), ground.held["slip_dot"].copy()
+
+    def across_and_along(angle):
+        ground.towards[0] = np.cos(angle), np.sin(angle)
+        ground.sticks[:] = False
+        unit, none = ground.sliding_forces(np.ones(3)), np.zeros(3, bool)
+        found = ground._carry(unit, none, dynamics)
+        _, rates = ground._under(found.loads, dynamics, none, unit)
+        (x, y), rate = ground.towards[0], rates[0]
+        return x * rate[1] - y * rate[0], x * rate[0] + y * rate[1]
+
+    angles = np.linspace(-np.pi, np.pi, 721)
+    across = [across_and_along(angle)[0] for angle in angles]
+    roots = [brentq(lambda angle: across_and_along(angle)[0], *angles[k : k + 2], xtol=1e-14)
+             for k in range(720) if across[k] * across[k + 1] < 0]  # fmt: skip
+    return np.array(roots), np.array([across_and_along(root)[1] for root in roots])
+
+
+@pytest.mark.long
+def test_a_contact_may_let_go_with_a_jump(monkeypatch):
+    """Scene 120: where contact 0 has used its friction up, it may stick at its bound, or slip faster and faster in
+    another direction under other loads. Behind that instant it cannot stick. Engines begin in the direction of the
+    force at rest, in which a slip neither grows nor falls."""
+    begin = LoadedGroundWithBearings.begin
+
+    def enumerating(self, slip, evaluate):
+        if self.released[0]:
+            begin(self, slip, evaluate)
+            raise Enumerated(*enumerate_slips(self, evaluate))
+        begin(self, slip, evaluate)
+
+    vehicle, options = scene(120)
+    with monkeypatch.context() as context, pytest.raises(Enumerated) as found:
+        context.setattr(LoadedGroundWithBearings, "begin", enumerating)
+        simulate(vehicle, engine="python", **options)
+    roots, rates = found.value.args
+    assert (np.abs(rates) < 1e-6).sum() == 1  # it sticks, at its bound
+    (way,), (rate,) = roots[rates > 1e-6], rates[rates > 1e-6]
+    assert rate > 0.1 and abs(way - roots[np.abs(rates).argmin()]) > 0.01
 
 
 @pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (2, 4))])
