@@ -21,6 +21,11 @@ SWEEPS, BETWEEN = 400, 8  # rounds over the contacts, and how many before each t
 NEWTON = 30
 SETTLED = 1e-14
 ON_THE_EDGE = 1e-7  # of the radius: contacts nearer to it may slip
+INSIDE_ROUNDS, PRODUCTS_LEFT = 80, 1e-18  # from inside: at most so many rounds, and what they leave of p s
+FALLS, FALLS_LESS, WHOLE = 0.1, 0.5, 0.5  # what a round leaves of p s; behind one of which less than WHOLE was made
+STAYS_INSIDE = 0.9  # of the way to the edge of p > 0 and s > 0
+STEADIES = 1e-14  # of the diagonal: what leaves forces where they are that nothing feels
+LEAST_SCALE = 1e-30  # of the problem's size
 DRAWN, ROUNDS = 1e-6, 60  # of D's diagonal: how strongly forces that need not be unique are drawn, and how often
 EPS = float(np.finfo(float).eps)
 
@@ -44,10 +49,8 @@ def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, near: np.nd
     given   (m, c) a, the rates of the slip velocities without these forces
     reach   (m, c) positive, the half-axes of the ellipses
     """
-    shape, size = given.shape, given.size
-    scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)  # of unit discs
-    wanted = (given * reach).ravel()
-    unit = max(float(np.abs(wanted).max()), float(np.abs(scaled).max()))
+    shape = given.shape
+    scaled, wanted, unit = _of_unit_discs(matrix, given, reach)
     start = None if near is None else (near / reach).ravel()
     place = _minimum(scaled / unit, wanted / unit, shape, start)
     rate = ((scaled @ place + wanted) / reach.ravel()).reshape(shape)
@@ -56,17 +59,31 @@ def decide(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, near: np.nd
     return Decided(place * reach, pull, rate)
 
 
-def decide_semidefinite(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> Decided:
+def _of_unit_discs(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """The problem (m c, m c), (m c,) of unit discs, and its largest number."""
+    size = given.size
+    scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)
+    wanted = (given * reach).ravel()
+    return scaled, wanted, max(float(np.abs(wanted).max()), float(np.abs(scaled).max()))
+
+
+def decide_semidefinite(matrix: np.ndarray, given: np.ndarray, reach: np.ndarray, from_inside: bool = False) -> Decided:
     """The same where D is semidefinite: there is one rate, and forces that need not be unique.
 
     Rockafellar's proximal point: D with a small part of its diagonal more, and the forces drawn to those of the round
     before. Along what D feels the rounds converge as fast as that part is small; along what it does not feel they stay.
     Beside contacts, free rollers are so light that a part of the largest number would hide what D feels of them.
+
+    from_inside  whether the rounds begin at the minimum as an interior-point method finds it: those of contacts that
+                 are only just pulled would go on for thousands
     """
     size = given.size
     part = DRAWN * np.diag(matrix.reshape(size, size)).reshape(given.shape)
     shifted = matrix + part[:, :, None, None] * np.eye(size).reshape(matrix.shape)
     force, near = np.zeros(given.shape), None
+    if from_inside:
+        scaled, wanted, unit = _of_unit_discs(matrix, given, reach)
+        force = near = _from_inside(scaled / unit, wanted / unit, given.shape) * reach
     for _ in range(ROUNDS):
         before = force
         near = force = decide(shifted, given - part * before, reach, near).force
@@ -91,6 +108,39 @@ def residuals(found: Decided, given: np.ndarray, reach: np.ndarray) -> tuple[flo
     inside = float((moving * np.maximum(1 - size, 0)).max()) / whole
     less = float(np.abs(moving + (weighted * place).sum(axis=1)).max()) / whole
     return beyond, inside, less
+
+
+def _from_inside(matrix: np.ndarray, wanted: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """(m, c) the minimum over unit discs by an interior-point method: with slacks s = (1 - |y|^2)/2 and pulls p,
+    matrix y + wanted = -p y, and the products p s fall together. Of forces that are not unique it finds such as are
+    amid all that balance."""
+    count, width = shape
+    blocks = np.arange(count * width).reshape(shape)
+    sizes = np.abs(wanted) + np.abs(matrix).sum(axis=1)
+    scale = np.maximum(sizes.reshape(shape).max(axis=1), LEAST_SCALE)
+    steadies = STEADIES * np.maximum(np.diag(matrix), LEAST_SCALE)
+    place, pull, slack, falls = np.zeros(shape), scale.copy(), np.full(count, 0.5), FALLS
+    for _ in range(INSIDE_ROUNDS):
+        left = float((pull * slack / scale).mean())
+        if not left > PRODUCTS_LEFT:
+            break
+        aim, off = falls * left * scale, slack + ((place**2).sum(axis=1) - 1) / 2
+        along = (aim + pull * off) / slack - pull
+        system = matrix + np.diag(np.repeat(pull, width) + steadies)
+        system[blocks[:, :, None], blocks[:, None, :]] += np.einsum("k,ki,kj->kij", pull / slack, place, place)
+        right = -(matrix @ place.ravel() + wanted) - ((pull + along)[:, None] * place).ravel()
+        unit = 1 / np.sqrt(np.diag(system))
+        step = (unit * np.linalg.solve(unit[:, None] * system * unit, unit * right)).reshape(shape)
+        slacks = -off - (place * step).sum(axis=1)
+        pulls = (aim - pull * (slack + slacks)) / slack
+        part = 1.0
+        for value, change in ((slack, slacks), (pull, pulls)):
+            falling = change < 0
+            part = min(part, float((-STAYS_INSIDE * value[falling] / change[falling]).min(initial=1.0)))
+        place, slack, pull = place + part * step, slack + part * slacks, pull + part * pulls
+        falls = FALLS if part > WHOLE else FALLS_LESS
+    length = np.linalg.norm(place, axis=1)
+    return place / np.where(pull > slack * scale, length, 1.0)[:, None]
 
 
 def _minimum(
