@@ -202,6 +202,8 @@ def test_forces_of_cut_discs_have_the_most_power():
         matrix = root @ root.T + np.diag(np.tile([0.0, rng.uniform(0.1, 1)], count))
         given, reach = 3 * rng.normal(size=(count, 2)), rng.uniform(0.3, 2, (count, 2))
         strip = reach[:, 0] * rng.uniform(0.1, 1.3, count)
+        near = rng.random(count) < 0.2  # edge and circle are nearly one
+        strip[near] = reach[near, 0] * rng.choice((1.0, 1 - 1e-16, 1 - 1e-12, 1 - 1e-9, 1 - 1e-7, 1e-14), near.sum())
         found = cones.decide_semidefinite(matrix.reshape(count, 2, count, 2), given, reach, strip)
         for force, rate, own, most in zip(found.force, found.rate, reach, strip, strict=True):
             place, weighted, edge = force / own, rate * own, min(most / own[0], 1.0)

@@ -59,7 +59,7 @@ def decide(
     strip   (m,) positive, the largest first components of the forces; None: the discs set their bounds
     """
     shape, size = given.shape, given.size
-    width = None if strip is None else strip / reach[:, 0]
+    width = None if strip is None else np.where(strip < reach[:, 0], strip / reach[:, 0], np.inf)
     scaled = (matrix * reach[:, :, None, None] * reach).reshape(size, size)  # of unit discs
     wanted = (given * reach).ravel()
     unit = max(float(np.abs(wanted).max()), float(np.abs(scaled).max()))
@@ -250,7 +250,10 @@ def _with_slipping(
             system[own, size + k] = system[size + k, own] = place[own]
         system[kept] = 0.0
         system[kept, kept] = 1.0
-        step = np.linalg.solve(system, np.concatenate([missing, over]))
+        try:
+            step = np.linalg.solve(system, np.concatenate([missing, over]))
+        except np.linalg.LinAlgError:  # where a strip is as wide as its disc, edge and circle are one
+            return place, pull, False
         place, change = place - step[:size], float(np.abs(step).max())
         pull[slipping] -= step[size:]
         if not np.isfinite(change) or change <= SETTLED or (change >= last and change < ON_THE_EDGE):
