@@ -164,19 +164,16 @@ class GroundWithMasslessRollers(GroundWithBearings):
                 break
             slid[contacts] |= slips[:second]
             turned[held] |= begins
-        taken = np.linalg.norm(found.force / reach, axis=1)
-        slips[:second] |= self.released[contacts] & (taken[:second] >= 1 - USED)
         begun = np.where((found.pull > MOVES * power)[:, None], found.rate, -found.force / reach**2)
+        taken = np.linalg.norm(found.force / reach, axis=1)[:second]
+        slips[:second] |= self.released[contacts] & (taken >= 1 - USED)
         at_edge = np.abs(found.force[:first, 0]) >= strip[:first] * (1 - USED)
-        yields[:first] |= (bearings.released[rollers] != 0) & at_edge
-        bearings.modes[rollers] = np.where(yields[:first], -np.sign(found.force[:first, 0]), 0).astype(int)
-        self._take_contacts(discs, slips[:first], begun[:first], yields[:first])
+        turns = yields[:first] | ((bearings.released[rollers] != 0) & at_edge)
+        bearings.modes[rollers] = np.where(turns, -np.sign(found.force[:first, 0]), 0).astype(int)
+        self._take_contacts(discs, slips[:first], begun[:first], turns)
         along = np.stack([0 * begun[first:second, 0], begun[first:second, 0]], axis=1)
         self._take_contacts(rolls, slips[first:second], along, np.ones(len(rolls), bool))
-        signs = bearings.released[axles]
-        at_bound = -signs * found.force[second:, 0] >= reach[second:, 0] * (1 - self.at_edge)
-        moves = np.where(slips[second:], np.sign(found.rate[second:, 0]), np.where(at_bound, signs, 0))
-        bearings.modes[axles] = moves.astype(int)
+        self._take_axles(axles, slips[second:], found.rate[second:, 0], found.force[second:, 0] / reach[second:, 0])
 
     def _turned(self) -> np.ndarray:
         """(N,) bool: rollers that have turned up to now."""
@@ -188,6 +185,13 @@ class GroundWithMasslessRollers(GroundWithBearings):
         self.sticks[contacts] = ~slips
         own = np.where(turns[:, None], begun * [0.0, 1.0], begun)[slips]
         self.towards[contacts[slips]] = own / np.linalg.norm(own, axis=1, keepdims=True)
+
+    def _take_axles(self, axles: np.ndarray, moves: np.ndarray, rates: np.ndarray, taken: np.ndarray) -> None:
+        """Of `axles` those that move (m,) bool turn as they are accelerated, and those that have been let go where they
+        take (m,) all of their torque."""
+        signs = self.axles.released[axles]
+        at_bound = -signs * taken >= 1 - USED
+        self.axles.modes[axles] = np.where(moves, np.sign(rates), np.where(at_bound, signs, 0)).astype(int)
 
     def _bounds_of(
         self, discs: np.ndarray, rolls: np.ndarray, axles: np.ndarray, friction: np.ndarray, most: np.ndarray
