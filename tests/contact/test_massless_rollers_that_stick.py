@@ -291,14 +291,14 @@ def assert_the_laws_hold(number):
     assert abs(run.ledger.residual) <= 1e-9 * lost, number
 
 
-@pytest.mark.parametrize("number", [0, 2, 4, 7, 8, 9])
+@pytest.mark.parametrize("number", [0, 2, 7, 8, 9])
 def test_the_laws_hold_in_every_row(number):
     assert_the_laws_hold(number)
 
 
 @pytest.mark.long
 def test_the_laws_hold_in_every_row_of_more_scenes():
-    for number in range(10, 22):
+    for number in (1, 3, 4, 5, 6, *range(10, 22)):
         assert_the_laws_hold(number)
 
 
