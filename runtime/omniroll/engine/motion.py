@@ -11,7 +11,7 @@ from omniroll.engine.contact_modes import MODES, ContactModes
 from omniroll.engine.holds import Holds
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing_axles import StandingAxles
-from omniroll.engine.variations import Deviations, Held, Variations
+from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
@@ -245,5 +245,5 @@ class Columns:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held, motion.contacts,
+            held, motion.contacts, NO_ANGLE / self.sizes,
         )  # fmt: skip
