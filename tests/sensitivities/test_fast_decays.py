@@ -35,12 +35,10 @@ SCENES = {
     "free, bearings": ("free", (Bearings(wheel_viscous=0.5, roller_viscous=1e-4),)),
     "sticking contacts": ("massless", (STICKING, BRAKED)),
     "sticking contacts, free": ("free", (STICKING, BRAKED)),
-    "sticking rollers": ("free", (Bearings(wheel_viscous=0.5, roller_coulomb=1e-3),)),
 }
 SAME = {
     "sticking contacts": ("massless", (BRAKED,)),
     "sticking contacts, free": ("free", (BRAKED,)),
-    "sticking rollers": ("locked", (BRAKED,)),
 }
 
 
