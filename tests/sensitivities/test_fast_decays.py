@@ -81,7 +81,7 @@ def in_python(request, monkeypatch):
 
 @pytest.mark.parametrize("decay", DECAYS)
 @pytest.mark.parametrize("name", ["massless", "free"])
-def test_fast_decays_beside_a_run_at_rest_are_those_of_the_matrix_exponential(name, decay, in_python):
+def test_at_rest_they_are_those_of_the_matrix_exponential(name, decay, in_python):
     is_exact(name, decay, in_python)
 
 
@@ -102,9 +102,8 @@ def is_exact(name, decay, in_python):
             assert wrong_by(run, name, followed, part * run.t[-1]) <= 1e-9
 
 
-@pytest.mark.parametrize("first", [8, 16, 24, 32])
-def test_what_a_first_step_leaves_is_not_lost_in_the_next(first, in_python):
-    """It is exp(-8) to exp(-32) of the deviations, in a step that is thirty times as long and more."""
+@pytest.mark.parametrize("first", [41, 103])
+def test_longer_steps_behind_a_first_one_that_is_cut_are_exact_too(first, in_python):
     name, decay = "massless", 1000
     knot = duration_of(name, first)
     run = run_of(name, decay, TorqueTable((0.0, knot, 1.0), ((0.0,) * 3,) * 3))
