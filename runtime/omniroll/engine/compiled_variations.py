@@ -16,8 +16,8 @@ from omniroll.engine.contact_deviations import GRAZES, JUMPS, REACHED
 from omniroll.engine.contact_modes import ContactModes
 from omniroll.engine.hold_deviations import HoldDeviations, InC
 from omniroll.engine.motion import Columns, Motion
-from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.pieces_of_steps import most_wrong
+from omniroll.engine.roller_modes import FREE, IN_CONTACT
 from omniroll.engine.variations import NO_ANGLE, Deviations, gauss
 from omniroll.engine.workspace import NODES
 from omniroll.errors import KernelsMissingError
