@@ -285,6 +285,8 @@ def test_what_is_not_solved_is_refused():
         with pytest.raises(InvalidValueError, match=match):
             simulate(CROSS, nu=(1, 0, 0), duration=0.1, roller_model="massless", effects=[contact, bearings])
 
-    refused("law coulomb", Contact(law="coulomb", friction=0.5), stick)
+    refused("loads follow", Contact(law="coulomb", friction=0.5, loads="dynamic", height=0.1), stick)
+    refused("roller_viscous", Contact(law="coulomb", friction=0.5), replace(stick, roller_viscous=1e-5))
+    refused("sensitivities", Contact(law="coulomb", friction=0.5), stick, sensitivities=["mass"])
     refused("loads follow", Contact(3.0, loads="dynamic", height=0.1), stick)
     refused("roller_viscous", Contact(3.0), replace(stick, roller_viscous=1e-5))

@@ -21,6 +21,18 @@ LOADED = {
 }
 AXLES, ROLLERS = Bearings(wheel_coulomb=0.002), Bearings(roller_coulomb=2e-5)
 ALL = Bearings(wheel_coulomb=0.002, roller_coulomb=2e-5, roller_viscous=1e-9)
+SLIPPING = {
+    "massless, viscous, axles stick": {"roller_model": "massless", "effects": [VISCOUS, AXLES]},
+    "loads, massless, regularised, axles stick": {
+        "roller_model": "massless",
+        "effects": [LOADED["regularised"], AXLES],
+    },
+    "regularised, axles stick": {"roller_model": "free", "effects": [REGULARISED, AXLES]},
+    "viscous, rollers stick": {"roller_model": "free", "effects": [VISCOUS, ROLLERS]},
+    "viscous, rollers stick, motors": {"roller_model": "free", "effects": [VISCOUS, ROLLERS, MOTOR]},
+    "loads, regularised, rollers stick": {"roller_model": "free", "effects": [LOADED["regularised"], ROLLERS]},
+    "regularised, all stick": {"roller_model": "free", "effects": [REGULARISED, ALL]},
+}
 TASKS: dict[str, dict[str, Any]] = {
     "massless": {"roller_model": "massless"},
     "locked": {"roller_model": "locked"},
@@ -39,19 +51,9 @@ TASKS: dict[str, dict[str, Any]] = {
     "massless, coulomb": {"roller_model": "massless", "effects": [COULOMB]},
     "coulomb": {"roller_model": "free", "effects": [COULOMB]},
 } | {
-    f"{model}, {law}, {kind} stick": {"roller_model": model, "effects": [ground, bearings]}
-    for model, law, ground, kind, bearings in (
-        ("massless", "viscous", VISCOUS, "axles", AXLES),
-        ("massless", "regularised", LOADED["regularised"], "axles", AXLES),
-        ("free", "regularised", REGULARISED, "axles", AXLES),
-        ("free", "viscous", VISCOUS, "rollers", ROLLERS),
-        ("free", "regularised", LOADED["regularised"], "rollers", ROLLERS),
-        ("free", "regularised", REGULARISED, "all", ALL),
-    )
-} | {
     f"loads, {model}, {law}": {"roller_model": model, "effects": [ground]}
     for model in ("massless", "free") for law, ground in LOADED.items()
-}  # fmt: skip
+} | SLIPPING  # fmt: skip
 
 
 def task(name: str) -> dict[str, Any]:

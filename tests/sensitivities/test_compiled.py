@@ -343,7 +343,10 @@ WHOLE = {"free": 5.0, "friction": 5.1, "axles that stick": 6.0, "coulomb": 5.9,
          "rollers that stick": 4.5, "rollers that stick, friction": 5.5,
          "loads, massless, regularised": 3.1, "loads, massless, coulomb": 5.1, "loads, free, coulomb": 3.5,
          "loads, free, viscous": 3.8,
-         "massless, coulomb": 5.9, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2}  # fmt: skip
+         "massless, coulomb": 5.9, "massless, viscous": 4.2, "massless, regularised": 4.8, "viscous": 4.2,
+         "massless, viscous, axles stick": 3.8, "loads, massless, regularised, axles stick": 4.0,
+         "regularised, axles stick": 4.0, "viscous, rollers stick": 2.9, "viscous, rollers stick, motors": 6.0,
+         "loads, regularised, rollers stick": 2.6, "regularised, all stick": 4.2}  # fmt: skip
 
 
 @pytest.mark.long

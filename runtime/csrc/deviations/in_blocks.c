@@ -1,4 +1,4 @@
-/* The equations of a step in blocks (blockwise.c): what the rates of a number of the core do in those of another one. */
+/* The equations of a step in blocks (blockwise.c): what the rates of a number of the core do in those of another. */
 #include "deviations/blockwise.c"
 
 /* A block of the equations: of a row by the rates of a number of the core, or by a turn. */
@@ -24,8 +24,8 @@ static void put_block(const variations_t *w, double h, const blockwise_t *e, con
 }
 
 #if !SET_GRIPS
-/* The rates of the core at the nodes, by rows of right sides, where bearings stick on wheels that may slip. The momenta of
- * free rollers act upon themselves, nu and their wheel; the speeds of a wheel upon each other and nu; so nu is last. */
+/* The rates of the core at the nodes, by rows of right sides, where bearings stick on wheels that may slip. The momenta
+ * of free rollers act upon themselves, nu and their wheel; the speeds of a wheel upon each other and nu: nu is last. */
 static void put_rates_in_blocks(variations_t *w, double h)
 {
     const int wheels = w->wheels, speeds = 1 + SET_HAS_CONTACT_SPEEDS;
@@ -45,7 +45,7 @@ static void put_rates_in_blocks(variations_t *w, double h)
     for (int p = 0; p < count; p++) {
         for (int j = 0; j < w->nodes; j++)
             w->row[unknown[p]*w->nodes + j] = right_of(&e, p) + j*w->groups;
-        put_right(w, h, unknown[p], 0);
+        put_right(w, unknown[p], 0);
         for (int q = 0; q < count; q++)
             put_block(w, h, &e, unknown, p, q);
     }

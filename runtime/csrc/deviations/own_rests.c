@@ -82,8 +82,9 @@ ALWAYS_INLINE lanes_t *own_torque(const variations_t *w, lanes_t *own, int k)
     return of_bearing(w, k, inputs + SET_BEARING_INPUT*w->wheels, inputs + SET_CONTACT_BEARING_INPUT*w->wheels, free);
 }
 
-/* Let the bearings of the point have the modes of a change: 0 before it, 1 while those that come to rest stay there, 2
- * after it. */
+enum { BEFORE, RESTING, AFTER, MOMENTS };   /* of a change: resting, while those that come to rest stay there */
+
+/* Let the bearings of the point have the modes of one of these. */
 static void put_modes_of(const variations_t *w, const own_change_t *e, int which)
 {
     lanes_t *free = 0;
@@ -91,7 +92,8 @@ static void put_modes_of(const variations_t *w, const own_change_t *e, int which
     free = w->free_sticks;
 #endif
     for (int k = 0; k < MOST_OWN(w); k++) {
-        const long long mode = which == 1 ? mode_at_rest(w, e, k) : own_mode(w, which ? e->after : e->before, k);
+        const long long mode = which == RESTING ? mode_at_rest(w, e, k)
+                                                : own_mode(w, which == AFTER ? e->after : e->before, k);
         *of_bearing(w, k, w->own_sticks, w->own_sticks + w->wheels, free) = lanes_of(mode == 0);
         *own_torque(w, w->point, k) = lanes_of(-(double)mode*w->run->own_sliding[k]);
     }
@@ -180,8 +182,8 @@ static double time_of_own_modes(const variations_t *w, long long row)
 }
 
 /* By how much the times deviate (columns) at which what bearings are asked for comes to its bound: of all that break
- * away, where the rates before have been computed last. Returns 0 where one only just comes there or is not there, where
- * they come there apart, or where no step has said yet how inputs deviate. */
+ * away, where the rates before have been computed last. Returns 0 where one only just comes there or is not there,
+ * where they come there apart, or where no step has said yet how inputs deviate. */
 static int put_times_of_break(variations_t *w, const own_change_t *e, const lanes_t *before, double *time)
 {
     const int wheels = OWN_WHEELS(w->wheels), count = MOST_OWN(w);
@@ -236,7 +238,7 @@ static int put_times_of_change(variations_t *w, const own_change_t *e, const int
     if (breaks) {
         double unused[2*MOST_OWN(w)];
         lanes_t before[w->size];
-        rates_of_change(w, e, 0, before, unused, unused + MOST_OWN(w));
+        rates_of_change(w, e, BEFORE, before, unused, unused + MOST_OWN(w));
         if (!put_times_of_break(w, e, before, time))
             return 0;
     }
@@ -253,56 +255,88 @@ static int put_times_of_change(variations_t *w, const own_change_t *e, const int
     return 1;
 }
 
-/* Whether rates jump as bearings turn on, from accelerations to others; `possible`, those that they could have. */
-static int own_rates_jump(const variations_t *w, const own_change_t *e, const double *dot, const double *later,
-                          const double *possible)
+/* The accelerations of bearings before a change and after it, and what holds those that stick. */
+typedef struct {
+    double *dot[MOMENTS], *asked[MOMENTS];
+} own_rates_t;
+
+/* The acceleration that a bearing could have: by what acts on it before and after, and by what it takes. */
+static double possible(const variations_t *w, const own_rates_t *rates, int k)
 {
-    for (int k = 0; k < MOST_OWN(w); k++)
-        if (turns_on(w, e, k) && fabs(dot[k] - later[k]) > w->run->jumps*possible[k])
+    const double inertia = w->run->own_inertia[k];
+    const double acting = fabs(rates->dot[BEFORE][k]) + fabs(rates->asked[BEFORE][k])/inertia;
+    const double then = fabs(rates->dot[AFTER][k]) + fabs(rates->asked[AFTER][k])/inertia;
+    return fmax(acting, then) + w->run->own_most[k]/inertia;
+}
+
+/* List those that come to rest. Returns how many, or -1 where one only just does, or where one sticks afterwards by all
+ * that it takes. */
+static int list_stops(const variations_t *w, const own_change_t *e, const own_rates_t *rates, int *of)
+{
+    int count = 0;
+    for (int k = 0; k < MOST_OWN(w); k++) {
+        const double held = fabs(rates->asked[AFTER][k]);
+        if (own_mode(w, e->after, k) == 0 && held >= (1 - w->run->reached)*w->run->own_most[k])
+            return -1;
+        if (!stops(w, e, k))
+            continue;
+        if (fabs(rates->dot[BEFORE][k]) <= w->run->only_just*possible(w, rates, k))
+            return -1;
+        of[count++] = k;
+    }
+    return count;
+}
+
+/* Whether rates jump as bearings turn on. */
+static int own_rates_jump(const variations_t *w, const own_change_t *e, const own_rates_t *rates)
+{
+    for (int k = 0; k < MOST_OWN(w); k++) {
+        const double jump = rates->dot[RESTING][k] - rates->dot[AFTER][k];
+        if (turns_on(w, e, k) && fabs(jump) > w->run->jumps*possible(w, rates, k))
             return 1;
+    }
     return 0;
+}
+
+static int some_turn_on(const variations_t *w, const own_change_t *e)
+{
+    int found = 0;
+    for (int k = 0; k < MOST_OWN(w); k++)
+        found |= turns_on(w, e, k);
+    return found;
 }
 
 /* Pass a change of modes. Returns whether it was one of those above; else nothing has been done. */
 static int pass_own_change(variations_t *w, const own_change_t *e)
 {
-    const omniroll_variations_t *const run = w->run;
     const int bearings = MOST_OWN(w), groups = w->groups;
-    double dot[3][bearings], asked[3][bearings], possible[bearings], time[w->columns];
-    lanes_t resting[w->size], after[w->size];
-    int of[bearings], count = 0, others = 0;
-    rates_of_change(w, e, 2, after, dot[2], asked[2]);
-    rates_of_change(w, e, 0, resting, dot[0], asked[0]);
-    for (int k = 0; k < bearings; k++) {
-        const double acting = fabs(dot[0][k]) + fabs(asked[0][k])/run->own_inertia[k];
-        const double then = fabs(dot[2][k]) + fabs(asked[2][k])/run->own_inertia[k];
-        possible[k] = fmax(acting, then) + run->own_most[k]/run->own_inertia[k];
-        if (own_mode(w, e->after, k) == 0 && fabs(asked[2][k]) >= (1 - run->reached)*run->own_most[k])
-            return 0;
-        if (stops(w, e, k) && fabs(dot[0][k]) <= run->only_just*possible[k])
-            return 0;
-        if (stops(w, e, k))
-            of[count++] = k;
-        others += turns_on(w, e, k);
-    }
+    double memory[2*MOMENTS*bearings], time[w->columns];
+    lanes_t rate[MOMENTS][w->size];
+    own_rates_t rates;
+    int of[bearings];
+    for (int m = 0; m < MOMENTS; m++)
+        rates.dot[m] = memory + 2*m*bearings, rates.asked[m] = rates.dot[m] + bearings;
+    rates_of_change(w, e, AFTER, rate[AFTER], rates.dot[AFTER], rates.asked[AFTER]);
+    rates_of_change(w, e, BEFORE, rate[BEFORE], rates.dot[BEFORE], rates.asked[BEFORE]);
+    const int count = list_stops(w, e, &rates, of);
+    if (count < 0)
+        return 0;
     lanes_t turning[count*groups + 1], torque[count*groups + 1];
     put_turning(w, of, count, turning);
     memcpy(torque, turning, count*groups*sizeof *torque);
-    if (others) {
-        rates_of_change(w, e, 1, resting, dot[1], asked[1]);
-        others = own_rates_jump(w, e, dot[1], dot[2], possible);
+    int jump = some_turn_on(w, e);
+    if (jump) {
+        rates_of_change(w, e, RESTING, rate[RESTING], rates.dot[RESTING], rates.asked[RESTING]);
+        jump = own_rates_jump(w, e, &rates);
     }
-    if (others && !put_times_of_change(w, e, of, count, turning, dot[0], time))
+    if (jump && !put_times_of_change(w, e, of, count, turning, rates.dot[BEFORE], time))
         return 0;
-    if (count) {
-        lanes_t before[w->size];
-        rates_of_change(w, e, 0, before, dot[0], asked[0]);
-        if (!take_own_rests(w, of, count, torque))
-            return 0;
-    }
-    for (int p = 0; p < w->columns && others; p++)
+    rates_of_change(w, e, BEFORE, rate[BEFORE], rates.dot[BEFORE], rates.asked[BEFORE]);
+    if (count && !take_own_rests(w, of, count, torque))
+        return 0;
+    for (int p = 0; p < w->columns && jump; p++)
         for (int k = 0; k < w->size; k++)
-            w->moved[k*groups + p/LANES][p%LANES] += (resting[k][0] - after[k][0])*time[p];
+            w->moved[k*groups + p/LANES][p%LANES] += (rate[RESTING][k][0] - rate[AFTER][k][0])*time[p];
     return 1;
 }
 

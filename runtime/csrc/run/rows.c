@@ -71,8 +71,8 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
                            numbers_part(parts, count), numbers_part(parts, count)};
     double *const squares[3] = {numbers_part(parts, forces*forces), numbers_part(parts, forces*forces),
                                 numbers_part(parts, rows*rows)};
-    double *vectors[15];
-    for (int k = 0; k < 15; k++)
+    double *vectors[SET_STARTS_INSIDE ? 17 : 15];
+    for (int k = 0; k < (SET_STARTS_INSIDE ? 17 : 15); k++)
         vectors[k] = numbers_part(parts, rows);
     if (!work->problem)
         return;
@@ -84,7 +84,11 @@ static void lay_out_standing(work_t *work, parts_t *parts, int wheels, long long
         .whole = vectors[14],
         .discs = {.matrix = squares[1], .wanted = vectors[9], .place = vectors[10], .pull = vectors[11],
                   .newton = {.system = squares[2], .step = vectors[12], .start = vectors[13], .slips = which[3],
-                             .slipping = which[4]}}};
+                             .slipping = which[4]},
+#if SET_STARTS_INSIDE
+                  .slack = vectors[15], .scale = vectors[16],
+#endif
+        }};
 }
 #endif
 

@@ -36,8 +36,10 @@ class AxleDeviations(BearingDeviations):
     def began(self, moved: np.ndarray) -> np.ndarray:
         """(m, P) the deviations with which a run starts: a wheel whose axle sticks has no rate beside it either."""
         self._refuse_edges(0)
-        found = np.array(moved)
-        found[self.rates[self.modes[0] == 0]] = 0.0
+        found, rests = np.array(moved), self.modes[0] == 0
+        if self.contacts is not None:  # loads that follow feel what takes its rate away
+            found = self.rested(0, np.where(rests, 1, self.modes[0]), found, rests)
+        found[self.rates[rests]] = 0.0
         return found
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:

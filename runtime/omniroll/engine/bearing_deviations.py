@@ -16,7 +16,7 @@ from omniroll.engine.events_beside import REACHED, apart, no_derivative
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import FREE, IN_CONTACT, RollerModes, spins
 from omniroll.errors import NoDerivativeError
-from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
 
 AT_REST = 1e-13  # of what they are differences of: deviations of rates are rounding
 KINDS = {"axle": "an axle comes to rest", "roller": "a roller comes to rest on its disk"}
@@ -171,6 +171,42 @@ class BearingDeviations:
         (N, 2) bool: of each wheel in this order."""
         first = self.of_axles + self.shape[1] * np.arange(self.wheels)
         return np.stack([first, np.arange(self.wheels)], axis=1)[stands]
+
+    # In a row, where bearings have modes (B,)
+
+    def known(
+        self, row: int, modes: np.ndarray, kernel: TangentKernel, y: np.ndarray, inputs: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """What generated functions take and give in states y (..., size) with inputs (..., U) that carry tangents."""
+        given, places = np.array(inputs), self.deviations.views(np.arange(inputs.shape[-1]))
+        stuck, torques = self.by_input(modes == 0), self.by_input(-modes * self.sliding)
+        for name, own in stuck.items():
+            moves = given[..., places[name]]
+            given[..., places[name]] = np.where(own, 0.0, moves - moves.real + torques[name])
+        held = self.motion.held_at(np.array(row))
+        if self.contacts is not None and kernel is self.columns.kernel:
+            held = self.contacts.moved(held, self.columns.constants, 0)
+        held |= self.where(modes == 0)
+        return self.deviations.known_of(kernel, y, given, held)
+
+    def rested(self, row: int, before: np.ndarray, moved: np.ndarray, rests: np.ndarray) -> np.ndarray:
+        """(m, P) d*: what is left where the speeds of some bearings (B,) bool, which turn before, are taken away."""
+        left = self.turning(row, moved)[:, rests]
+        if not left.any():
+            return moved
+        own = self.places[rests]
+        inputs = self.motion.inputs[row]
+        pushed = np.zeros((len(own), len(inputs)))
+        pushed[np.arange(len(own)), own] = 1.0
+        y = np.broadcast_to(self.motion.y[row], (len(own), self.motion.vector.size))
+        known = self.known(row, before, self._carrying, y, with_tangent(inputs, pushed))
+        rates, dots = tangent_of(self.deviations.rates_among(known)), tangent_of(self.dots(known))[:, rests]
+        return moved - (np.linalg.solve(dots.T, left.T).T @ rates).T
+
+    @cached_property
+    def _carrying(self) -> TangentKernel:
+        """The functions of a motion, on numbers that carry tangents; no number of the vehicle deviates."""
+        return TangentKernel(self.motion.plain)
 
     # What moves at the start
 

@@ -13,7 +13,7 @@ from omniroll.engine.holds import Holds
 from omniroll.engine.massless_modes import MasslessModes
 from omniroll.engine.roller_modes import RollerModes
 from omniroll.engine.standing import Standing
-from omniroll.engine.variations import Deviations, Held, Variations
+from omniroll.engine.variations import NO_ANGLE, Deviations, Held, Variations
 from omniroll.kernels.tangent_kernel import TangentKernel, with_tangent
 from omniroll.results.trajectory import Trajectory
 from omniroll.vehicles.state import by_place, by_roller
@@ -257,5 +257,5 @@ class Columns:
         numbers: Mapping[str, np.ndarray] = {name: own[self.numbered] for name, own in self.constants.items()}
         return Variations(
             motion.trajectory, self.plain, numbers, len(self.numbered), motion.deviations, motion.inputs, self.nodes,
-            held, motion.contacts,
+            held, motion.contacts, NO_ANGLE / self.sizes,
         )  # fmt: skip

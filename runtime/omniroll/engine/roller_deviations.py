@@ -21,8 +21,6 @@ There is no derivative where a spin only just comes to zero, and where what is a
 bound, or is at it in what begins.
 """
 
-from functools import cached_property
-
 import numpy as np
 
 from omniroll.engine.axle_deviations import AxleDeviations
@@ -31,7 +29,7 @@ from omniroll.engine.bearing_deviations import BearingDeviations
 from omniroll.engine.events_beside import GRAZES, JUMPS, REACHED
 from omniroll.engine.motion import Columns, Motion
 from omniroll.engine.roller_modes import KEPT
-from omniroll.kernels.tangent_kernel import TangentKernel, tangent_of, with_tangent
+from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 
 
 class RollerDeviations(BearingDeviations):
@@ -50,7 +48,7 @@ class RollerDeviations(BearingDeviations):
         self._refuse_edges(0, modes)
         self.refuse_loose(0, moves)
         rests = (modes == 0) & moves
-        return self._rested(0, np.where(rests, 1, modes), moved, rests)
+        return self.rested(0, np.where(rests, 1, modes), moved, rests)
 
     def passed(self, row: int, moved: np.ndarray, knot: np.ndarray | None, inputs: np.ndarray) -> np.ndarray:
         """(m, P) the deviations after rollers, or rollers and axles, have changed their modes between a row and the
@@ -100,7 +98,7 @@ class RollerDeviations(BearingDeviations):
         if stops.any():
             times.append(self._times_of_stops(row, before, after, moved, stops))
         self._refuse_edges(row, after)
-        found = self._rested(row, before, moved, stops)
+        found = self.rested(row, before, moved, stops)
         if not others.any():
             return found
         (f, dots), (later, dots_later) = self._rates(row, resting), self._rates(row, after)
@@ -115,48 +113,14 @@ class RollerDeviations(BearingDeviations):
 
     # In a row, where bearings have modes (B,)
 
-    def _known(
-        self, row: int, modes: np.ndarray, kernel: TangentKernel, y: np.ndarray, inputs: np.ndarray
-    ) -> dict[str, np.ndarray]:
-        """What generated functions take and give in states y (..., size) with inputs (..., U) that carry tangents."""
-        given, places = np.array(inputs), self.deviations.views(np.arange(inputs.shape[-1]))
-        stuck, torques = self.by_input(modes == 0), self.by_input(-modes * self.sliding)
-        for name, own in stuck.items():
-            moves = given[..., places[name]]
-            given[..., places[name]] = np.where(own, 0.0, moves - moves.real + torques[name])
-        held = self.motion.held_at(np.array(row))
-        if self.contacts is not None and kernel is self.columns.kernel:
-            held = self.contacts.moved(held, self.columns.constants, 0)
-        held |= self.where(modes == 0)
-        return self.deviations.known_of(kernel, y, given, held)
-
     def _in_run(self, row: int, modes: np.ndarray) -> dict[str, np.ndarray]:
         motion = self.motion
-        return self._known(row, modes, motion.plain, motion.y[row], motion.inputs[row])
+        return self.known(row, modes, motion.plain, motion.y[row], motion.inputs[row])
 
     def _rates(self, row: int, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(m,) the rates, and (B,) what _dots gives."""
         known = self._in_run(row, modes)
         return self.deviations.rates_among(known), self.dots(known)
-
-    def _rested(self, row: int, before: np.ndarray, moved: np.ndarray, rests: np.ndarray) -> np.ndarray:
-        """(m, P) d*: what is left where the speeds of some bearings (B,) bool, which turn before, are taken away."""
-        left = self.turning(row, moved)[:, rests]
-        if not left.any():
-            return moved
-        own = self.places[rests]
-        inputs = self.motion.inputs[row]
-        pushed = np.zeros((len(own), len(inputs)))
-        pushed[np.arange(len(own)), own] = 1.0
-        y = np.broadcast_to(self.motion.y[row], (len(own), self.motion.vector.size))
-        known = self._known(row, before, self._carrying, y, with_tangent(inputs, pushed))
-        rates, dots = tangent_of(self.deviations.rates_among(known)), tangent_of(self.dots(known))[:, rests]
-        return moved - (np.linalg.solve(dots.T, left.T).T @ rates).T
-
-    @cached_property
-    def _carrying(self) -> TangentKernel:
-        """The functions of a motion, on numbers that carry tangents; no number of the vehicle deviates."""
-        return TangentKernel(self.motion.plain)
 
     # When it happens beside the run
 
@@ -188,7 +152,7 @@ class RollerDeviations(BearingDeviations):
         motion, columns = self.motion, self.columns.behind_another(self.motion.trajectory)
         along = np.concatenate([self._rates(row, before)[0][:, None], moved], axis=1)  # the first is that of the time
         y, ahead = with_tangent(motion.y[row], motion.whole(along.T)), RollerDeviations(motion, columns)
-        asked = self.asked(ahead._known(row, before, columns.kernel, y, with_tangent(motion.inputs[row], inputs.T)))
+        asked = self.asked(ahead.known(row, before, columns.kernel, y, with_tangent(motion.inputs[row], inputs.T)))
         slopes = (np.sign(asked[0].real) * tangent_of(asked) - ahead.torques[1]).T
         rises = slopes[:, 0] * self._time_in(before, row) > GRAZES * self.holding
         reached = released & (np.abs(asked[0].real) >= (1 - REACHED) * self.holding)

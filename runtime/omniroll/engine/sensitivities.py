@@ -38,7 +38,7 @@ from omniroll.engine.roller_modes import FREE
 from omniroll.engine.runs import Task
 from omniroll.engine.standing_deviations import BearingsBesideContacts, StandingDeviations
 from omniroll.engine.switching import SwitchingModel, tau
-from omniroll.engine.variations import Held, Variations, gauss
+from omniroll.engine.variations import Held, Variations
 from omniroll.errors import NoDerivativeError, OneSidedWarning
 from omniroll.kernels.tangent_kernel import tangent_of, with_tangent
 from omniroll.results.trajectory import Sensitivity, Trajectory
@@ -185,10 +185,12 @@ class Followed:
         trajectory = motion.trajectory
         step = np.searchsorted(trajectory.step_rows, row, side="right") - 1
         compiled = self.compiled_for(motion, columns)
+        starts = trajectory.elapsed[trajectory.step_rows[step]]
+        lengths = trajectory.elapsed[trajectory.step_rows[step] + 1] - starts
+        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
         if compiled is not None:
-            return self._since_row_compiled(compiled, step, times)
+            return compiled.since_rows(step, self.phase_of(trajectory.step_rows[step]), x)
         variations = self.variations or columns.variations(motion, held_in(motion, columns))
-        x = np.clip((times - trajectory.start_time - variations.starts[step]) / variations.lengths[step], 0, 1)
         return variations.come_to(step, x, self.rows[trajectory.step_rows], self.inputs)
 
     def compiled_for(self, motion: "Motion", columns: "Columns") -> CompiledVariations | None:
@@ -198,17 +200,6 @@ class Followed:
                 module, motion, columns, self.rows, self.inputs, self.axial, holds, bearings
             )
         return self.compiled
-
-    def _since_row_compiled(self, compiled: CompiledVariations, step: np.ndarray, times: np.ndarray) -> np.ndarray:
-        trajectory = compiled.motion.trajectory
-        rows, elapsed = trajectory.step_rows, trajectory.elapsed
-        wanted, back = np.unique(step, return_inverse=True)
-        rates = compiled.rates_in_steps(wanted, self.phase_of(rows[wanted]))
-        starts = elapsed[rows[step]]
-        lengths = elapsed[rows[step] + 1] - starts
-        x = np.clip((times - trajectory.start_time - starts) / lengths, 0, 1)
-        weights = gauss(rates.shape[1]).integrals(x) * lengths[:, None]
-        return np.einsum("ks,ksmp->kmp", weights, rates[back])
 
 
 class Sweep:
@@ -416,7 +407,7 @@ class Sweep:
             if row in step_of:
                 step = step_of[row]
                 self._enter(row, moved)
-                self.rows[row] = moved
+                self.rows[row] = start = moved
                 grown = maps[step]
                 moved = grown[:, : self.size] @ moved + driven[step]
                 if given:
@@ -424,6 +415,8 @@ class Sweep:
                         self.inputs[step, self.deviations.places["momenta"].ravel() - self.size] = self.momenta
                     self._give(row, row + 1)
                     moved += grown[:, self.size : self.size + given] @ self.inputs[step, :given]
+                if self.variations.pieces.are_asked(step, start, self.inputs[step], moved):
+                    moved = self.variations.pieces.moved(step, 1.0, start, self.inputs[step])
             elif row in switch_of:
                 switch = switch_of[row]
                 moved = self._begin(switch + 1, *self._switched(switch, row, moved))
