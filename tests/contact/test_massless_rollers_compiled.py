@@ -22,13 +22,21 @@ DURATION = 0.3
 
 def changes(run):
     """Of each wheel when its roller in contact changes its mode, and the modes that follow: 0 where it sticks, else the
-    sign of its spin. A row that ends a phase has the torque of that phase; where a spin is zero both modes have one."""
+    sign of its spin. A row that ends a phase has the torque of that phase; where a spin is zero both modes have one. A
+    roller that turns back has stuck between two rows."""
     taken = contact_torques(run)
     sticks = holds(taken, run.effects.sliding_of_massless_rollers(run._effect_kernel))
     found = []
     for mode in np.where(sticks, 0, -np.sign(taken)).T:
-        at = np.flatnonzero(mode[1:] != mode[:-1]) + 1
-        found.append((np.where(mode[at] == 0, run.t[at - 1], run.t[at]), mode[at].tolist()))
+        instants, modes = [], []
+        for row in np.flatnonzero(mode[1:] != mode[:-1]) + 1:
+            if mode[row - 1] != 0:
+                instants.append(run.t[row - 1])
+                modes.append(0)
+            if mode[row] != 0:
+                instants.append(run.t[row])
+                modes.append(mode[row])
+        found.append((np.array(instants), modes))
     return found
 
 
